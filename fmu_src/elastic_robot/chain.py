@@ -1,0 +1,136 @@
+"""Robot -> Pinocchio chain of drive, elastic and tilt rotations, with the index sets between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from elastic_robot.description import Body, Robot
+from elastic_robot.errors import ElasticRobotError
+
+# Smallest eigenvalue of the elastic mass matrix relative to its largest diagonal entry.  Below it
+# an elastic coordinate moves no inertia of its own and its equation of motion cannot be solved.
+_MASS_RATIO = 1e-12
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Pinocchio model of a robot.
+
+    theta has one angle per rotation of the chain; the drives q and the elastic coordinates x share
+    it: theta[drive] = q, then theta[elastic] += x.
+
+    Attributes:
+        model: Pinocchio model, one revolute joint per angle.
+        tcp: Frame number of the TCP in `model`.
+        drive: Index in theta of each joint's own rotation, (n,).
+        elastic: Index in theta of each elastic coordinate, (m,).
+        elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
+        elastic_tilt: 0 for the twist about the joint's axis, 1 or 2 for its tilts, (m,).
+    """
+
+    model: pin.Model
+    tcp: int
+    drive: np.ndarray
+    elastic: np.ndarray
+    elastic_joint: np.ndarray
+    elastic_tilt: np.ndarray
+
+    @property
+    def joint_count(self) -> int:
+        """Number of driven joints n."""
+        return len(self.drive)
+
+    @property
+    def elastic_count(self) -> int:
+        """Number of elastic coordinates m."""
+        return len(self.elastic)
+
+    def theta(self, q: np.ndarray, x: np.ndarray | None = None) -> np.ndarray:
+        """Return all angles of the chain [rad].
+
+        Args:
+            q: Drive angles, (n,) or (samples, n).
+            x: Elastic coordinates, (m,) or (samples, m); None for the rigid robot.
+        """
+        theta = np.zeros((*np.shape(q)[:-1], self.model.nv))
+        theta[..., self.drive] = q
+        if x is not None:
+            theta[..., self.elastic] += x
+        return theta
+
+
+def build_chain(robot: Robot) -> Chain:
+    """Build the chain of a robot.
+
+    Raises:
+        ElasticRobotError: If an elastic coordinate moves no inertia of its own (a massless tip, or
+            a tilt parallel to the joint's axis).
+    """
+    model = pin.Model()
+    model.name = robot.name
+    model.gravity.linear = np.array(robot.gravity)
+    parent = 0
+    drive, elastic, elastic_joint, elastic_tilt = [], [], [], []
+
+    def add_rotation(axis: tuple[float, ...], placement: pin.SE3, name: str) -> int:
+        nonlocal parent
+        parent = model.addJoint(
+            parent, pin.JointModelRevoluteUnaligned(np.array(axis)), placement, name
+        )
+        return model.joints[parent].idx_v
+
+    for number, joint in enumerate(robot.joints):
+        placement = pin.SE3(np.eye(3), np.array(joint.origin))
+        index = add_rotation(joint.axis, placement, f"joint{number + 1}")
+        drive.append(index)
+        if joint.stiffness is not None:
+            elastic.append(index)
+            elastic_joint.append(number)
+            elastic_tilt.append(0)
+        for order, tilt in enumerate(joint.tilt, start=1):
+            name = f"joint{number + 1}_tilt{order}"
+            elastic.append(add_rotation(tilt.axis, pin.SE3.Identity(), name))
+            elastic_joint.append(number)
+            elastic_tilt.append(order)
+        _append_body(model, parent, joint.body)
+    if robot.payload is not None:
+        _append_body(model, parent, robot.payload)
+    body_from_tool = pin.SE3(
+        pin.rpy.rpyToMatrix(*robot.tcp_rpy), np.array(robot.tcp_position)
+    )
+    tcp = model.addFrame(pin.Frame("tcp", parent, 0, body_from_tool, pin.FrameType.OP_FRAME))
+    chain = Chain(
+        model=model,
+        tcp=tcp,
+        drive=np.array(drive, dtype=int),
+        elastic=np.array(elastic, dtype=int),
+        elastic_joint=np.array(elastic_joint, dtype=int),
+        elastic_tilt=np.array(elastic_tilt, dtype=int),
+    )
+    _require_inertia(chain)
+    return chain
+
+
+def _append_body(model: pin.Model, joint: int, body: Body) -> None:
+    inertia = pin.Inertia(body.mass, np.array(body.com), body.inertia_matrix)
+    model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+
+
+def _require_inertia(chain: Chain) -> None:
+    if chain.elastic_count == 0:
+        return
+    mass = pin.crba(chain.model, chain.model.createData(), np.zeros(chain.model.nv))
+    mass = mass[np.ix_(chain.elastic, chain.elastic)]
+    values, vectors = np.linalg.eigh(mass)
+    if values[0] <= _MASS_RATIO * mass.diagonal().max():
+        worst = int(np.argmax(np.abs(vectors[:, 0])))
+        joint = chain.elastic_joint[worst] + 1
+        tilt = chain.elastic_tilt[worst]
+        part = f"tilt {tilt} of joint {joint}" if tilt else f"the elastic joint {joint}"
+        raise ElasticRobotError(
+            f"{part} moves no inertia of its own; needed are mass and inertia behind it, and tilt"
+            " axes that differ from the joint's axis and from each other"
+        )

@@ -1,0 +1,239 @@
+"""The robot as data: frozen dataclasses that cannot hold a robot that is not physical.
+
+Nothing but NumPy is imported here, because this module also runs inside the FMU, where the robot
+arrives as JSON.  Reading robot.toml is the task of `elastic_robot.robot_file`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+Vector = tuple[float, ...]
+
+# A direction must be given to this accuracy in length; it is normalised afterwards.
+_UNIT_LENGTH_TOLERANCE = 1e-9
+# Rounding left in the triangle inequality of principal moments read from a CAD export.
+_INERTIA_TOLERANCE = 1e-6
+
+
+def _require_number(key: str, value: float, *, minimum: float, open_end: bool, unit: str) -> None:
+    good = np.isfinite(value) and (value > minimum if open_end else value >= minimum)
+    if not good:
+        bound = f"{'>' if open_end else '>='} {minimum:g}"
+        raise ValueError(f"{key} is {value!r}; needed is a finite number {bound} [{unit}]")
+
+
+def _require_vector(key: str, value: Vector, length: int, unit: str) -> None:
+    if len(value) != length or not np.all(np.isfinite(value)):
+        raise ValueError(f"{key} is {list(value)}; needed are {length} finite numbers [{unit}]")
+
+
+def _unit_vector(key: str, value: Vector) -> Vector:
+    _require_vector(key, value, 3, "unit vector")
+    length = float(np.linalg.norm(value))
+    if abs(length - 1.0) > _UNIT_LENGTH_TOLERANCE:
+        advice = "a direction" if length == 0.0 else f"{[float(c) / length for c in value]}"
+        raise ValueError(
+            f"{key} is {list(value)}, of length {length:.9g}; needed is a unit vector ({advice})"
+        )
+    if abs(length - 1.0) < 1e-15:  # already rounded to the last bit: a copy stays identical
+        return value
+    return tuple(float(c) / length for c in value)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Rigid body.
+
+    Attributes:
+        mass: [kg], >= 0.
+        com: Centre of mass in the body's frame [m], (3,).
+        inertia: About the centre of mass, in the body's axes [kg m^2]: xx, yy, zz or
+            xx, yy, zz, xy, xz, yz.
+
+    Raises:
+        ValueError: If a value is missing, not finite, or no mass distribution has this inertia.
+    """
+
+    mass: float
+    com: Vector
+    inertia: Vector
+
+    def __post_init__(self) -> None:
+        _require_number("mass", self.mass, minimum=0.0, open_end=False, unit="kg")
+        _require_vector("com", self.com, 3, "m")
+        if len(self.inertia) not in (3, 6) or not np.all(np.isfinite(self.inertia)):
+            raise ValueError(
+                f"inertia is {list(self.inertia)}; needed are xx, yy, zz or xx, yy, zz, xy, xz, yz"
+                " [kg m^2]"
+            )
+        small, middle, large = np.linalg.eigvalsh(self.inertia_matrix)
+        slack = _INERTIA_TOLERANCE * max(large, 0.0)
+        if small < -slack or large > small + middle + slack:
+            raise ValueError(
+                f"inertia is {list(self.inertia)}, with principal moments {small:.6g}, {middle:.6g},"
+                f" {large:.6g}; needed are moments >= 0 of which none exceeds the sum of the others"
+                " [kg m^2]"
+            )
+        if self.mass == 0.0 and large > 0.0:
+            raise ValueError(f"mass is 0 with inertia {list(self.inertia)}; needed is a mass > 0 [kg]")
+
+    @property
+    def inertia_matrix(self) -> np.ndarray:
+        """Inertia tensor about the centre of mass [kg m^2], (3, 3)."""
+        xx, yy, zz, xy, xz, yz = (*self.inertia, 0.0, 0.0, 0.0)[:6]
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """Elastic rotation of a joint about an axis other than its own.
+
+    Attributes:
+        axis: Unit vector in the body's axes, (3,).
+        stiffness: [N m/rad], > 0.
+        damping: [N m s/rad], >= 0.
+
+    Raises:
+        ValueError: If a value is out of its range.
+    """
+
+    axis: Vector
+    stiffness: float
+    damping: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
+        _require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
+        _require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Revolute joint with the body it carries.
+
+    Attributes:
+        origin: Joint centre in the frame of the previous body [m], (3,).
+        axis: Unit vector of rotation, (3,).
+        body: The link behind the joint.
+        stiffness: Of the twist about the axis [N m/rad], > 0; None for a rigid joint.
+        damping: Of the twist [N m s/rad], >= 0; 0 for a rigid joint.
+        backlash: Half width of the gear's dead band [rad], >= 0; 0 for a rigid joint.
+        tilt: At most two tilts, in the order of rotation.
+        limits: Lowest and highest drive angle [rad], or None.
+        max_rate: Highest drive rate [rad/s], or None.
+        name: Shown in messages.
+
+    Raises:
+        ValueError: If a value is out of its range or a rigid joint has elastic properties.
+    """
+
+    origin: Vector
+    axis: Vector
+    body: Body
+    stiffness: float | None = None
+    damping: float = 0.0
+    backlash: float = 0.0
+    tilt: tuple[Tilt, ...] = ()
+    limits: tuple[float, float] | None = None
+    max_rate: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        _require_vector("origin", self.origin, 3, "m")
+        object.__setattr__(self, "axis", _unit_vector("axis", self.axis))
+        _require_number("damping", self.damping, minimum=0.0, open_end=False, unit="N m s/rad")
+        _require_number("backlash", self.backlash, minimum=0.0, open_end=False, unit="rad")
+        if self.stiffness is not None:
+            _require_number("stiffness", self.stiffness, minimum=0.0, open_end=True, unit="N m/rad")
+        elif self.damping > 0.0 or self.backlash > 0.0:
+            key = "damping" if self.damping > 0.0 else "backlash"
+            raise ValueError(
+                f"{key} is {getattr(self, key)!r} on a joint without stiffness; needed is a stiffness"
+                f" [N m/rad], or no {key} for a rigid joint"
+            )
+        if len(self.tilt) > 2:
+            raise ValueError(f"tilt has {len(self.tilt)} entries; needed are at most 2")
+        if self.limits is not None:
+            _require_vector("limits", self.limits, 2, "rad")
+            if self.limits[0] >= self.limits[1]:
+                raise ValueError(f"limits is {list(self.limits)}; needed is [low, high], low < high [rad]")
+        if self.max_rate is not None:
+            _require_number("max_rate", self.max_rate, minimum=0.0, open_end=True, unit="rad/s")
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Serial elastic robot.
+
+    Attributes:
+        name: Of the robot.
+        gravity: [m/s^2] in base axes, (3,).
+        tcp_position: TCP in the last body's frame [m], (3,).
+        tcp_rpy: Roll, pitch, yaw of the tool's axes in the last body [rad],
+            R = Rz(yaw) Ry(pitch) Rx(roll).
+        joints: Base to tool, at least one.
+        payload: Carried by the last body, in its frame, or None.
+
+    Raises:
+        ValueError: If a value is not finite or there is no joint.
+
+    Example:
+        >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+        >>> joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link, stiffness=1e5)
+        >>> robot = Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
+        >>> Robot.from_json(robot.to_json()) == robot
+        True
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    gravity: Vector = (0.0, 0.0, -9.81)
+    tcp_position: Vector = (0.0, 0.0, 0.0)
+    tcp_rpy: Vector = (0.0, 0.0, 0.0)
+    payload: Body | None = None
+
+    def __post_init__(self) -> None:
+        if not self.joints:
+            raise ValueError("the robot has no joint; needed is at least one")
+        _require_vector("gravity", self.gravity, 3, "m/s^2")
+        _require_vector("tcp position", self.tcp_position, 3, "m")
+        _require_vector("tcp rpy", self.tcp_rpy, 3, "rad")
+
+    def to_json(self) -> str:
+        """Return the robot as JSON; `from_json` restores it exactly."""
+        return json.dumps(dataclasses.asdict(self), indent=1)
+
+    @classmethod
+    def from_json(cls, text: str) -> Robot:
+        """Build the robot from `to_json`'s text."""
+        data = json.loads(text)
+        joints = tuple(
+            Joint(
+                **{
+                    **joint,
+                    "origin": tuple(joint["origin"]),
+                    "axis": tuple(joint["axis"]),
+                    "body": _body(joint["body"]),
+                    "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
+                    "limits": tuple(joint["limits"]) if joint["limits"] else None,
+                }
+            )
+            for joint in data["joints"]
+        )
+        return cls(
+            name=data["name"],
+            joints=joints,
+            gravity=tuple(data["gravity"]),
+            tcp_position=tuple(data["tcp_position"]),
+            tcp_rpy=tuple(data["tcp_rpy"]),
+            payload=_body(data["payload"]) if data["payload"] else None,
+        )
+
+
+def _body(data: dict) -> Body:
+    return Body(mass=data["mass"], com=tuple(data["com"]), inertia=tuple(data["inertia"]))

@@ -1,0 +1,69 @@
+"""Equation of motion of the elastic coordinates under prescribed drives.
+
+    M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x' = 0        rows of x
+
+M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robot at the TCP.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from elastic_robot.chain import Chain
+from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian
+
+
+class Dynamics:
+    """Forces on the elastic coordinates of one chain.
+
+    Args:
+        chain: The robot's chain; its model is used, and its gravity written, by this object alone.
+        gravity: [m/s^2] in base axes, (3,).
+    """
+
+    def __init__(self, chain: Chain, gravity: np.ndarray) -> None:
+        self.chain = chain
+        self.data = chain.model.createData()
+        self._rows = np.ix_(chain.elastic, chain.elastic)
+        self.gravity = gravity
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity [m/s^2] in base axes, (3,)."""
+        return self.chain.model.gravity.linear.copy()
+
+    @gravity.setter
+    def gravity(self, value: np.ndarray) -> None:
+        self.chain.model.gravity.linear = value
+
+    def load(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray | None
+    ) -> np.ndarray:
+        """Return M theta'' + h - J^T w in the rows of x [N m], (m,).
+
+        Args:
+            theta, rate, acceleration: Angles of the chain and their derivatives, (angles,).
+            wrench: On the robot at the TCP, (6,); None for none.
+        """
+        elastic = self.chain.elastic
+        torque = pin.rnea(self.chain.model, self.data, theta, rate, acceleration)[elastic]
+        if wrench is not None:
+            torque -= (wrench @ tcp_jacobian(self.chain, self.data, theta))[elastic]
+        return torque
+
+    def mass_matrix(self, theta: np.ndarray) -> np.ndarray:
+        """Return M in the rows and columns of x [kg m^2], (m, m)."""
+        return pin.crba(self.chain.model, self.data, theta)[self._rows]
+
+    def static_torque(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        """Return the torque J^T w - g that the elastic coordinates must carry at rest [N m], (m,)."""
+        gravity = pin.computeGeneralizedGravity(self.chain.model, self.data, theta)
+        jacobian = tcp_jacobian(self.chain, self.data, theta)
+        return (wrench @ jacobian - gravity)[self.chain.elastic]
+
+    def static_torque_gradient(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        """Return d(static_torque)/dx [N m/rad], (m, m)."""
+        of_gravity = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
+        jacobian = tcp_jacobian(self.chain, self.data, theta)
+        return (tcp_force_gradient(jacobian, wrench) - of_gravity)[self._rows]

@@ -1,0 +1,56 @@
+"""Pose, velocity and Jacobian of the TCP; with x left out these are the rigid robot's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from elastic_robot.chain import Chain
+
+
+def base_from_tool(chain: Chain, data: pin.Data, theta: np.ndarray) -> pin.SE3:
+    """Return the TCP's placement at the angles theta; it is overwritten by the next call."""
+    pin.forwardKinematics(chain.model, data, theta)
+    return pin.updateFramePlacement(chain.model, data, chain.tcp)
+
+
+def tcp_jacobian(chain: Chain, data: pin.Data, theta: np.ndarray) -> np.ndarray:
+    """Return d(TCP velocity, angular velocity)/d(theta'), base axes, (6, angles)."""
+    return pin.computeFrameJacobian(
+        chain.model, data, theta, chain.tcp, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    )
+
+
+def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Return d(J^T w)/d(theta) for a wrench that keeps its direction in base axes.
+
+    For revolute axes z and lever arms J_v = z x (p - p_i), with j at or below i in the chain:
+    dJ_v,i/dtheta_j = z_j x J_v,i and dz_i/dtheta_j = z_j x z_i; with j above i only the TCP moves:
+    dJ_v,i/dtheta_j = z_i x J_v,j (Bruyninckx and De Schutter 1996, docs/references.md).
+
+    Args:
+        jacobian: From `tcp_jacobian`, (6, angles).
+        wrench: (6,).
+
+    Returns:
+        Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (angles, angles).
+    """
+    lever, axis = jacobian[:3].T, jacobian[3:].T
+    # (z_min(i,j) x J_v,max(i,j)) . f  =  z_min . (J_v,max x f), symmetric in i and j
+    turning = axis @ np.cross(lever, wrench[:3]).T
+    gradient = np.triu(turning) + np.triu(turning, 1).T
+    # (z_j x z_i) . m for j < i only
+    return gradient + np.tril(np.cross(axis, wrench[3:]) @ axis.T, -1)
+
+
+def pose_of(placement: pin.SE3) -> np.ndarray:
+    """Return x, y, z, qx, qy, qz, qw of a placement, qw >= 0, (7,)."""
+    pose = pin.SE3ToXYZQUAT(placement)
+    if pose[6] < 0.0:
+        pose[3:] *= -1.0
+    return pose
+
+
+def rotation_between(placement: pin.SE3, reference: pin.SE3) -> np.ndarray:
+    """Return the rotation vector r [rad] with R = exp(r) R_reference, base axes, (3,)."""
+    return pin.log3(placement.rotation @ reference.rotation.T)

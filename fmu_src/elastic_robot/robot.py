@@ -1,0 +1,177 @@
+"""The elastic robot as one object: reset, step, outputs; the same with and without FMI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.errors import ParameterError
+from elastic_robot.integrator import GaussStepper, State
+from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
+from elastic_robot.motion import DrivenMotion, Drives
+from elastic_robot.parameters import Parameters
+from elastic_robot.statics import equilibrium, tcp_compliance
+from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
+
+# The error of the TCP [m] over a long path per allowed local error [rad]: on the ISO 9283 path of
+# the example robot 1.3 without and 5 with backlash; ten leaves room for longer paths.
+_TCP_PER_LOCAL_ERROR = 10.0
+# Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
+# gear changes flank [s]: the scale of the fastest oscillation (235 Hz).
+_LONGEST_STEP = 0.02
+_FIRST_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What the robot shows at one time (frames and orders: help(elastic_robot)).
+
+    Attributes:
+        tcp: Pose of the elastic robot's TCP, (7,).
+        velocity: Of the TCP [m/s], (3,); in quasi-static mode that of the rigid robot.
+        rigid: Pose of the TCP with undeflected joints, (7,).
+        deviation: TCP minus rigid TCP [m] and rotation vector [rad], (6,).
+        deflection: Elastic coordinates x [rad], (m,).
+    """
+
+    tcp: np.ndarray
+    velocity: np.ndarray
+    rigid: np.ndarray
+    deviation: np.ndarray
+    deflection: np.ndarray
+
+
+class ElasticRobot:
+    """An elastic robot in time.
+
+    Args:
+        robot: Its description.
+        torque_curve: A name of `TORQUE_CURVES`.
+        quasistatic: Equilibrium at every step's end instead of the equation of motion.
+        tolerance: Error allowed at the TCP over a path [m], in dynamic mode.
+
+    Raises:
+        ParameterError: If the torque curve is not known.
+
+    Example:
+        >>> from elastic_robot.robot_file import load_robot, shipped_robots
+        >>> from elastic_robot.trajectory import HeldCommand
+        >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]))
+        >>> rest = HeldCommand(0.0, np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), np.zeros(6), np.zeros(6))
+        >>> robot.reset(0.0, rest, wrench=np.zeros(6))
+        >>> robot.step(0.01, rest, wrench=np.array([0.0, 0.0, -2000.0, 0.0, 0.0, 0.0]))
+        >>> bool(robot.outputs().deviation[2] < -1e-3)  # gravity and force bend it down
+        True
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        torque_curve: str = "backlash",
+        quasistatic: bool = False,
+        tolerance: float = 1e-6,
+    ) -> None:
+        if torque_curve not in TORQUE_CURVES:
+            raise ParameterError(
+                f"torque_curve is {torque_curve!r}; needed is one of {', '.join(TORQUE_CURVES)}"
+            )
+        self.chain = build_chain(robot)
+        self._curve_class = TORQUE_CURVES[torque_curve]
+        self._quasistatic = quasistatic
+        self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
+        self._stepper = GaussStepper(tolerance / _TCP_PER_LOCAL_ERROR, _LONGEST_STEP, _FIRST_STEP)
+        self._state: State | None = None
+        self.parameters = Parameters.of(robot)
+
+    @property
+    def parameters(self) -> Parameters:
+        """Stiffness, damping, backlash and gravity; assigning takes effect with the next step."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._dynamics.gravity = parameters.gravity
+        self._curve: TorqueCurve = self._curve_class.build(parameters.stiffness, parameters.backlash)
+        if self._state is not None:
+            region = self._curve.region(self._state.x)
+            self._state = self._stepper.start(self._state.time, self._state.x, self._state.v, region)
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return self._now().time
+
+    def reset(
+        self, time: float, drives: Drives, wrench: np.ndarray, undeflected: bool = False
+    ) -> None:
+        """Start at a time, at rest relative to the drives.
+
+        Args:
+            time: [s].
+            drives: Motion of the drives.
+            wrench: On the robot at the TCP, base axes, (6,).
+            undeflected: Start with x = 0 instead of the equilibrium under gravity and wrench.
+
+        Raises:
+            EquilibriumError: If there is no equilibrium.
+            TrajectoryError: If the drives are not defined at that time.
+        """
+        q, qd, _ = (values[0] for values in drives.at(np.array([time])))
+        x = np.zeros(self.chain.elastic_count)
+        if not undeflected:
+            x = equilibrium(self._dynamics, self._curve, q, wrench)
+        self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
+        self._q, self._qd, self._wrench = q, qd, wrench
+
+    def step(self, end: float, drives: Drives, wrench: np.ndarray) -> None:
+        """Move on to a time under a held wrench.
+
+        Raises:
+            EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
+        """
+        state = self._now()
+        q, qd, _ = (values[0] for values in drives.at(np.array([end])))
+        if self._quasistatic:
+            x = equilibrium(self._dynamics, self._curve, q, wrench)
+            self._state = replace(state, time=end, x=x)
+        elif self.chain.elastic_count == 0:
+            self._state = replace(state, time=end)
+        else:
+            motion = DrivenMotion(
+                self._dynamics, self._curve, self._parameters.damping, drives, wrench
+            )
+            self._state = self._stepper.advance(motion, state, end)
+        self._q, self._qd, self._wrench = q, qd, wrench
+
+    def outputs(self) -> Outputs:
+        """Return pose, velocity and deflection at the present time."""
+        state, chain, data = self._now(), self.chain, self._dynamics.data
+        rigid = base_from_tool(chain, data, chain.theta(self._q)).copy()
+        theta = chain.theta(self._q) if self._quasistatic else chain.theta(self._q, state.x)
+        rate = chain.theta(self._qd) if self._quasistatic else chain.theta(self._qd, state.v)
+        velocity = tcp_jacobian(chain, data, theta)[:3] @ rate
+        tcp: pin.SE3 = base_from_tool(chain, data, chain.theta(self._q, state.x))
+        return Outputs(
+            tcp=pose_of(tcp),
+            velocity=velocity,
+            rigid=pose_of(rigid),
+            deviation=np.append(
+                tcp.translation - rigid.translation, rotation_between(tcp, rigid)
+            ),
+            deflection=state.x,
+        )
+
+    def compliance(self) -> np.ndarray:
+        """Return the static translational compliance at the present state [m/N], (3, 3)."""
+        return tcp_compliance(self._dynamics, self._curve, self._q, self._now().x, self._wrench)
+
+    def _now(self) -> State:
+        if self._state is None:
+            raise ParameterError("the robot has no state yet; reset it first")
+        return self._state

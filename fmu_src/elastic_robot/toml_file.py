@@ -1,0 +1,117 @@
+"""Reading a TOML file against a pydantic schema, with messages for the person who wrote the file.
+
+Used at the desk and by the build only: the FMU needs no pydantic.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from elastic_robot.errors import ElasticRobotError
+
+
+class Schema(BaseModel):
+    """Base of file schemas: no unknown keys, no silent conversion of types, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+SchemaT = TypeVar("SchemaT", bound=BaseModel)
+
+
+def read_toml(path: Path, schema: type[SchemaT], error: type[Exception]) -> SchemaT:
+    """Read and validate a TOML file.
+
+    Args:
+        path: The file.
+        schema: What it must contain.
+        error: Exception class for every problem; its message names the file, the place, the value
+            found and what is needed.
+
+    Returns:
+        The validated content.
+    """
+    return validate(load_toml(path, error), schema, error, str(path))
+
+
+def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
+    """Parse a TOML file; `error` is raised with the file's name if that fails."""
+    try:
+        with path.open("rb") as stream:
+            return tomllib.load(stream)
+    except OSError as cause:
+        raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as cause:
+        raise error(f"{path}: is not valid TOML: {cause}") from cause
+
+
+def validate(
+    data: dict[str, Any], schema: type[SchemaT], error: type[Exception], where: str
+) -> SchemaT:
+    """Validate parsed data against a schema; `error` is raised with all problems found."""
+    try:
+        return schema.model_validate(data)
+    except ValidationError as cause:
+        problems = [f"{where}: {_problem(item, schema)}" for item in cause.errors()]
+        raise error("\n".join(problems)) from cause
+
+
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Return a hint such as "did you mean 'mass'?", or the list of known words."""
+    close = difflib.get_close_matches(word, known, n=1)
+    listing = ", ".join(known)
+    return f"did you mean {close[0]!r}? Known: {listing}" if close else f"known: {listing}"
+
+
+def _problem(item: Any, schema: type[BaseModel]) -> str:
+    """One sentence for one pydantic error."""
+    place = list(item["loc"])
+    if item["type"] == "extra_forbidden":
+        *parents, key = place
+        known = _keys_at(schema, parents)
+        return f"{_join(parents)}unknown key {key!r}; {nearest(str(key), known)}"
+    if item["type"] == "missing":
+        *parents, key = place
+        return f"{_join(parents)}key {key!r} is missing; it is needed"
+    cause = item.get("ctx", {}).get("error")
+    if item["type"] == "value_error" and isinstance(cause, ValueError | ElasticRobotError):
+        return f"{_join(place)}{cause}"
+    needed = item["msg"].replace("Input should be", "needed is")
+    return f"{_join(place)}found {item['input']!r}; {needed}"
+
+
+def _join(place: Sequence[str | int]) -> str:
+    """('joint', 1, 'mass') -> 'joint 2: mass: ' (people count from one)."""
+    words: list[str] = []
+    for part in place:
+        if isinstance(part, int) and words:
+            words[-1] += f" {part + 1}"
+        else:
+            words.append(str(part))
+    return "".join(f"{word}: " for word in words)
+
+
+def _keys_at(schema: Any, place: Sequence[str | int]) -> list[str]:
+    """Names of the fields of the sub-schema at a place."""
+    for part in place:
+        if isinstance(part, str):
+            schema = schema.model_fields[part].annotation
+        schema = _model_in(schema)
+    return list(schema.model_fields)
+
+
+def _model_in(annotation: Any) -> Any:
+    """The schema inside list[Schema], Schema | None and the like."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for argument in getattr(annotation, "__args__", ()):
+        found = _model_in(argument)
+        if found is not None:
+            return found
+    return None

@@ -1,0 +1,173 @@
+"""Restoring torque of the elastic coordinates over their angle: the curves S of the robot model.
+
+A curve serves all coordinates at once: its parameters are arrays with one entry per coordinate,
+tilts having no backlash.  The family's verbs are `torque`, `slope`, `deflection` and `region`;
+`in_region` gives a stepper one smooth law to integrate, so that it can stop where the law changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from elastic_robot.errors import ParameterError
+
+
+class TorqueCurve(Protocol):
+    """What a curve does; every array has one entry per elastic coordinate in its last axis."""
+
+    @property
+    def half_width(self) -> np.ndarray:
+        """Where the law changes: at +-half_width [rad]; infinite for a smooth curve."""
+        ...
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """Restoring torque S(x) [N m], odd and rising in x."""
+        ...
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """dS/dx [N m/rad]."""
+        ...
+
+    def flank_slope(self, x: np.ndarray) -> np.ndarray:
+        """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its play."""
+        ...
+
+    def deflection(self, torque: np.ndarray) -> np.ndarray:
+        """Angle x [rad] at which the curve carries a torque; 0 where that is not unique."""
+        ...
+
+    def region(self, x: np.ndarray) -> np.ndarray:
+        """Which branch x lies on: -1, 0 (inside the play) or 1; 1 everywhere if smooth."""
+        ...
+
+    def in_region(self, region: np.ndarray) -> TorqueCurve:
+        """Return the branch of the law that holds in `region`, continued beyond its ends."""
+        ...
+
+
+@dataclass(frozen=True)
+class LinearCurve:
+    """Torque k x - offset of a spring without play.
+
+    Attributes:
+        stiffness: k [N m/rad], >= 0.
+        offset: [N m]; nonzero on a branch of a curve with play.
+
+    Example:
+        >>> LinearCurve(np.array([1e4])).torque(np.array([2e-3]))
+        array([20.])
+    """
+
+    stiffness: np.ndarray
+    offset: np.ndarray | float = 0.0
+
+    @classmethod
+    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> LinearCurve:
+        """Return the curve of given parameters; the backlash is left out."""
+        del backlash
+        return cls(stiffness)
+
+    @property
+    def half_width(self) -> np.ndarray:
+        """Infinite: the law never changes."""
+        return np.full(np.shape(self.stiffness), np.inf)
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """S(x) = k x - offset [N m]."""
+        return self.stiffness * x - self.offset
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """k [N m/rad]."""
+        return np.broadcast_to(self.stiffness, np.shape(x))
+
+    def flank_slope(self, x: np.ndarray) -> np.ndarray:
+        """k [N m/rad]."""
+        return self.slope(x)
+
+    def deflection(self, torque: np.ndarray) -> np.ndarray:
+        """x = torque / k [rad]."""
+        return (torque + self.offset) / self.stiffness
+
+    def region(self, x: np.ndarray) -> np.ndarray:
+        """Return 1: there is one branch."""
+        return np.ones(np.shape(x), dtype=int)
+
+    def in_region(self, region: np.ndarray) -> LinearCurve:
+        """Return the curve itself."""
+        del region
+        return self
+
+
+@dataclass(frozen=True)
+class BacklashCurve:
+    """Torque of a gear with play: zero inside the gap, linear outside it.
+
+    S(x) = k sign(x) max(|x| - B, 0), the piecewise linear variant of Abele et al. 2008 (docs/
+    references.md).
+
+    Attributes:
+        stiffness: k, slope outside the gap [N m/rad], > 0.
+        backlash: B, half width of the play [rad], >= 0; centred on zero.
+
+    Example:
+        >>> BacklashCurve(np.array([1e4]), np.array([1e-3])).torque(np.array([[5e-4], [3e-3]]))
+        array([[ 0.],
+               [20.]])
+    """
+
+    stiffness: np.ndarray
+    backlash: np.ndarray
+
+    @classmethod
+    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> BacklashCurve:
+        """Return the curve of given parameters."""
+        return cls(stiffness, backlash)
+
+    @property
+    def half_width(self) -> np.ndarray:
+        """B, or infinite for a coordinate without play: its law never changes."""
+        return np.where(self.backlash > 0.0, self.backlash, np.inf)
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """S(x) [N m], shape of x."""
+        beyond = np.maximum(np.abs(x) - self.backlash, 0.0)
+        return self.stiffness * np.copysign(beyond, x)
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """Return k outside the gap, 0 inside [N m/rad]."""
+        return self.stiffness * ((np.abs(x) > self.backlash) | (self.backlash == 0.0))
+
+    def flank_slope(self, x: np.ndarray) -> np.ndarray:
+        """k [N m/rad], inside the gap too."""
+        return np.broadcast_to(self.stiffness, np.shape(x))
+
+    def deflection(self, torque: np.ndarray) -> np.ndarray:
+        """x = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
+        return torque / self.stiffness + self.backlash * np.sign(torque)
+
+    def region(self, x: np.ndarray) -> np.ndarray:
+        """Return -1 below the gap, 0 inside, 1 above; 1 for a coordinate without play."""
+        side = np.sign(x).astype(int) * (np.abs(x) > self.backlash)
+        return np.where(self.backlash > 0.0, side, 1)
+
+    def in_region(self, region: np.ndarray) -> LinearCurve:
+        """Return the straight line of the branch: k (x - B region), or zero inside the gap."""
+        stiffness = self.stiffness * (region != 0)
+        return LinearCurve(stiffness, stiffness * self.backlash * region)
+
+
+class SplineCurve:
+    """Smooth characteristic curve of a gear with play, by Akima interpolation."""
+
+    @classmethod
+    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> TorqueCurve:
+        """Refuse: the curve is not available yet."""
+        raise ParameterError(
+            "torque_curve is 'spline', which is not available yet; use 'linear' or 'backlash'"
+        )
+
+
+TORQUE_CURVES = {"linear": LinearCurve, "backlash": BacklashCurve, "spline": SplineCurve}

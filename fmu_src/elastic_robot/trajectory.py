@@ -1,0 +1,179 @@
+"""Joint motion of the drives: q, q', q'' over time, from samples or from held commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PPoly
+
+from elastic_robot.errors import TrajectoryError
+
+# Sums of communication steps round; a time may pass the ends of a trajectory by this much [s].
+END_SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class HeldCommand:
+    """Drives from the command at a step's start: q + q' s + q'' s^2 / 2, s seconds later.
+
+    Attributes:
+        start: Time of the step's start [s].
+        q, qd, qdd: Command there [rad, rad/s, rad/s^2], (n,).
+    """
+
+    start: float
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, q', q'' at times (k,), each (k, n)."""
+        s = (times - self.start)[:, None]
+        rate = self.qd + self.qdd * s
+        return self.q + (self.qd + 0.5 * self.qdd * s) * s, rate, np.broadcast_to(self.qdd, rate.shape)
+
+    def kinks(self) -> np.ndarray:
+        """Times at which the motion's third derivative jumps: none."""
+        return np.empty(0)
+
+
+class Trajectory:
+    """Drives from samples.
+
+    With rates and accelerations the motion is the quintic Hermite spline of the samples, else the
+    C2 cubic spline through them with zero rate at both ends.
+
+    Args:
+        time: Rising [s], (k,), at least 2.
+        q: Angles [rad], (k, n).
+        qd: Rates [rad/s], (k, n), or None.
+        qdd: Accelerations [rad/s^2], (k, n), or None; given if and only if qd is.
+
+    Raises:
+        TrajectoryError: If sizes do not agree, a value is not finite or time does not rise.
+    """
+
+    def __init__(
+        self,
+        time: np.ndarray,
+        q: np.ndarray,
+        qd: np.ndarray | None = None,
+        qdd: np.ndarray | None = None,
+    ) -> None:
+        _require_samples(time, q, qd, qdd)
+        if qd is not None and qdd is not None:
+            position = _quintic_hermite(time, q, qd, qdd)
+        else:
+            position = CubicSpline(time, q, bc_type="clamped")
+        self._position = position
+        self._rate = position.derivative(1)
+        self._acceleration = position.derivative(2)
+        self.start = float(time[0])
+        self.end = float(time[-1])
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, q', q'' at times (k,), each (k, n).
+
+        Raises:
+            TrajectoryError: If a time is outside the samples by more than END_SLACK.
+        """
+        lowest, highest = np.min(times), np.max(times)
+        if not (self.start - END_SLACK <= lowest and highest <= self.end + END_SLACK):
+            asked = lowest if lowest < self.start else highest
+            raise TrajectoryError(
+                f"time is {asked:.9g} s; the trajectory covers {self.start:.9g} to {self.end:.9g} s"
+            )
+        times = np.clip(times, self.start, self.end)
+        return self._position(times), self._rate(times), self._acceleration(times)
+
+
+def _require_samples(
+    time: np.ndarray, q: np.ndarray, qd: np.ndarray | None, qdd: np.ndarray | None
+) -> None:
+    if time.ndim != 1 or len(time) < 2:
+        raise TrajectoryError(f"trajectory has {np.size(time)} samples; needed are at least 2")
+    if (qd is None) != (qdd is None):
+        have, lack = ("qd", "qdd") if qdd is None else ("qdd", "qd")
+        raise TrajectoryError(f"trajectory has {have} but no {lack}; give both or none")
+    for name, values in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd)):
+        if values is None:
+            continue
+        if name != "time" and values.shape != q.shape or len(values) != len(time):
+            raise TrajectoryError(f"trajectory: {name} has shape {values.shape}, time {time.shape}")
+        bad = np.argwhere(~np.isfinite(values.reshape(len(time), -1)))
+        if len(bad):
+            raise TrajectoryError(f"trajectory: {name} is not finite in sample {bad[0][0] + 1}")
+    steps = np.diff(time)
+    if np.any(steps <= 0.0):
+        k = int(np.argmax(steps <= 0.0))
+        raise TrajectoryError(
+            f"trajectory: time falls from {time[k]:.9g} to {time[k + 1]:.9g} s at sample {k + 2};"
+            " needed are rising times"
+        )
+
+
+def _quintic_hermite(time: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> PPoly:
+    """Polynomials of degree 5 that take value, rate and acceleration at both ends of each interval.
+
+    In s = (t - t_k) / h: c0..c2 from the left end; c3..c5 solve the conditions at the right end.
+    """
+    h = np.diff(time)[:, None]
+    rise = q[1:] - q[:-1] - h * qd[:-1] - 0.5 * h**2 * qdd[:-1]
+    slope = h * (qd[1:] - qd[:-1]) - h**2 * qdd[:-1]
+    curvature = h**2 * (qdd[1:] - qdd[:-1])
+    c3 = 10.0 * rise - 4.0 * slope + 0.5 * curvature
+    c4 = -15.0 * rise + 7.0 * slope - curvature
+    c5 = 6.0 * rise - 3.0 * slope + 0.5 * curvature
+    coefficients = np.stack([c5 / h**5, c4 / h**4, c3 / h**3, 0.5 * qdd[:-1], qd[:-1], q[:-1]])
+    return PPoly(coefficients, time)
+
+
+def read_trajectory(path: Path, joint_count: int) -> Trajectory:
+    """Read a trajectory from CSV (header line) or NPZ (arrays `columns` and `data`).
+
+    Columns time, q1.., and optionally qd1.., qdd1.. are found by name; others are ignored.
+
+    Raises:
+        TrajectoryError: With the file, what was found and what is needed.
+    """
+    try:
+        columns, data = _read_table(path)
+    except FileNotFoundError as cause:
+        raise TrajectoryError(f"trajectory {path} does not exist") from cause
+    except (OSError, ValueError, KeyError) as cause:
+        raise TrajectoryError(f"trajectory {path} cannot be read: {cause}") from cause
+
+    def block(prefix: str) -> np.ndarray | None:
+        names = [f"{prefix}{i}" for i in range(1, joint_count + 1)]
+        found = [name for name in names if name in columns]
+        if prefix != "q" and not found:
+            return None
+        missing = [name for name in names if name not in columns]
+        if missing:
+            raise TrajectoryError(
+                f"trajectory {path} has no column {missing[0]!r}; it has {', '.join(columns)}"
+            )
+        return data[:, [columns.index(name) for name in names]]
+
+    if "time" not in columns:
+        raise TrajectoryError(f"trajectory {path} has no column 'time'; it has {', '.join(columns)}")
+    q = block("q")
+    assert q is not None
+    try:
+        return Trajectory(data[:, columns.index("time")], q, block("qd"), block("qdd"))
+    except TrajectoryError as cause:
+        raise TrajectoryError(f"{path}: {cause}") from cause
+
+
+def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
+    if path.suffix == ".npz":
+        with np.load(path, allow_pickle=False) as archive:
+            return [str(name) for name in archive["columns"]], np.asarray(archive["data"], dtype=float)
+    with path.open(encoding="utf-8") as stream:
+        columns = [name.strip() for name in stream.readline().split(",")]
+        data = np.loadtxt(stream, delimiter=",", ndmin=2)
+    if data.shape[1] != len(columns):
+        raise ValueError(f"{len(columns)} column names over {data.shape[1]} columns")
+    return columns, data
