@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import sys
 import tempfile
@@ -37,7 +38,7 @@ def build(robot: Robot, file: Path) -> Path:
     """
     if file.suffix != ".fmu":
         raise BuildError(f"{file}: the FMU's name must end in .fmu")
-    model = _package_folder("elastic_robot")
+    model = package_folder("elastic_robot")
     slave = model.parent / "elastic_robot_slave.py"
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -53,10 +54,21 @@ def build(robot: Robot, file: Path) -> Path:
     return file
 
 
-def _package_folder(name: str) -> Path:
+def package_folder(name: str) -> Path:
+    """Return the folder of an importable package, without importing it."""
     spec = util.find_spec(name)
     assert spec is not None and spec.origin is not None
     return Path(spec.origin).parent
+
+
+def fingerprint(folder: Path) -> str:
+    """Return a hash of the sources and descriptions under a folder: what an FMU will do."""
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*")):
+        if file.suffix in (".py", ".json", ".toml"):
+            digest.update(file.relative_to(folder).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -22,6 +22,8 @@ from pythonfmu.enums import Fmi2Status
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
+# The symmetric compliance is given by its upper triangle: xx xy xz yy yz zz.
+_UPPER = np.triu_indices(3)
 
 
 def _reported(method):
@@ -55,7 +57,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._tolerance = 1e-6
         self._initialised = False  # the state belongs to the present inputs and parameters
         self._stepped = False
-        self._fresh = set()  # output blocks that belong to the present state
+        self._fresh = set()  # output blocks computed for the present state
         self._parameters_changed = False
 
     def _register(self):
@@ -76,9 +78,13 @@ class ElasticRobotSlave(Fmi2Slave):
                 starts.append(0.0 if variable.start is None else variable.start)
                 names.append(variable.name)
         self._values, self._names = np.array(starts), names
-        first_output, last_output = self._slices["tcp"].start, self._slices["deflection"].stop
-        self._outputs = range(first_output, last_output)
-        self._inputs = range(first_output)
+        self._output_of = {
+            vr: key
+            for key, block in table.items()
+            if block.causality == "output"
+            for vr in range(self._slices[key].start, self._slices[key].stop)
+        }
+        self._inputs = range(self._slices["tcp"].start)
         self._string_names = list(self._strings)
         for name in self._string_names:
             string = String(
@@ -129,9 +135,14 @@ class ElasticRobotSlave(Fmi2Slave):
 
     @_reported
     def get_real(self, vrs):
-        """Return values; outputs are computed when they are read."""
-        if any(vr in self._outputs for vr in vrs):
-            self._refresh(vrs)
+        """Return values; an output is computed when it is read."""
+        stale = {self._output_of[vr] for vr in vrs if vr in self._output_of} - self._fresh
+        if stale:
+            self._initialise()
+        for key in stale:
+            value = getattr(self._model, key)()
+            self._values[self._slices[key]] = value[_UPPER] if key == "compliance" else value
+            self._fresh.add(key)
         return self._values[vrs].tolist()
 
     @_reported
@@ -140,7 +151,7 @@ class ElasticRobotSlave(Fmi2Slave):
         for vr, value in zip(vrs, values, strict=True):
             if not np.isfinite(value):
                 raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
-            if vr in self._outputs:
+            if vr in self._output_of:
                 raise ParameterError(f"{self._names[vr]} is an output and cannot be set")
         if any(vr not in self._inputs for vr in vrs):
             self._parameters_changed = True
@@ -206,17 +217,3 @@ class ElasticRobotSlave(Fmi2Slave):
             damping=self._block("damping").copy(),
             backlash=backlash,
         )
-
-    def _refresh(self, vrs):
-        self._initialise()
-        compliance = self._slices["compliance"]
-        if "compliance" not in self._fresh and any(
-            compliance.start <= vr < compliance.stop for vr in vrs
-        ):
-            self._values[compliance] = self._model.compliance()[np.triu_indices(3)]
-            self._fresh.add("compliance")
-        if "pose" not in self._fresh:
-            outputs = self._model.outputs()
-            for key in ("tcp", "velocity", "rigid", "deviation", "deflection"):
-                self._values[self._slices[key]] = getattr(outputs, key)
-            self._fresh.add("pose")

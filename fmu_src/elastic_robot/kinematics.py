@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pinocchio as pin
 
@@ -35,12 +37,20 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     Returns:
         Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (angles, angles).
     """
-    lever, axis = jacobian[:3].T, jacobian[3:].T
-    # (z_min(i,j) x J_v,max(i,j)) . f  =  z_min . (J_v,max x f), symmetric in i and j
-    turning = axis @ np.cross(lever, wrench[:3]).T
-    gradient = np.triu(turning) + np.triu(turning, 1).T
-    # (z_j x z_i) . m for j < i only
-    return gradient + np.tril(np.cross(axis, wrench[3:]) @ axis.T, -1)
+    lever, axis = jacobian[:3], jacobian[3:]
+    # (z_min(i,j) x J_v,max(i,j)) . f = z_min . (J_v,max x f), symmetric in i and j.
+    turning = axis.T @ (pin.skew(-wrench[:3]) @ lever)
+    # (z_j x z_i) . m = z_j . (z_i x m) for j < i only.
+    tilting = (pin.skew(-wrench[3:]) @ axis).T @ axis
+    upper, below = _triangles(len(axis.T))
+    return np.where(upper, turning, turning.T) + below * tilting
+
+
+@functools.cache
+def _triangles(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of the upper triangle with the diagonal, and of the strictly lower one."""
+    upper = np.triu(np.ones((size, size), dtype=bool))
+    return upper, ~upper
 
 
 def pose_of(placement: pin.SE3) -> np.ndarray:

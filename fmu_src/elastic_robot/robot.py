@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -27,25 +27,6 @@ _LONGEST_STEP = 0.02
 _FIRST_STEP = 1e-3
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """What the robot shows at one time (frames and orders: help(elastic_robot)).
-
-    Attributes:
-        tcp: Pose of the elastic robot's TCP, (7,).
-        velocity: Of the TCP [m/s], (3,); in quasi-static mode that of the rigid robot.
-        rigid: Pose of the TCP with undeflected joints, (7,).
-        deviation: TCP minus rigid TCP [m] and rotation vector [rad], (6,).
-        deflection: Elastic coordinates x [rad], (m,).
-    """
-
-    tcp: np.ndarray
-    velocity: np.ndarray
-    rigid: np.ndarray
-    deviation: np.ndarray
-    deflection: np.ndarray
-
-
 class ElasticRobot:
     """An elastic robot in time.
 
@@ -65,7 +46,7 @@ class ElasticRobot:
         >>> rest = HeldCommand(0.0, np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), np.zeros(6), np.zeros(6))
         >>> robot.reset(0.0, rest, wrench=np.zeros(6))
         >>> robot.step(0.01, rest, wrench=np.array([0.0, 0.0, -2000.0, 0.0, 0.0, 0.0]))
-        >>> bool(robot.outputs().deviation[2] < -1e-3)  # gravity and force bend it down
+        >>> bool(robot.deviation()[2] < -1e-3)  # gravity and force bend it down
         True
     """
 
@@ -149,23 +130,39 @@ class ElasticRobot:
             self._state = self._stepper.advance(motion, state, end)
         self._q, self._qd, self._wrench = q, qd, wrench
 
-    def outputs(self) -> Outputs:
-        """Return pose, velocity and deflection at the present time."""
-        state, chain, data = self._now(), self.chain, self._dynamics.data
-        rigid = base_from_tool(chain, data, chain.theta(self._q)).copy()
-        theta = chain.theta(self._q) if self._quasistatic else chain.theta(self._q, state.x)
-        rate = chain.theta(self._qd) if self._quasistatic else chain.theta(self._qd, state.v)
-        velocity = tcp_jacobian(chain, data, theta)[:3] @ rate
-        tcp: pin.SE3 = base_from_tool(chain, data, chain.theta(self._q, state.x))
-        return Outputs(
-            tcp=pose_of(tcp),
-            velocity=velocity,
-            rigid=pose_of(rigid),
-            deviation=np.append(
-                tcp.translation - rigid.translation, rotation_between(tcp, rigid)
-            ),
-            deflection=state.x,
-        )
+    def tcp(self) -> np.ndarray:
+        """Return the pose of the elastic robot's TCP, (7,)."""
+        return pose_of(self._elastic_placement())
+
+    def velocity(self) -> np.ndarray:
+        """Return the TCP's velocity [m/s], (3,); in quasi-static mode that of the rigid robot."""
+        chain, state = self.chain, self._now()
+        x, v = (None, None) if self._quasistatic else (state.x, state.v)
+        jacobian = tcp_jacobian(chain, self._dynamics.data, chain.theta(self._q, x))
+        velocity: np.ndarray = jacobian[:3] @ chain.theta(self._qd, v)
+        return velocity
+
+    def rigid(self) -> np.ndarray:
+        """Return the pose of the TCP with undeflected joints, (7,)."""
+        return pose_of(self._rigid_placement())
+
+    def deviation(self) -> np.ndarray:
+        """Return TCP minus rigid TCP [m] and the rotation vector between them [rad], (6,)."""
+        rigid = self._rigid_placement().copy()
+        tcp = self._elastic_placement()
+        offset = tcp.translation - rigid.translation
+        return np.append(offset, rotation_between(tcp, rigid))
+
+    def deflection(self) -> np.ndarray:
+        """Return the elastic coordinates x [rad], (m,)."""
+        return self._now().x
+
+    def _rigid_placement(self) -> pin.SE3:
+        return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._q))
+
+    def _elastic_placement(self) -> pin.SE3:
+        theta = self.chain.theta(self._q, self._now().x)
+        return base_from_tool(self.chain, self._dynamics.data, theta)
 
     def compliance(self) -> np.ndarray:
         """Return the static translational compliance at the present state [m/N], (3, 3)."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
@@ -12,7 +15,7 @@ from elastic_robot.torque_curves import TorqueCurve
 # Below this torque [N m] a gear with play counts as unloaded and rests in the middle of its gap.
 # Rounding of the gravity torque of a heavy robot is 1e-12 N m, the smallest real load far larger.
 NEUTRAL_TORQUE = 1e-6
-# Newton ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
+# Newton's method ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
 _STEP_TOLERANCE = 1e-14
 _MAX_ITERATIONS = 60
 
@@ -22,10 +25,12 @@ def equilibrium(
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
-    Newton's method, started at the deflection under the load of the undeflected robot, so that the
-    result does not depend on history.  A gear with play rests on the flank that its load pushes it
-    to; loaded by less than NEUTRAL_TORQUE in the middle of its gap it stays there; where the load
-    changes sign inside the gap (the robot hangs in its play) it rests at that place.
+    Newton's method on one branch of the curve per coordinate, started at the deflection under the
+    load of the undeflected robot, so that the result does not depend on history.  A gear with play
+    rests on the flank that its load pushes it to; loaded by less than NEUTRAL_TORQUE in the middle
+    of its gap it stays there; where the load changes sign inside the gap it rests at that place if
+    the robot hangs there in its play, and on the flank that then carries less torque if it could
+    rest on either.
 
     Args:
         dynamics: Forces of the robot.
@@ -40,45 +45,91 @@ def equilibrium(
         EquilibriumError: If Newton's method finds none, because the robot buckles under the load.
     """
     chain = dynamics.chain
-    half_width = np.where(np.isfinite(curve.half_width), curve.half_width, 0.0)
     x = np.zeros(chain.elastic_count)
     if chain.elastic_count == 0:
         return x
-    torque = dynamics.static_torque(chain.theta(q, x), wrench)
-    neutral = (half_width > 0.0) & (np.abs(torque) < NEUTRAL_TORQUE)
-    hanging = np.zeros_like(neutral)  # rests inside its play, held there by the load itself
+    rigid = chain.theta(q)
+    torque = dynamics.static_torque(rigid, wrench)
+    switching = np.isfinite(curve.half_width)
+    guard = np.where(switching, curve.half_width, -np.inf)
+    neutral = switching & (np.abs(torque) < NEUTRAL_TORQUE)
     x = np.where(neutral, 0.0, curve.deflection(torque))
+    region = np.where(neutral, 0, curve.region(x))
+    solve, settled = None, False
     for _ in range(_MAX_ITERATIONS):
-        theta = chain.theta(q, x)
+        branch = curve.in_region(region)
+        theta = rigid.copy()
+        theta[chain.elastic] += x
         torque = dynamics.static_torque(theta, wrench)
-        matrix = -dynamics.static_torque_gradient(theta, wrench)
-        matrix[np.diag_indices_from(matrix)] += np.where(hanging, 0.0, curve.slope(x))
-        residual = torque - np.where(hanging, 0.0, curve.torque(x))
-        matrix[neutral] = np.eye(len(x))[neutral]
-        residual[neutral] = 0.0
-        try:
-            step = np.linalg.solve(matrix, residual)
-        except np.linalg.LinAlgError:
+        if solve is None:
+            softening = dynamics.static_torque_gradient(theta, wrench)
+            solve = _solver(branch.slope(x), softening, neutral)
+        step = solve(np.where(neutral, 0.0, torque - branch.torque(x)))
+        x = x + step
+        largest = np.abs(step).max()
+        if not largest < np.pi:
             break
-        new = x + step
-        if not np.all(np.isfinite(new)) or np.max(np.abs(new)) > np.pi:
-            break
-        # A gear that was on a flank and is pulled off it either hangs in the gap or, if the load
-        # still points the old way there, comes back to the flank.
-        leaving = ~neutral & ~hanging & (half_width > 0.0) & (np.sign(x) * new < half_width)
-        hanging |= leaving
-        torque_there = dynamics.static_torque(chain.theta(q, new), wrench)
-        slipping = hanging & (np.abs(new) > half_width)
-        hanging &= ~slipping
-        new = np.where(slipping, curve.deflection(torque_there), new)
-        moved = np.max(np.abs(new - x))
-        x = new
-        if moved < _STEP_TOLERANCE and not np.any(leaving | slipping):
-            return x
+        moved = _moved_regions(guard, region, x, softening, neutral)
+        if moved is not region:
+            region, solve = moved, None
+        elif largest < _STEP_TOLERANCE:
+            lighter = _lighter_flanks(guard, region, torque, softening, neutral)
+            if settled or lighter is region:
+                return x
+            region, solve, settled = lighter, None, True
     raise EquilibriumError(
         f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
         f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
     )
+
+
+def _solver(
+    slope: np.ndarray, softening: np.ndarray, neutral: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the map from residual torque to Newton step; neutral coordinates do not move."""
+    matrix = np.diag(slope) - softening
+    if neutral.any():
+        matrix[neutral] = np.eye(len(slope))[neutral]
+    factors, pivots, singular = lapack.dgetrf(matrix)
+    if singular:
+        return lambda residual: np.full_like(residual, np.inf)
+    return lambda residual: lapack.dgetrs(factors, pivots, residual)[0]
+
+
+def _moved_regions(
+    guard: np.ndarray,
+    region: np.ndarray,
+    x: np.ndarray,
+    softening: np.ndarray,
+    neutral: np.ndarray,
+) -> np.ndarray:
+    """Return the branches on which the iterate lies.
+
+    `guard` is the half width of the play, minus infinity for coordinates without.
+    """
+    inside = region * x < np.where(neutral, -np.inf, guard)
+    if not inside.any():
+        return region
+    # In the gap only the load acts.  Where it drives the gear away from rest, the gear falls
+    # through to the other flank.
+    into_gap = np.where(softening.diagonal() < 0.0, 0, -region)
+    moved = np.where(inside & (region != 0), into_gap, region)
+    through_gap = inside & (region == 0) & (np.abs(x) > guard)
+    return np.where(through_gap, np.sign(x).astype(int), moved)
+
+
+def _lighter_flanks(
+    guard: np.ndarray,
+    region: np.ndarray,
+    torque: np.ndarray,
+    softening: np.ndarray,
+    neutral: np.ndarray,
+) -> np.ndarray:
+    """Return the branches of the equilibrium with less torque, of gears that could rest on either."""
+    width = np.where(neutral, 0.0, np.maximum(guard, 0.0))
+    across = torque - 2.0 * width * region * softening.diagonal()
+    lighter = (region * across < 0.0) & (np.abs(across) < np.abs(torque)) & (width > 0.0)
+    return np.where(lighter, -region, region) if lighter.any() else region
 
 
 def tcp_compliance(

@@ -8,6 +8,7 @@ tilts having no backlash.  The family's verbs are `torque`, `slope`, `deflection
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -70,7 +71,7 @@ class LinearCurve:
         del backlash
         return cls(stiffness)
 
-    @property
+    @cached_property
     def half_width(self) -> np.ndarray:
         """Infinite: the law never changes."""
         return np.full(np.shape(self.stiffness), np.inf)
@@ -126,7 +127,7 @@ class BacklashCurve:
         """Return the curve of given parameters."""
         return cls(stiffness, backlash)
 
-    @property
+    @cached_property
     def half_width(self) -> np.ndarray:
         """B, or infinite for a coordinate without play: its law never changes."""
         return np.where(self.backlash > 0.0, self.backlash, np.inf)

@@ -34,10 +34,6 @@ class HeldCommand:
         rate = self.qd + self.qdd * s
         return self.q + (self.qd + 0.5 * self.qdd * s) * s, rate, np.broadcast_to(self.qdd, rate.shape)
 
-    def kinks(self) -> np.ndarray:
-        """Times at which the motion's third derivative jumps: none."""
-        return np.empty(0)
-
 
 class Trajectory:
     """Drives from samples.
@@ -67,9 +63,11 @@ class Trajectory:
             position = _quintic_hermite(time, q, qd, qdd)
         else:
             position = CubicSpline(time, q, bc_type="clamped")
-        self._position = position
-        self._rate = position.derivative(1)
-        self._acceleration = position.derivative(2)
+        # One polynomial for q, q' and q'' side by side: evaluated in one call.
+        derivatives = [position.c, position.derivative(1).c, position.derivative(2).c]
+        padded = [np.pad(c, ((len(position.c) - len(c), 0), (0, 0), (0, 0))) for c in derivatives]
+        self._polynomial = PPoly(np.concatenate(padded, axis=2), position.x)
+        self._joint_count = q.shape[1]
         self.start = float(time[0])
         self.end = float(time[-1])
 
@@ -86,7 +84,8 @@ class Trajectory:
                 f"time is {asked:.9g} s; the trajectory covers {self.start:.9g} to {self.end:.9g} s"
             )
         times = np.clip(times, self.start, self.end)
-        return self._position(times), self._rate(times), self._acceleration(times)
+        values, n = self._polynomial(times), self._joint_count
+        return values[:, :n], values[:, n : 2 * n], values[:, 2 * n :]
 
 
 def _require_samples(

@@ -1,0 +1,120 @@
+"""Relaxation schemes for the fixed point x = G(x): all answer `update(x, g)` with the next x."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+
+class Scheme(Protocol):
+    """What a scheme does; it may remember earlier iterates."""
+
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the next iterate from x and g = G(x), all of one shape."""
+        ...
+
+    def reset(self) -> None:
+        """Forget earlier iterates."""
+        ...
+
+
+class Constant:
+    """x + factor (g - x); plain iteration for factor 1.
+
+    Converges where |1 - factor (1 + loop gain)| < 1, the loop gain being process stiffness times
+    robot compliance.
+
+    Args:
+        first: The factor.
+    """
+
+    def __init__(self, first: float = 1.0) -> None:
+        self._factor = first
+
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the relaxed iterate."""
+        return x + self._factor * (g - x)
+
+    def reset(self) -> None:
+        """Do nothing: there is no memory."""
+
+
+class Aitken:
+    """Relaxation whose factor follows the secant of the last two residuals.
+
+    Irons and Tuck 1969; in the form of Kuettler and Wall 2008, eq. (46) (docs/references.md).
+
+    Args:
+        first: Factor of the first update.
+
+    Example:
+        >>> scheme, x = Aitken(first=0.1), np.array([1e-3])
+        >>> for _ in range(2):  # loop gain 5: x = 1e-3 - 5 x
+        ...     x = scheme.update(x, g=1e-3 - 5.0 * x)
+        >>> bool(np.isclose(x[0], 1e-3 / 6.0, rtol=1e-12))
+        True
+    """
+
+    def __init__(self, first: float = 1.0) -> None:
+        self._first = first
+        self.reset()
+
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the relaxed iterate."""
+        residual = g - x
+        if self._residual is not None:
+            change = residual - self._residual
+            length = float(np.vdot(change, change))
+            if length > 0.0:
+                self._factor *= -float(np.vdot(self._residual, change)) / length
+        self._residual = residual
+        return x + self._factor * residual
+
+    def reset(self) -> None:
+        """Return to the first factor."""
+        self._factor = self._first
+        self._residual: np.ndarray | None = None
+
+
+class Anderson:
+    """Quasi-Newton step from a least-squares fit over earlier residuals (IQN-ILS).
+
+    Degroote, Bathe and Vierendeels 2009; equal to Anderson's mixing (docs/references.md).
+
+    Args:
+        first: Factor of the first update.
+        memory: Number of earlier differences kept.
+    """
+
+    # Differences that add less than this fraction to the fit are noise of the robot's solution.
+    DEPENDENT = 1e-8
+
+    def __init__(self, first: float = 1.0, memory: int = 10) -> None:
+        self._first = first
+        self._memory = memory
+        self.reset()
+
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the next iterate."""
+        residual = g - x
+        if self._last is not None:
+            last_residual, last_g = self._last
+            self._residual_steps.append((residual - last_residual).ravel())
+            self._g_steps.append((g - last_g).ravel())
+            del self._residual_steps[: -self._memory], self._g_steps[: -self._memory]
+        self._last = residual, g
+        if not self._residual_steps:
+            return x + self._first * residual
+        steps = np.column_stack(self._residual_steps)
+        weights = np.linalg.lstsq(steps, residual.ravel(), rcond=self.DEPENDENT)[0]
+        return g - (np.column_stack(self._g_steps) @ weights).reshape(g.shape)
+
+    def reset(self) -> None:
+        """Forget all differences."""
+        self._last: tuple[np.ndarray, np.ndarray] | None = None
+        self._residual_steps: list[np.ndarray] = []
+        self._g_steps: list[np.ndarray] = []
+
+
+SCHEMES = {"constant": Constant, "aitken": Aitken, "anderson": Anderson}

@@ -1,0 +1,34 @@
+"""What a process model is, and what it may know of its task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from coupling.path import ToolPath, WrenchHistory
+from coupling.toolpaths.part import Part
+
+
+class Process(Protocol):
+    """A process model."""
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the wrench on the tool along an actual path, base axes."""
+        ...
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be made.
+
+    Attributes:
+        part: Placement of the part.
+        desired: Tool path that would make it.
+        wall_angle: Of the wall from the sheet's plane [rad], or None where the path has none.
+        step_down: Between two contours [m], or None.
+    """
+
+    part: Part
+    desired: ToolPath
+    wall_angle: float | None = None
+    step_down: float | None = None

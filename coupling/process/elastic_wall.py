@@ -1,0 +1,66 @@
+"""A plane wall on linear springs; the test case of the coupling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from elastic_robot.robot_file import Vector3
+from elastic_robot.toml_file import Schema
+from pydantic import Field, model_validator
+
+from coupling.path import ToolPath, WrenchHistory
+from coupling.process.base import Task
+
+
+@dataclass(frozen=True)
+class ElasticWall:
+    """Frictionless wall that pushes back in proportion to the penetration.
+
+    Attributes:
+        point: Of the wall's plane, base frame [m], (3,).
+        normal: Unit vector out of the wall, base axes, (3,).
+        stiffness: [N/m].
+
+    Example:
+        >>> wall = ElasticWall(np.zeros(3), np.array([0.0, 0.0, 1.0]), stiffness=1e5)
+        >>> pose = np.array([[0.0, 0.0, -1e-3, 0.0, 0.0, 0.0, 1.0]] * 2)
+        >>> wall.wrench(ToolPath(np.array([0.0, 1.0]), pose)).wrench[0, 2]
+        np.float64(100.0)
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+    stiffness: float
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return stiffness times penetration along the normal; nothing off the wall."""
+        penetration = np.maximum((self.point - path.position) @ self.normal, 0.0)
+        force = self.stiffness * np.outer(penetration, self.normal)
+        return WrenchHistory(path.time, np.hstack([force, np.zeros_like(force)]))
+
+
+class ElasticWallTable(Schema):
+    """Keys: stiffness_N_m; point_m and normal (unit vector out of the wall) in the part frame."""
+
+    model: Literal["elastic-wall"]
+    stiffness_N_m: Annotated[float, Field(ge=0.0)]
+    point_m: Vector3 = [0.0, 0.0, 0.0]
+    normal: Vector3 = [0.0, 0.0, 1.0]
+
+    @model_validator(mode="after")
+    def _unit_normal(self) -> ElasticWallTable:
+        length = float(np.linalg.norm(self.normal))
+        if abs(length - 1.0) > 1e-9:
+            raise ValueError(f"normal is {self.normal}, of length {length:.9g}; needed is length 1")
+        return self
+
+    def process(self, task: Task) -> ElasticWall:
+        """Return the wall in the robot's base frame."""
+        rotation = task.part.rotation
+        return ElasticWall(
+            point=task.part.position + rotation.apply(self.point_m),
+            normal=rotation.apply(self.normal),
+            stiffness=self.stiffness_N_m,
+        )

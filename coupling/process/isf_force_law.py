@@ -1,0 +1,166 @@
+"""Forming force of single point incremental forming from a force law, closed on the actual path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from elastic_robot.toml_file import Schema
+from pydantic import Field
+
+from coupling.errors import CaseError
+from coupling.path import ToolPath, WrenchHistory
+from coupling.process.base import Task
+from coupling.toolpaths.part import Part
+
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) -> float:
+    """Return the scallop height dh [m] that a step-down leaves on a wall.
+
+    Solves dz = 2 sin(alpha) sqrt(dh (d - dh)) for the smaller dh [Aerens2010].
+
+    Args:
+        step_down: dz [m].
+        wall_angle: alpha [rad].
+        tool_diameter: d [m].
+
+    Raises:
+        ValueError: If the step is larger than the tool can leave.
+
+    Example:
+        >>> round(1e6 * scallop_height(1e-3, np.deg2rad(45.0), 10e-3), 3)  # um
+        50.253
+    """
+    chord = step_down / (2.0 * np.sin(wall_angle))
+    if chord > 0.5 * tool_diameter:
+        raise ValueError(
+            f"step-down {1e3 * step_down:.4g} mm is larger than a tool of {1e3 * tool_diameter:.4g} mm"
+            f" can leave at {np.rad2deg(wall_angle):.4g} deg"
+        )
+    half = 0.5 * tool_diameter
+    return float(half - np.sqrt(half**2 - chord**2))
+
+
+def steady_force(
+    tensile_strength: float, thickness: float, tool_diameter: float, scallop: float, wall_angle: float
+) -> tuple[float, float]:
+    """Return the steady axial and radial forming force [N].
+
+    F_z = 0.0716 R_m t^1.57 d^0.41 dh^0.09 alpha cos(alpha) with R_m in MPa, lengths in mm, alpha in
+    degrees; F_r = F_z tan((alpha + beta)/2), cos(beta) = 1 - 2 dh/d [Aerens2010].
+
+    Args:
+        tensile_strength: R_m [Pa].
+        thickness: t of the sheet [m].
+        tool_diameter: d [m].
+        scallop: dh [m].
+        wall_angle: alpha [rad].
+
+    Example:
+        >>> scallop = scallop_height(1e-3, np.deg2rad(45.0), 10e-3)
+        >>> axial, radial = steady_force(105e6, 1e-3, 10e-3, scallop, np.deg2rad(45.0))
+        >>> round(axial)
+        470
+    """
+    axial = (
+        0.0716
+        * (1e-6 * tensile_strength)
+        * (1e3 * thickness) ** 1.57
+        * (1e3 * tool_diameter) ** 0.41
+        * (1e3 * scallop) ** 0.09
+        * np.rad2deg(wall_angle)
+        * np.cos(wall_angle)
+    )
+    contact = np.arccos(1.0 - 2.0 * scallop / tool_diameter)
+    return float(axial), float(axial * np.tan(0.5 * (wall_angle + contact)))
+
+
+@dataclass(frozen=True)
+class IsfForceLaw:
+    """Steady forming force, raised where the actual tool goes deeper than the desired one.
+
+    F = ramp(depth) max(0, F_s + k_p p) along d: away from the sheet (+z of the part) and radially
+    towards its z axis, in the ratio of the steady forces.  p is how far the actual TCP is beyond
+    the desired one against d.  The ramp rises linearly with the desired depth, from the sheet's
+    plane over the first contours, where the force is not yet steady.
+
+    Attributes:
+        part: Placement of the part.
+        desired: Desired tool path.
+        axial, radial: Steady force [N].
+        penetration_stiffness: k_p [N/m].
+        ramp_depth: Depth at which the force is steady [m].
+    """
+
+    part: Part
+    desired: ToolPath
+    axial: float
+    radial: float
+    penetration_stiffness: float
+    ramp_depth: float
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the forming force along the actual path; zero in air moves."""
+        points = self.part.coordinates(self.desired)
+        ramp = np.clip(-points[:, 2] / self.ramp_depth, 0.0, 1.0)
+        distance = np.linalg.norm(points[:, :2], axis=1, keepdims=True)
+        inward = -points[:, :2] / np.maximum(distance, 1e-12)  # no direction on the axis itself
+        steady = float(np.hypot(self.axial, self.radial))
+        direction = np.column_stack(
+            [self.radial * inward, np.full(len(points), self.axial)]
+        ) / steady
+        direction = self.part.rotation.apply(direction)
+        beyond = np.sum((self.desired.position - path.position) * direction, axis=1)
+        size = ramp * np.maximum(steady + self.penetration_stiffness * beyond, 0.0)
+        force = size[:, None] * direction
+        return WrenchHistory(path.time, np.hstack([force, np.zeros_like(force)]))
+
+
+class IsfForceLawTable(Schema):
+    """Keys of the material and the tool; see docs/processes.md.
+
+    wall_angle_deg and step_down_m are those of the tool path unless given here; ramp_depth_m is
+    four step-downs unless given.
+    """
+
+    model: Literal["isf-force-law"]
+    sheet_thickness_m: Positive
+    tensile_strength_Pa: Positive
+    tool_diameter_m: Positive
+    penetration_stiffness_N_m: Annotated[float, Field(ge=0.0)]
+    wall_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = None
+    step_down_m: Positive | None = None
+    ramp_depth_m: Positive | None = None
+
+    def process(self, task: Task) -> IsfForceLaw:
+        """Return the force law for a task.
+
+        Raises:
+            CaseError: If wall angle or step-down are neither here nor in the tool path, or the
+                step is too large for the tool.
+        """
+        angle = task.wall_angle if self.wall_angle_deg is None else np.deg2rad(self.wall_angle_deg)
+        step_down = task.step_down if self.step_down_m is None else self.step_down_m
+        if angle is None or step_down is None:
+            raise CaseError(
+                "process: the tool path has no wall angle and step-down; needed are the keys"
+                " wall_angle_deg and step_down_m"
+            )
+        try:
+            scallop = scallop_height(step_down, angle, self.tool_diameter_m)
+        except ValueError as cause:
+            raise CaseError(f"process: {cause}") from cause
+        axial, radial = steady_force(
+            self.tensile_strength_Pa, self.sheet_thickness_m, self.tool_diameter_m, scallop, angle
+        )
+        return IsfForceLaw(
+            part=task.part,
+            desired=task.desired,
+            axial=axial,
+            radial=radial,
+            penetration_stiffness=self.penetration_stiffness_N_m,
+            ramp_depth=self.ramp_depth_m or 4.0 * step_down,
+        )

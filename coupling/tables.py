@@ -1,0 +1,52 @@
+"""CSV files with a header line, SI units and 17 digits: the only reader and writer of tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
+WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
+CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
+
+
+def write_table(file: Path, columns: Sequence[str], data: np.ndarray) -> None:
+    """Write columns of numbers; every number survives the round trip exactly."""
+    np.savetxt(file, data, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+
+
+def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:
+    """Read the named columns of a CSV file; others are ignored.
+
+    Args:
+        file: With a header line.
+        columns: Names wanted.
+        error: Exception class for every problem.
+
+    Returns:
+        Values in the order of `columns`, (rows, len(columns)).
+    """
+    try:
+        with file.open(encoding="utf-8") as stream:
+            found = [name.strip() for name in stream.readline().split(",")]
+            missing = [name for name in columns if name not in found]
+            if missing:
+                raise error(
+                    f"{file}: columns {', '.join(missing)} are missing; the header has"
+                    f" {', '.join(found)}, needed are {', '.join(columns)}"
+                )
+            rows = np.loadtxt(stream, delimiter=",", ndmin=2)
+    except (OSError, UnicodeDecodeError) as cause:
+        text = getattr(cause, "strerror", None) or cause
+        raise error(f"{file}: cannot be read: {text}") from cause
+    except ValueError as cause:
+        raise error(f"{file}: is not a table of numbers: {cause}") from cause
+    if rows.shape[0] == 0 or rows.shape[1] != len(found):
+        raise error(f"{file}: {rows.shape[0]} rows of {rows.shape[1]} numbers under {len(found)} names")
+    bad = np.argwhere(~np.isfinite(rows))
+    if len(bad):
+        row, column = bad[0]
+        raise error(f"{file}: {found[column]} is {rows[row, column]} in row {row + 1}")
+    return rows[:, [found.index(name) for name in columns]]

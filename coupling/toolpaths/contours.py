@@ -1,0 +1,89 @@
+"""Cone and pyramid: contours at rising depth, as in single point incremental forming."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from elastic_robot.toml_file import Schema
+from pydantic import Field, model_validator
+
+from coupling.path import ToolPath
+from coupling.toolpaths.motion import Segment, circle, follow, straight
+from coupling.toolpaths.part import Part
+
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+class _Contours(Schema):
+    """Contours inside a wall of constant angle; depths of the TCP below the sheet's plane."""
+
+    radius_m: Positive
+    wall_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)]
+    step_down_m: Positive
+    depth_m: Positive
+    feed_m_s: Positive
+    blend_s: Positive = 0.2
+    clearance_m: Positive = 0.005
+    sample_s: Positive = 0.02
+
+    @model_validator(mode="after")
+    def _wall_ends_before_the_axis(self) -> _Contours:
+        last = self._radius(self.depth_m)
+        if last <= 0.0:
+            raise ValueError(
+                f"depth_m is {self.depth_m}, where the wall has passed the axis by {-last:.4g} m;"
+                f" needed is less than {self.radius_m * np.tan(np.deg2rad(self.wall_angle_deg)):.4g} m"
+            )
+        return self
+
+    def path(self, part: Part) -> ToolPath:
+        """Return the tool path in the robot's base frame."""
+        time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
+        return part.tool_path(time, points)
+
+    def _segments(self) -> Iterator[Segment]:
+        at = np.array([self._radius(0.0), 0.0, self.clearance_m])
+        count = int(np.ceil(self.depth_m / self.step_down_m - 1e-9))
+        yield straight(at, start := np.array([at[0], 0.0, 0.0]))
+        at = start
+        for k in range(1, count + 1):
+            depth = min(k * self.step_down_m, self.depth_m)
+            start = np.array([self._radius(depth), 0.0, -depth])
+            yield straight(at, start)
+            yield from self._contour(start)
+            at = start
+        yield straight(at, np.array([at[0], 0.0, self.clearance_m]))
+
+    def _radius(self, depth: float) -> float:
+        return self.radius_m - depth / float(np.tan(np.deg2rad(self.wall_angle_deg)))
+
+    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
+        raise TypeError("a contour has no shape of its own; use Cone or Pyramid")
+
+
+class Cone(_Contours):
+    """Circles about the part's z axis.
+
+    Keys: radius_m of the TCP's path at the sheet's plane, wall_angle_deg from that plane,
+    step_down_m between contours, depth_m of the last one, feed_m_s, blend_s of starts and stops,
+    clearance_m of air moves, sample_s.
+    """
+
+    kind: Literal["cone"]
+
+    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
+        yield circle(np.array([0.0, 0.0, start[2]]), float(start[0]))
+
+
+class Pyramid(_Contours):
+    """Squares about the part's z axis; keys as for the cone, radius_m being half the side."""
+
+    kind: Literal["pyramid"]
+
+    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
+        r, z = float(start[0]), float(start[2])
+        corners = [(r, 0.0), (r, r), (-r, r), (-r, -r), (r, -r), (r, 0.0)]
+        for a, b in zip(corners, corners[1:], strict=False):
+            yield straight(np.array([*a, z]), np.array([*b, z]))

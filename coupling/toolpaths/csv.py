@@ -1,0 +1,57 @@
+"""A tool path from a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from elastic_robot.toml_file import Schema
+from pydantic import field_validator
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import CaseError
+from coupling.path import ToolPath
+from coupling.tables import POSE_COLUMNS, read_table
+from coupling.toolpaths.part import Part
+
+# A quaternion written with few digits is normalised; beyond this it is a mistake.
+_UNIT_TOLERANCE = 1e-3
+
+
+class CsvPath(Schema):
+    """Poses of the TCP in the part frame, from a CSV file.
+
+    Keys: file, with the columns time, x, y, z, qx, qy, qz, qw (s, m, unit quaternion of
+    part_from_tool).  The path must begin and end at rest, because the drives do.
+    """
+
+    kind: Literal["csv"]
+    file: Path
+
+    @field_validator("file", mode="before")
+    @classmethod
+    def _path(cls, value: object) -> object:
+        return Path(value) if isinstance(value, str) else value
+
+    def path(self, part: Part) -> ToolPath:
+        """Return the tool path in the robot's base frame.
+
+        Raises:
+            CaseError: If the file is unreadable or not a path.
+        """
+        table = read_table(self.file, ("time", *POSE_COLUMNS), CaseError)
+        length = np.linalg.norm(table[:, 4:], axis=1)
+        wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
+        if len(wrong):
+            raise CaseError(
+                f"{self.file}: the quaternion in row {wrong[0] + 1} has length"
+                f" {length[wrong[0]]:.6g}; needed is 1"
+            )
+        turned = (part.rotation * Rotation.from_quat(table[:, 4:])).as_quat()
+        turned *= np.where(turned[:, 3:] < 0.0, -1.0, 1.0)
+        position = part.position + part.rotation.apply(table[:, 1:4])
+        try:
+            return ToolPath(table[:, 0], np.hstack([position, turned]))
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause

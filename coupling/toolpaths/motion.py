@@ -1,0 +1,80 @@
+"""Motion along a chain of curves: at rest in the corners, at the feed between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A smooth curve.
+
+    Attributes:
+        length: [m].
+        point: Maps arc lengths (k,) to points (k, 3) [m].
+    """
+
+    length: float
+    point: Callable[[np.ndarray], np.ndarray]
+
+
+def straight(start: np.ndarray, end: np.ndarray) -> Segment:
+    """Return the straight segment between two points [m], (3,)."""
+    length = float(np.linalg.norm(end - start))
+    direction = (end - start) / length
+    return Segment(length, lambda s: start + np.outer(s, direction))
+
+
+def circle(center: np.ndarray, radius: float) -> Segment:
+    """Return a full horizontal circle about the z axis through `center`, starting at +x [m]."""
+
+    def point(s: np.ndarray) -> np.ndarray:
+        angle = s / radius
+        return center + radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(s)])
+
+    return Segment(2.0 * np.pi * radius, point)
+
+
+def follow(
+    segments: Iterable[Segment], feed: float, blend: float, period: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sample the motion along segments, each from rest to rest.
+
+    The speed rises over `blend` seconds, stays at the feed and falls over `blend` seconds, with a
+    continuous third derivative of the position.  A segment too short for that is driven at a lower
+    speed.  Durations are rounded up to whole periods, so that every corner is a sample.
+
+    Args:
+        segments: Joined end to end.
+        feed: [m/s].
+        blend: [s].
+        period: Of the samples [s].
+
+    Returns:
+        Time [s], (n,), and points [m], (n, 3).
+    """
+    points: list[np.ndarray] = []
+    for segment in segments:
+        cruise = max(segment.length / feed - blend, 0.0)
+        steps = int(np.ceil((cruise + 2.0 * blend) / period - 1e-9))
+        duration = steps * period
+        speed = segment.length / (duration - blend)
+        t = np.arange(steps + 1) * period
+        s = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
+        curve = segment.point(s)
+        points.append(curve if not points else curve[1:])
+    samples = np.vstack(points)
+    return np.arange(len(samples)) * period, samples
+
+
+def _distance(t: np.ndarray, duration: float, blend: float) -> np.ndarray:
+    """Distance [s] travelled at unit speed, with ramps 10 u^3 - 15 u^4 + 6 u^5 of the speed."""
+
+    def ramp(time: np.ndarray) -> np.ndarray:
+        u = np.clip(time / blend, 0.0, 1.0)
+        return blend * (2.5 * u**4 - 3.0 * u**5 + u**6) + np.maximum(time - blend, 0.0)
+
+    return ramp(t) - ramp(t - (duration - blend))

@@ -1,0 +1,40 @@
+"""The part frame, and tool paths that are given in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.path import ToolPath
+
+# Tool axes in the part frame: x = -z (approach), y = y, z = x.
+_PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Part:
+    """Placement of the part in the robot's base; the sheet lies in the part's x-y plane.
+
+    Attributes:
+        position: Origin of the part frame [m], (3,).
+        rotation: base_from_part.
+    """
+
+    position: np.ndarray
+    rotation: Rotation
+
+    def tool_path(self, time: np.ndarray, points: np.ndarray) -> ToolPath:
+        """Return the path through points given in the part frame [m], (n, 3).
+
+        The tool keeps its orientation: its x axis points into the sheet.
+        """
+        position = self.position + self.rotation.apply(points)
+        quaternion = (self.rotation * _PART_FROM_TOOL).as_quat()
+        quaternion = quaternion if quaternion[3] >= 0.0 else -quaternion
+        return ToolPath(time, np.hstack([position, np.tile(quaternion, (len(time), 1))]))
+
+    def coordinates(self, path: ToolPath) -> np.ndarray:
+        """Return the TCP positions in the part frame [m], (n, 3)."""
+        return self.rotation.inv().apply(path.position - self.position)
