@@ -65,6 +65,7 @@ class Compensation:
     Attributes:
         converged: Whether the deviation met the tolerance, in the validation run.
         reason: In plain words; if not converged, what was seen and what to try.
+        unloaded: The TCP's path under gravity alone, command = desired path.
         uncompensated: The TCP's path under its process, command = desired path.
         command: Corrected tool path to send to the robot.
         joints: Its joint angles.
@@ -77,6 +78,7 @@ class Compensation:
 
     converged: bool
     reason: str
+    unloaded: ToolPath
     uncompensated: Coupling
     command: ToolPath
     joints: JointPath
@@ -141,8 +143,8 @@ class Mirror:
             SimulationError: If the robot cannot be simulated.
         """
         command, joints = desired, self.planner.plan(desired)
-        coupling = self._couple(joints, None)
-        uncompensated = coupling
+        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time))
+        uncompensated = coupling = self._couple(joints, unloaded)
         passes = [Pass(0, measure(coupling.path, desired), coupling.evaluations)]
         self.observers.finished_pass(passes[0])
         best = (command, joints, coupling)
@@ -164,9 +166,9 @@ class Mirror:
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
                 best = (command, joints, coupling)
             reason = self._verdict(passes, coupling)
-        return self._validated(desired, uncompensated, best, passes, reason)
+        return self._validated(desired, unloaded, uncompensated, best, passes, reason)
 
-    def _couple(self, joints: JointPath, start: ToolPath | None) -> Coupling:
+    def _couple(self, joints: JointPath, start: ToolPath) -> Coupling:
         return couple(
             self.robot,
             self.process,
@@ -218,10 +220,11 @@ class Mirror:
     def _validated(
         self,
         desired: ToolPath,
+        unloaded: ToolPath,
         uncompensated: Coupling,
         best: tuple[ToolPath, JointPath, Coupling],
         passes: list[Pass],
-        reason: str | None,
+        reason: str,
     ) -> Compensation:
         """Run the best command once more with the process on the path that it really takes."""
         command, joints, coupling = best
@@ -231,7 +234,8 @@ class Mirror:
         change = np.linalg.norm(achieved.position - coupling.path.position, axis=1)
         return Compensation(
             converged=coupling.converged and deviation.maximum <= self.settings.tolerance,
-            reason=reason or "",
+            reason=reason,
+            unloaded=unloaded,
             uncompensated=uncompensated,
             command=command,
             joints=joints,

@@ -148,12 +148,14 @@ class ElasticRobotSlave(Fmi2Slave):
     @_reported
     def set_real(self, vrs, values):
         """Set inputs and parameters."""
-        for vr, value in zip(vrs, values, strict=True):
-            if not np.isfinite(value):
-                raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
-            if vr in self._output_of:
-                raise ParameterError(f"{self._names[vr]} is an output and cannot be set")
-        if any(vr not in self._inputs for vr in vrs):
+        finite = np.isfinite(values)
+        if not finite.all():
+            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not np.isfinite(v))
+            raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
+        if max(vrs) not in self._inputs:
+            outputs = [self._names[vr] for vr in vrs if vr in self._output_of]
+            if outputs:
+                raise ParameterError(f"{outputs[0]} is an output and cannot be set")
             self._parameters_changed = True
         self._values[vrs] = values
         if not self._stepped:

@@ -103,7 +103,7 @@ def _moved_regions(
     softening: np.ndarray,
     neutral: np.ndarray,
 ) -> np.ndarray:
-    """Return the branches on which the iterate lies.
+    """Return the branches on which the iterate lies; `region` itself if they are the same.
 
     `guard` is the half width of the play, minus infinity for coordinates without.
     """
@@ -115,7 +115,8 @@ def _moved_regions(
     into_gap = np.where(softening.diagonal() < 0.0, 0, -region)
     moved = np.where(inside & (region != 0), into_gap, region)
     through_gap = inside & (region == 0) & (np.abs(x) > guard)
-    return np.where(through_gap, np.sign(x).astype(int), moved)
+    moved = np.where(through_gap, np.sign(x).astype(int), moved)
+    return region if np.array_equal(moved, region) else moved
 
 
 def _lighter_flanks(
@@ -125,7 +126,10 @@ def _lighter_flanks(
     softening: np.ndarray,
     neutral: np.ndarray,
 ) -> np.ndarray:
-    """Return the branches of the equilibrium with less torque, of gears that could rest on either."""
+    """Return the branches of the equilibrium with less torque, for gears that could rest on either.
+
+    `region` itself is returned if they are the same.
+    """
     width = np.where(neutral, 0.0, np.maximum(guard, 0.0))
     across = torque - 2.0 * width * region * softening.diagonal()
     lighter = (region * across < 0.0) & (np.abs(across) < np.abs(torque)) & (width > 0.0)

@@ -1,0 +1,104 @@
+"""The command line: elastic-robot build | couple | compensate | report."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+# Small matrices: more BLAS threads only wait for each other.  Set before NumPy is loaded.
+for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_library, "1")
+
+import build_fmu
+import typer
+from elastic_robot.errors import ElasticRobotError
+from elastic_robot.robot_file import find_robot, load_robot
+from rich.console import Console
+
+from coupling.case import Case, load_case
+from coupling.console import RunView, print_summary
+from coupling.errors import CouplingError
+from coupling.report import write_report
+from coupling.results import new_run_folder, write_run
+from coupling.run import Run, Watch, run_compensation, run_coupling
+
+CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
+
+app = typer.Typer(
+    help="Elastic robot: build its FMU, couple it with a process, compensate its path.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+CaseFile = Annotated[Path, typer.Argument(help="The case file, for example examples/cases/cone.toml.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Run folder; results/<case> unless given.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a result that is there.")]
+
+
+@app.command()
+def build(
+    robot: Annotated[str, typer.Option(help="robot.toml or a shipped robot's name.")] = "icme2008",
+    output: Annotated[Path, typer.Option("-o", "--output", help="The FMU.")] = Path(
+        "ElasticRobot.fmu"
+    ),
+) -> None:
+    """Build the FMU of a robot."""
+    file = build_fmu.build(load_robot(find_robot(robot)), output)
+    Console().print(f"{file}: built")
+
+
+@app.command()
+def couple(case: CaseFile, output: Output = None, overwrite: Overwrite = False) -> None:
+    """Iterate robot and process until the path they agree on no longer changes."""
+    _run(case, output, overwrite, run_coupling)
+
+
+@app.command()
+def compensate(case: CaseFile, output: Output = None, overwrite: Overwrite = False) -> None:
+    """Correct the command until the tool follows the desired path."""
+    _run(case, output, overwrite, run_compensation)
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(help="A run folder.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
+) -> None:
+    """Write the report of a run folder anew."""
+    Console().print(f"report: {write_report(folder, output)}", soft_wrap=True)
+
+
+def _run(
+    file: Path, output: Path | None, overwrite: bool, work: Callable[[Case, Watch], Run]
+) -> None:
+    case = load_case(file)
+    folder = output or Path("results", case.name)
+    with new_run_folder(folder, overwrite) as scratch:
+        with RunView(Console()) as view:
+            run = work(case, view.watch())
+        write_run(scratch, case, run)
+        write_report(scratch)
+    print_summary(Console(), case, run, folder)
+    if not run.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def main() -> None:
+    """Run the command line; exit status 0 converged, 1 not converged, 2 bad input."""
+    try:
+        app()
+    except (CouplingError, ElasticRobotError) as error:
+        Console(stderr=True).print(f"error: {error}", style="red", soft_wrap=True, markup=False)
+        sys.exit(BAD_INPUT)
+    except KeyboardInterrupt:
+        Console(stderr=True).print("stopped; nothing was written")
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

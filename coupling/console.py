@@ -1,0 +1,129 @@
+"""What a run shows on the terminal: progress, a row per evaluation, a summary in plain words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from coupling.case import Case
+from coupling.compensation import Pass
+from coupling.deviation import Deviation
+from coupling.iteration import Evaluation
+from coupling.run import Run, Watch
+
+_HEADER = (
+    f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
+    f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
+)
+
+
+class RunView:
+    """Shows a run while it goes on; a context manager that clears its progress bar.
+
+    Args:
+        console: Where to.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed}/{task.total} steps"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+        )
+        self._task = self._progress.add_task("", visible=False)
+        self._count = 0
+
+    def __enter__(self) -> RunView:
+        self._console.print(_HEADER, style="bold", highlight=False, markup=False)
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._progress.stop()
+
+    def watch(self) -> Watch:
+        """Return the callbacks for a run."""
+        return Watch(self._simulating, self._evaluated, self._passed)
+
+    def _simulating(self, mode: str, done: int, total: int) -> None:
+        self._progress.update(
+            self._task,
+            description=f"simulating the {mode} robot",
+            completed=done,
+            total=total,
+            visible=done < total,
+        )
+
+    def _evaluated(self, evaluation: Evaluation, deviation: float) -> None:
+        self._count += 1
+        first = evaluation.number == 1
+        force = "" if first else f"{100.0 * evaluation.force_change:.4f}"
+        self._console.print(
+            f"{self._count:>5} {1e6 * evaluation.path_change:>16.4f}"
+            f" {1e6 * evaluation.path_change_rms:>10.4f} {force:>13} {1e6 * deviation:>11.3f}",
+            highlight=False,
+        )
+
+    def _passed(self, finished: Pass) -> None:
+        text = f"      pass {finished.number}: deviation max {_um(finished.deviation.maximum)}"
+        text += f", rms {_um(finished.deviation.rms)}"
+        if finished.number > 0:
+            text += (
+                f"; largest step of the correction {_um(finished.largest_correction_step)} at t ="
+                f" {finished.step_time:.2f} s"
+            )
+        if finished.limited_samples:
+            text += f"; rate limited at {finished.limited_samples} samples"
+        self._console.print(text, style="cyan", highlight=False, markup=False, soft_wrap=True)
+
+
+def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
+    """Say in plain words what a run found and where it is."""
+    mode = case.settings.mode
+    lines = [
+        f"{'Converged' if run.converged else 'NOT CONVERGED'}: {run.reason}.",
+        f"Before compensation the {mode} robot deviates by {_figures(run.before)}",
+        f"  gravity alone (no process):          {_figures(run.shares.gravity)}",
+        f"  process alone (loaded - unloaded):   {_figures(run.shares.process)}",
+    ]
+    if run.kind == "compensate":
+        lines += [
+            f"After compensation, process evaluated on the path really taken ({mode} robot):",
+            f"                                       {_figures(run.after)}",
+        ]
+    if run.shares.dynamic is not None:
+        lines += [
+            "The corrected command simulated in dynamic mode, under the same wrench:",
+            f"                                       {_figures(run.shares.dynamic)}",
+        ]
+    lines += [
+        f"Peak force {run.wrench.peak_force:.1f} N; {run.process_evaluations} evaluations of the"
+        f" process; {sum(run.durations.values()):.1f} s.",
+    ]
+    lines += [f"Warning: {warning}" for warning in run.rate_warnings]
+    lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
+    style = None if run.converged else "yellow"
+    console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.2f} um"
+
+
+def _figures(deviation: Deviation) -> str:
+    return (
+        f"max {_um(deviation.maximum)} at t = {deviation.time_of_maximum:.2f} s,"
+        f" rms {_um(deviation.rms)}"
+    )

@@ -1,0 +1,140 @@
+"""Figures of a run: plotly only."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from coupling.path import ToolPath
+from coupling.results import StoredRun
+
+# Colours that stay apart for colour-blind eyes (Okabe and Ito).
+BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"
+_AXES = ("#0072B2", "#009E73", "#D55E00")
+_UM = 1e6
+# Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
+_FLOOR_UM = 1e-3
+
+
+def _style(figure: go.Figure, height: int = 380) -> go.Figure:
+    figure.update_layout(
+        template="plotly_white",
+        height=height,
+        margin={"l": 70, "r": 20, "t": 30, "b": 50},
+        legend={"orientation": "h", "y": 1.08},
+        font={"family": "system-ui, sans-serif", "size": 13},
+    )
+    return figure
+
+
+def convergence(run: StoredRun) -> go.Figure:
+    """Path change of every process evaluation and deviation of every pass, logarithmic."""
+    figure = go.Figure()
+    count = 0
+    ends: list[tuple[int, float]] = []
+    for entry in run.figures["passes"]:
+        numbers = [count + k + 1 for k in range(len(entry["evaluations"]))]
+        for key, name, dash in (
+            ("path_change_max_m", "path change, max", "solid"),
+            ("path_change_rms_m", "path change, rms", "dot"),
+        ):
+            values = [max(_UM * e[key], _FLOOR_UM) for e in entry["evaluations"]]
+            figure.add_scatter(
+                x=numbers,
+                y=values,
+                mode="lines+markers",
+                name=name,
+                legendgroup=key,
+                showlegend=entry["number"] == 0,
+                line={"color": DESIRED, "dash": dash},
+            )
+        count = numbers[-1]
+        ends.append((count, _UM * entry["deviation_m"]["maximum"]))
+    figure.add_scatter(
+        x=[number for number, _ in ends],
+        y=[max(value, _FLOOR_UM) for _, value in ends],
+        mode="lines+markers",
+        name="deviation from the desired path, max",
+        line={"color": AFTER, "width": 3},
+        marker={"size": 10},
+    )
+    figure.update_xaxes(title="evaluation of the process", dtick=1)
+    figure.update_yaxes(title="um", type="log")
+    return _style(figure)
+
+
+def deviation(run: StoredRun) -> go.Figure:
+    """Distance to the desired path over time, before and after, and its components before."""
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.08)
+    for path, name, color in (
+        (run.uncompensated, "before", BEFORE),
+        (run.achieved, "after", AFTER),
+    ):
+        distance = np.linalg.norm(path.position - run.desired.position, axis=1)
+        figure.add_scatter(
+            x=path.time,
+            y=np.maximum(_UM * distance, _FLOOR_UM),
+            name=f"{name} compensation",
+            line={"color": color},
+            row=1,
+            col=1,
+        )
+    difference = _UM * (run.uncompensated.position - run.desired.position)
+    for axis, color, values in zip("xyz", _AXES, difference.T, strict=True):
+        figure.add_scatter(
+            x=run.desired.time, y=values, name=f"before, {axis}", line={"color": color}, row=2, col=1
+        )
+    figure.update_yaxes(title="distance [um]", type="log", row=1, col=1)
+    figure.update_yaxes(title="components before [um]", row=2, col=1)
+    figure.update_xaxes(title="time [s]", row=2, col=1)
+    return _style(figure, 560)
+
+
+def wrench(run: StoredRun) -> go.Figure:
+    """Force and moment on the tool over time."""
+    moments = bool(np.any(run.wrench.wrench[:, 3:]))
+    figure = make_subplots(rows=1 + moments, cols=1, shared_xaxes=True)
+    for k, (name, color) in enumerate(zip(("fx", "fy", "fz"), _AXES, strict=True)):
+        figure.add_scatter(
+            x=run.wrench.time, y=run.wrench.wrench[:, k], name=name, line={"color": color}, row=1, col=1
+        )
+        if moments:
+            values = run.wrench.wrench[:, k + 3]
+            line = {"color": color, "dash": "dot"}
+            figure.add_scatter(x=run.wrench.time, y=values, name=f"m{'xyz'[k]}", line=line, row=2, col=1)
+    figure.update_yaxes(title="force on the tool [N]", row=1, col=1)
+    if moments:
+        figure.update_yaxes(title="moment [N m]", row=2, col=1)
+    figure.update_xaxes(title="time [s]", row=1 + moments, col=1)
+    return _style(figure)
+
+
+def amplification(run: StoredRun) -> int:
+    """Return a round factor that makes the deviation before about a tenth of the path's size."""
+    largest = np.linalg.norm(run.uncompensated.position - run.desired.position, axis=1).max()
+    size = np.ptp(run.desired.position, axis=0).max()
+    if largest == 0.0:
+        return 1
+    factor = max(0.1 * size / largest, 1.0)
+    digit = 10.0 ** np.floor(np.log10(factor))
+    return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
+
+
+def paths(run: StoredRun, factor: int) -> go.Figure:
+    """Draw the desired path and the actual ones in space, deviations amplified."""
+    figure = go.Figure()
+
+    def add(path: ToolPath, name: str, color: str, width: float) -> None:
+        points = run.desired.position + factor * (path.position - run.desired.position)
+        x, y, z = 1e3 * points.T
+        figure.add_scatter3d(
+            x=x, y=y, z=z, mode="lines", name=name, line={"color": color, "width": width}
+        )
+
+    add(run.desired, "desired", DESIRED, 2)
+    add(run.uncompensated, f"before, deviation x {factor}", BEFORE, 3)
+    add(run.achieved, f"after, deviation x {factor}", AFTER, 3)
+    axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
+    figure.update_layout(scene={**axes, "aspectmode": "data"})
+    return _style(figure, 620)

@@ -1,0 +1,117 @@
+"""The HTML page around the figures."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+from plotly.io import to_html
+from plotly.offline import get_plotlyjs
+
+from coupling.errors import ResultError
+from coupling.report import figures
+from coupling.results import StoredRun, read_run
+
+_STYLE = """
+body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
+       color: #222; line-height: 1.45; }
+h1 { font-size: 1.6em; margin-bottom: 0.2em; } h2 { font-size: 1.2em; margin-top: 2em; }
+table { border-collapse: collapse; } td, th { padding: 0.25em 1em 0.25em 0; text-align: right; }
+td:first-child, th:first-child { text-align: left; } th { border-bottom: 1px solid #999; }
+.verdict { padding: 0.6em 1em; border-left: 6px solid; background: #f6f6f6; }
+.yes { border-color: #009E73; } .no { border-color: #D55E00; }
+"""
+
+
+def write_report(folder: Path, file: Path | None = None) -> Path:
+    """Write the report of a run folder.
+
+    Args:
+        folder: The run.
+        file: Where to write; report.html in the folder unless given.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultError: If the run cannot be read or the report not written.
+    """
+    target = file or folder / "report.html"
+    page = report_page(read_run(folder))
+    try:
+        target.write_text(page, encoding="utf-8")
+    except OSError as cause:
+        raise ResultError(f"{target}: cannot be written: {cause.strerror or cause}") from cause
+    return target
+
+
+def report_page(run: StoredRun) -> str:
+    """Return the page as one self-contained HTML text."""
+    factor = figures.amplification(run)
+    sections = [
+        ("Path", "path", figures.paths(run, factor), _path_text(factor)),
+        ("Convergence", "convergence", figures.convergence(run), _CONVERGENCE_TEXT),
+        ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
+        ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
+    ]
+    body = "".join(
+        f"<h2>{title}</h2><p>{text}</p>"
+        + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
+        for title, name, figure, text in sections
+    )
+    title = html.escape(f"{run.figures['case']}: {run.figures['kind']}")
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
+        f"<h1>{title}</h1>{_verdict(run.figures)}{_table(run.figures)}{_warnings(run.figures)}{body}"
+        "</body></html>"
+    )
+
+
+_CONVERGENCE_TEXT = (
+    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
+    " evaluation of the process. Thick line: deviation from the desired path after each correction."
+)
+_DEVIATION_TEXT = (
+    "Distance between actual and desired TCP at equal times. After compensation it is measured in a"
+    " simulation of the FMU with the process evaluated on the path that the tool really takes."
+)
+_WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
+
+
+def _path_text(factor: int) -> str:
+    return f"Deviations from the desired path are drawn {factor} times as large as they are."
+
+
+def _verdict(figures_: dict[str, Any]) -> str:
+    state = "yes" if figures_["converged"] else "no"
+    word = "Converged" if figures_["converged"] else "Not converged"
+    return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(figures_["reason"])}</p>'
+
+
+def _table(figures_: dict[str, Any]) -> str:
+    shares = figures_["shares_m"]
+    rows = [
+        ("before compensation", figures_["deviation_before_m"]),
+        ("&nbsp; of this: gravity alone", shares["gravity"]),
+        ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
+    ]
+    if figures_["kind"] == "compensate":
+        rows.append(("after compensation, validated", figures_["deviation_after_m"]))
+        rows.append(("after compensation, dynamic simulation", shares["dynamic_after"]))
+    cells = "".join(
+        f"<tr><td>{name}</td><td>{1e6 * d['maximum']:.2f}</td><td>{1e6 * d['rms']:.2f}</td>"
+        f"<td>{1e6 * d['normal_maximum']:.2f}</td></tr>"
+        for name, d in rows
+    )
+    return (
+        "<table><tr><th>deviation [um]</th><th>max</th><th>rms</th><th>max across travel</th></tr>"
+        f"{cells}</table><p>{figures_['process_evaluations']} evaluations of the process; peak force"
+        f" {figures_['peak_force_N']:.1f} N.</p>"
+    )
+
+
+def _warnings(figures_: dict[str, Any]) -> str:
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in figures_["rate_warnings"])
+    return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""

@@ -1,0 +1,280 @@
+"""One run from a case to figures: build the FMU, couple or compensate, validate."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from build_fmu import build
+
+from coupling.case import Case
+from coupling.compensation import METHODS, Compensation, Observers, Pass
+from coupling.deviation import Deviation, measure
+from coupling.iteration import Coupling, Evaluation, couple
+from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.planning import Planner, RateWarning
+from coupling.robot_fmu import RobotFmu
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Called while a run goes on, for those who watch.
+
+    Attributes:
+        progress: What is simulated, steps done, steps in all.
+        evaluation: Each evaluation of the process, and the deviation from the desired path [m].
+        finished_pass: Each pass of a compensation.
+    """
+
+    progress: Callable[[str, int, int], None] = lambda what, done, total: None
+    evaluation: Callable[[Evaluation, float], None] = lambda evaluation, deviation: None
+    finished_pass: Callable[[Pass], None] = lambda finished: None
+
+
+@dataclass(frozen=True)
+class Shares:
+    """The deviation of the uncompensated command, and that of the corrected one in dynamic mode.
+
+    Attributes:
+        gravity: Of the unloaded tool from the desired path.
+        process: Of the loaded tool from the unloaded one, under the same command.
+        dynamic: Of the corrected command from the desired path, simulated in dynamic mode under the
+            wrench of the validation run; None where that was not run.
+    """
+
+    gravity: Deviation
+    process: Deviation
+    dynamic: Deviation | None = None
+
+
+@dataclass(frozen=True)
+class Run:
+    """All that a run leaves.
+
+    Attributes:
+        kind: "couple" or "compensate".
+        converged, reason: The verdict in plain words.
+        desired, uncompensated, achieved, command: Tool paths.
+        joints: Joint angles of `command`.
+        wrench: Acting on the tool along `achieved`.
+        before, after: Deviation from the desired path.
+        shares: Of the deviation.
+        passes: The way there, pass by pass.
+        process_evaluations: In all.
+        consistency: Largest distance between the path that the process saw last and `achieved` [m].
+        rate_warnings: Joints that would have to move too fast.
+        fmu_fingerprint: Hash of the FMU's sources and robot.
+        durations: Wall time by part [s].
+    """
+
+    kind: str
+    converged: bool
+    reason: str
+    desired: ToolPath
+    uncompensated: ToolPath
+    achieved: ToolPath
+    command: ToolPath
+    joints: JointPath
+    wrench: WrenchHistory
+    before: Deviation
+    after: Deviation
+    shares: Shares
+    passes: tuple[Pass, ...]
+    process_evaluations: int
+    consistency: float
+    rate_warnings: list[RateWarning]
+    fmu_fingerprint: str
+    durations: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class _Desk:
+    """What both kinds of run work with."""
+
+    case: Case
+    robot: RobotFmu
+    planner: Planner
+    watch: Watch
+    durations: dict[str, float]
+
+    @contextmanager
+    def timed(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.durations[name] = self.durations.get(name, 0.0) + time.perf_counter() - start
+
+    def evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
+        self.watch.evaluation(evaluation, measure(path, self.case.desired).maximum)
+
+
+@contextmanager
+def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
+    durations: dict[str, float] = {}
+    start = time.perf_counter()
+    planner = Planner(case.robot, case.home)
+    with tempfile.TemporaryDirectory() as folder:
+        file = build(case.robot, Path(folder, "ElasticRobot.fmu"))
+
+        def progress(done: int, total: int) -> None:
+            watch.progress(robot.mode, done, total)
+
+        settings = case.settings
+        with RobotFmu(file, settings.torque_curve, settings.mode, progress) as robot:
+            durations["build"] = time.perf_counter() - start
+            yield _Desk(case, robot, planner, watch, durations)
+
+
+def run_coupling(case: Case, watch: Watch | None = None) -> Run:
+    """Couple the robot, commanded along the desired path, with its process.
+
+    Raises:
+        CouplingError: If the path cannot be planned or the robot cannot be simulated.
+    """
+    with _desk(case, watch or Watch()) as desk:
+        with desk.timed("couple"):
+            joints = desk.planner.plan(case.desired)
+            unloaded = desk.robot.simulate(joints, WrenchHistory.none(joints.time))
+            result = couple(
+                desk.robot,
+                case.process,
+                joints,
+                case.scheme(),
+                case.coupling.tolerance(),
+                case.coupling.max_evaluations,
+                unloaded,
+                desk.evaluated,
+            )
+        deviation = measure(result.path, case.desired)
+        return Run(
+            kind="couple",
+            converged=result.converged,
+            reason=result.reason,
+            desired=case.desired,
+            uncompensated=result.path,
+            achieved=result.path,
+            command=case.desired,
+            joints=joints,
+            wrench=result.wrench,
+            before=deviation,
+            after=deviation,
+            shares=_shares(case, unloaded, result),
+            passes=(Pass(0, deviation, result.evaluations),),
+            process_evaluations=len(result.evaluations),
+            consistency=result.evaluations[-1].path_change,
+            rate_warnings=desk.planner.rate_warnings(joints),
+            fmu_fingerprint=desk.robot.fingerprint,
+            durations=desk.durations,
+        )
+
+
+def run_compensation(case: Case, watch: Watch | None = None) -> Run:
+    """Compute the corrected command of a case and validate it.
+
+    Raises:
+        CouplingError: If the desired path cannot be planned or the robot cannot be simulated.
+    """
+    watch = watch or Watch()
+    with _desk(case, watch) as desk:
+        method = METHODS[case.compensation.method](
+            robot=desk.robot,
+            process=case.process,
+            planner=desk.planner,
+            scheme=case.scheme(),
+            settings=case.compensation.settings(),
+            tolerance=case.coupling.tolerance(),
+            max_evaluations=case.coupling.max_evaluations,
+            observers=Observers(desk.evaluated, watch.finished_pass),
+        )
+        with desk.timed("compensate"):
+            result = method.run(case.desired)
+        with desk.timed("dynamic"):
+            dynamic = _dynamic_deviation(desk, result)
+        shares = _shares(case, result.unloaded, result.uncompensated, dynamic)
+        return Run(
+            kind="compensate",
+            converged=result.converged,
+            reason=result.reason,
+            desired=case.desired,
+            uncompensated=result.uncompensated.path,
+            achieved=result.achieved,
+            command=result.command,
+            joints=result.joints,
+            wrench=result.wrench,
+            before=measure(result.uncompensated.path, case.desired),
+            after=measure(result.achieved, case.desired),
+            shares=shares,
+            passes=result.passes,
+            process_evaluations=result.evaluations,
+            consistency=result.consistency,
+            rate_warnings=desk.planner.rate_warnings(result.joints),
+            fmu_fingerprint=desk.robot.fingerprint,
+            durations=desk.durations,
+        )
+
+
+def _dynamic_deviation(desk: _Desk, result: Compensation) -> Deviation:
+    """Simulate the corrected command in dynamic mode; free where the achieved path is dynamic."""
+    if desk.case.settings.mode == "dynamic":
+        return measure(result.achieved, desk.case.desired)
+    desk.robot.mode = "dynamic"
+    return measure(desk.robot.simulate(result.joints, result.wrench), desk.case.desired)
+
+
+def _shares(
+    case: Case, unloaded: ToolPath, coupled: Coupling, dynamic: Deviation | None = None
+) -> Shares:
+    return Shares(
+        gravity=measure(unloaded, case.desired),
+        process=measure(coupled.path, unloaded),
+        dynamic=dynamic,
+    )
+
+
+def as_figures(run: Run) -> dict[str, Any]:
+    """Return a run's figures as plain data for result.json."""
+    shares = run.shares
+    return {
+        "kind": run.kind,
+        "converged": run.converged,
+        "reason": run.reason,
+        "process_evaluations": run.process_evaluations,
+        "deviation_before_m": run.before.as_dict(),
+        "deviation_after_m": run.after.as_dict(),
+        "consistency_m": run.consistency,
+        "peak_force_N": run.wrench.peak_force,
+        "shares_m": {
+            "gravity": shares.gravity.as_dict(),
+            "process": shares.process.as_dict(),
+            "dynamic_after": shares.dynamic.as_dict() if shares.dynamic else None,
+        },
+        "passes": [_pass_figures(entry) for entry in run.passes],
+        "rate_warnings": [str(warning) for warning in run.rate_warnings],
+        "durations_s": run.durations,
+        "fmu_fingerprint": run.fmu_fingerprint,
+    }
+
+
+def _pass_figures(entry: Pass) -> dict[str, Any]:
+    return {
+        "number": entry.number,
+        "deviation_m": entry.deviation.as_dict(),
+        "largest_correction_step_m": entry.largest_correction_step,
+        "largest_correction_step_time_s": entry.step_time,
+        "rate_limited_samples": entry.limited_samples,
+        "evaluations": [
+            {
+                "number": e.number,
+                "path_change_max_m": e.path_change,
+                "path_change_rms_m": e.path_change_rms,
+                "force_change_relative": e.force_change if e.number > 1 else None,
+                "peak_force_N": e.peak_force,
+                "worst_time_s": e.worst_time,
+            }
+            for e in entry.coupling
+        ],
+    }
