@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -37,6 +38,13 @@ class Chain:
     elastic: np.ndarray
     elastic_joint: np.ndarray
     elastic_tilt: np.ndarray
+
+    @cached_property
+    def selection(self) -> np.ndarray:
+        """S^T with theta = S x + drives: 1 where an elastic coordinate adds to an angle, (m, angles)."""
+        selection = np.zeros((self.elastic_count, self.model.nv))
+        selection[np.arange(self.elastic_count), self.elastic] = 1.0
+        return selection
 
     @property
     def joint_count(self) -> int:

@@ -37,20 +37,22 @@ class Dynamics:
     def gravity(self, value: np.ndarray) -> None:
         self.chain.model.gravity.linear = value
 
-    def load(
+    def loads(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray | None
     ) -> np.ndarray:
-        """Return M theta'' + h - J^T w in the rows of x [N m], (m,).
+        """Return M theta'' + h - J^T w in the rows of x [N m], (k, m), for k states at once.
 
         Args:
-            theta, rate, acceleration: Angles of the chain and their derivatives, (angles,).
+            theta, rate, acceleration: Angles of the chain and their derivatives, (k, angles).
             wrench: On the robot at the TCP, (6,); None for none.
         """
-        elastic = self.chain.elastic
-        torque = pin.rnea(self.chain.model, self.data, theta, rate, acceleration)[elastic]
-        if wrench is not None:
-            torque -= (wrench @ tcp_jacobian(self.chain, self.data, theta))[elastic]
-        return torque
+        model, data, rnea = self.chain.model, self.data, pin.rnea
+        torque = np.empty_like(theta)
+        for k in range(len(theta)):
+            torque[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
+            if wrench is not None:
+                torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
+        return torque[:, self.chain.elastic]
 
     def mass_matrix(self, theta: np.ndarray) -> np.ndarray:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""

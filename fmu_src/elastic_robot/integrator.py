@@ -29,8 +29,8 @@ class System(Protocol):
         """Fix the times of the following residuals, one per row, and the branch of the law."""
         ...
 
-    def residual(self, x: np.ndarray, v: np.ndarray, a: np.ndarray, first_row: int) -> np.ndarray:
-        """Return the residual at the times of rows first_row.., (k, m); x, v, a are (k, m)."""
+    def residual(self, motion: np.ndarray, first_row: int) -> np.ndarray:
+        """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of rows first_row.."""
         ...
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,6 +95,8 @@ class GaussStepper:
     LANDING = 1e-9
     # Shortest step relative to the longest, before the integration is given up.
     SHORTEST = 1e-9
+    # Steps of one length for which the iteration matrix is kept.
+    MATRIX_LIFE = 8
     MAX_NEWTON = 8
     MAX_LANDINGS = 20
 
@@ -134,23 +136,27 @@ class GaussStepper:
                     f" {self.SHORTEST * self.longest:.1g} s; it is unstable or the load is not physical"
                 )
             trial = self._solve(system, state, step)
+            crossing = None if trial is None else _first_crossing(state, trial, system.half_width)
             if trial is None:
-                step, reaches_end = 0.25 * step, False
-                continue
-            crossing = _first_crossing(state, trial, system.half_width)
-            if crossing is not None:
+                step = 0.25 * step
+            elif crossing is not None:
                 landed = self._land(system, state, trial, crossing)
                 if landed is not None and landed.error <= self.tolerance:
                     return self._after_crossing(state, landed, crossing)
-                step, reaches_end = 0.5 * crossing.fraction * step, False
-                continue
-            factor = 0.9 * (self.tolerance / max(trial.error, 1e-300)) ** 0.2
-            if trial.error <= self.tolerance:
-                break
-            step, reaches_end = step * max(0.2, factor), False
-        grown = step * min(3.0, factor)
-        # A step cut short by `end` says little about the step that the error would allow.
-        proposal = max(grown, wanted) if step < wanted else grown if factor > 1.2 else step
+                step = 0.5 * crossing.fraction * step
+            else:
+                factor = 0.9 * (self.tolerance / max(trial.error, 1e-300)) ** _ERROR_EXPONENT
+                if trial.error <= self.tolerance:
+                    break
+                step = step * max(0.2, factor)
+            wanted, reaches_end = step, False
+        # A step cut short by `end` says little about the step that the error would allow; a small
+        # gain in length is not worth a new iteration matrix.
+        proposal = step * min(3.0, factor)
+        if step < wanted:
+            proposal = max(proposal, wanted)
+        elif factor < 1.2:
+            proposal = step * min(1.0, factor)
         return replace(
             state,
             time=end if reaches_end else state.time + step,
@@ -199,25 +205,27 @@ class GaussStepper:
     def _solve(self, system: System, state: State, step: float) -> _Trial | None:
         """Solve the collocation equations of a step; None if Newton's method fails."""
         h, x, v = step, state.x, state.v
-        system.begin(state.time + h * np.append(gauss.NODES, 1.0), state.region)
+        system.begin(state.time + h * _TIMES, state.region)
         self._refresh_matrix(system, x, h, state.region)
         if state.predictor is None:
             a = np.zeros((gauss.STAGES, len(x)))
         else:
             a = gauss.extrapolate(state.predictor, h / state.predictor_step)
-        x_free = x + np.outer(h * gauss.NODES, v)
+        free = np.zeros((3, gauss.STAGES, len(x)))
+        free[0] = x + np.multiply.outer(h * gauss.NODES, v)
+        free[1] = v
+        from_a = np.concatenate([(h * h) * gauss.A2, h * gauss.A1, _EYE])
         target = 1e-3 * self.tolerance / (h * h)
         last = np.inf
         for _ in range(self.MAX_NEWTON):
-            residual = system.residual(
-                x_free + (h * h) * (gauss.A2 @ a), v + h * (gauss.A1 @ a), a, 0
-            )
-            correction = (self._inverse @ residual.ravel()).reshape(a.shape)
-            a = a - correction
-            size = float(np.abs(correction).max())
+            residual = system.residual(free + (from_a @ a).reshape(free.shape), 0)
+            correction = lapack.dgetrs(*self._stages, residual.ravel())[0]
+            a = a - correction.reshape(a.shape)
+            size = max(correction.max(), -correction.min())
             if not size < 4.0 * last:
                 break
-            if size <= target or size <= 1e-12 * float(np.abs(a).max()):
+            # The iteration converges at least linearly: the error left is a fraction of the step.
+            if size <= target or size <= 1e-12 * np.abs(a).max():
                 return self._trial(system, state, h, a)
             if size > 0.2 * last:
                 self._matrix_key = None  # converges slowly: build the matrix anew next time
@@ -231,48 +239,58 @@ class GaussStepper:
         The estimate is the defect of the collocation polynomial at the step's end, filtered by the
         matrix of an implicit step (as in Hairer and Wanner 1996, sec. IV.8) and scaled to an angle.
         """
-        x_end = state.x + h * state.v + (h * h) * (gauss.B2 @ a)
-        v_end = state.v + h * (gauss.B1 @ a)
-        a_end = gauss.B0 @ a
-        defect = system.residual(x_end[None], v_end[None], a_end[None], gauss.STAGES)[0]
-        error = h * h * float(np.abs(self._filter @ defect).max())
-        return _Trial(h, a, x_end, v_end, error)
+        end = np.stack([(h * h) * gauss.B2, h * gauss.B1, gauss.B0]) @ a
+        end[0] += state.x + h * state.v
+        end[1] += state.v
+        defect = lapack.dgetrs(*self._filter, system.residual(end[:, None], gauss.STAGES)[0])[0]
+        error = h * h * max(defect.max(), -defect.min())
+        return _Trial(h, a, end[0], end[1], float(error))
 
     def _refresh_matrix(self, system: System, x: np.ndarray, h: float, region: np.ndarray) -> None:
         key = (h, region.tobytes())
-        if key == self._matrix_key and self._uses < 8:
+        if key == self._matrix_key and self._uses < self.MATRIX_LIFE:
             self._uses += 1
             return
         mass, damping, stiffness = system.matrices(x, 1)
         m = len(x)
-        matrix = np.kron(np.eye(gauss.STAGES), mass)
-        blocks = matrix.reshape(gauss.STAGES, m, gauss.STAGES, m)
-        diagonal = np.arange(m)
-        blocks[:, diagonal, :, diagonal] += (
-            h * damping[:, None, None] * gauss.A1 + h * h * stiffness[:, None, None] * gauss.A2
+        matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
+        stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
+        matrix[stage, :, stage, :] = mass
+        matrix[:, diagonal, :, diagonal] += (
+            np.multiply.outer(h * damping, gauss.A1) + np.multiply.outer(h * h * stiffness, gauss.A2)
         )
         g = gauss.GAMMA * h
-        self._inverse = _inverse(matrix)
-        self._filter = _inverse(mass + np.diag(g * damping + g * g * stiffness))
+        filter_matrix = mass.copy()
+        filter_matrix[diagonal, diagonal] += g * damping + g * g * stiffness
+        self._stages = _factorise(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
+        self._filter = _factorise(filter_matrix)
         self._matrix_key = key
         self._uses = 0
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
+# The error estimate of a step of length h falls as h^5: h^2 times the defect, of order 3.
+_ERROR_EXPONENT = 1.0 / 5.0
+_TIMES = np.append(gauss.NODES, 1.0)
+_EYE = np.eye(gauss.STAGES)
+# A quadratic on [0, 1] exceeds its largest value at the Gauss points by at most this factor.
+_LARGEST_STAGE_GAIN = float(np.abs(np.vander([0.0, 1.0], 3, increasing=True) @ gauss.QUADRATIC).sum(axis=1).max())
+
+
+def _factorise(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     factors, pivots, failed = lapack.dgetrf(matrix)
-    if not failed:
-        inverse, failed = lapack.dgetri(factors, pivots)
     if failed:
         raise IntegrationError("the mass matrix is singular or not finite")
-    return inverse
+    return factors, pivots
 
 
 def _first_crossing(state: State, trial: _Trial, half_width: np.ndarray) -> _Crossing | None:
     """Return where the collocation polynomial first leaves a region, if it does."""
-    switching = np.flatnonzero(np.isfinite(half_width))
+    h = trial.step
+    reach = np.abs(h * state.v) + (0.5 * h * h) * _LARGEST_STAGE_GAIN * np.abs(trial.a).max(axis=0)
+    switching = np.flatnonzero(np.abs(np.abs(state.x) - half_width) <= reach)
     if len(switching) == 0:
         return None
-    h, width, region = trial.step, half_width[switching], state.region[switching]
+    width, region = half_width[switching], state.region[switching]
     rows = np.vstack([state.x, h * state.v, (h * h) * trial.a])[:, switching]
     bernstein = gauss.BERNSTEIN @ rows
     # Outside the play (region +-1) only the side towards it is a boundary.

@@ -47,28 +47,20 @@ class DrivenMotion:
     def begin(self, times: np.ndarray, region: np.ndarray) -> None:
         """Evaluate the drives at the times of a step and take the branches of the curve."""
         chain = self._dynamics.chain
-        q, qd, qdd = self._drives.at(times)
-        self._theta, self._rate, self._acceleration = chain.theta(q), chain.theta(qd), chain.theta(qdd)
+        self._drive = np.zeros((3, len(times), chain.model.nv))
+        self._drive[:, :, chain.drive] = self._drives.at(times)
         self._branch = self._curve.in_region(region)
 
-    def residual(self, x: np.ndarray, v: np.ndarray, a: np.ndarray, first_row: int) -> np.ndarray:
+    def residual(self, motion: np.ndarray, first_row: int) -> np.ndarray:
         """Return the sum of all torques on the elastic coordinates [N m], (k, m)."""
-        rows = slice(first_row, first_row + len(x))
-        elastic = self._dynamics.chain.elastic
-        theta, rate, acceleration = self._theta[rows], self._rate[rows], self._acceleration[rows]
-        theta, rate, acceleration = theta.copy(), rate.copy(), acceleration.copy()
-        theta[:, elastic] += x
-        rate[:, elastic] += v
-        acceleration[:, elastic] += a
-        residual = self._branch.torque(x) + self._damping * v
-        for row in range(len(x)):
-            residual[row] += self._dynamics.load(
-                theta[row], rate[row], acceleration[row], self._wrench
-            )
-        return residual
+        chain = self._dynamics.chain
+        whole = motion @ chain.selection
+        whole += self._drive[:, first_row : first_row + motion.shape[1]]
+        load = self._dynamics.loads(whole[0], whole[1], whole[2], self._wrench)
+        torque: np.ndarray = self._branch.torque(motion[0]) + self._damping * motion[1]
+        return torque + load
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return mass matrix, damping and stiffness of the branch, at the time of a row."""
-        theta = self._theta[row].copy()
-        theta[self._dynamics.chain.elastic] += x
+        theta = self._drive[0, row] + x @ self._dynamics.chain.selection
         return self._dynamics.mass_matrix(theta), self._damping, self._branch.slope(x)
