@@ -1,0 +1,71 @@
+"""Fixtures and generators shared by the tests."""
+
+from __future__ import annotations
+
+import os
+
+for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_library, "1")
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from build_fmu import build
+from elastic_robot.description import Robot
+from elastic_robot.robot_file import find_robot, load_robot
+from hypothesis import settings
+
+settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
+settings.load_profile("project")
+
+HERE = Path(__file__).parent
+REFERENCE = HERE / "reference"
+
+
+def reference(name: str) -> np.ndarray:
+    """Return a reference table without its header."""
+    return np.loadtxt(REFERENCE / f"{name}.csv", delimiter=",", skiprows=1)
+
+
+@pytest.fixture(scope="session")
+def example() -> Robot:
+    return load_robot(find_robot("icme2008"))
+
+
+@pytest.fixture(scope="session")
+def example_fmu(example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu")
+
+
+@pytest.fixture
+def run_fmu(tmp_path: Path):
+    """Run jobs of tests/fmu_host.py in one fresh process that has not imported the project."""
+
+    def run(fmu: Path, *jobs: dict) -> list[dict]:
+        order = tmp_path / "jobs.json"
+        order.write_text(json.dumps({"fmu": str(fmu), "jobs": jobs}, default=_plain))
+        done = subprocess.run(
+            [sys.executable, str(HERE / "fmu_host.py"), str(order), str(tmp_path / "answers.npz")],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        with np.load(tmp_path / "answers.npz") as archive:
+            answers = [{} for _ in jobs]
+            for key in archive.files:
+                number, name = key.split("|")
+                answers[int(number)][name] = archive[key]
+        for answer in answers:
+            answer["stderr"] = done.stderr
+        return answers
+
+    return run
+
+
+def _plain(value: object) -> object:
+    return value.tolist() if isinstance(value, np.ndarray) else str(value)

@@ -1,0 +1,67 @@
+"""Hypothesis strategies: serial robots with random axes, offsets, inertias, elasticities and tilts."""
+
+from __future__ import annotations
+
+import numpy as np
+from elastic_robot.description import Body, Joint, Robot, Tilt
+from hypothesis import strategies as st
+
+
+def _unit(rng: np.random.Generator) -> tuple[float, ...]:
+    vector = rng.normal(size=3)
+    return tuple((vector / np.linalg.norm(vector)).tolist())
+
+
+def _body(rng: np.random.Generator) -> Body:
+    # Second moments of a positive mass distribution, hence physical in every case.
+    points = rng.normal(size=(6, 3)) * rng.uniform(0.05, 0.4)
+    points -= points.mean(axis=0)
+    mass = rng.uniform(5.0, 300.0)
+    moment = mass * points.T @ points / 6.0
+    inertia = np.trace(moment) * np.eye(3) - moment
+    return Body(
+        mass=float(mass),
+        com=tuple(rng.uniform(-0.4, 0.4, 3).tolist()),
+        inertia=tuple(inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()),
+    )
+
+
+def make_robot(seed: int, joints: int, backlash: float = 1e-4) -> Robot:
+    """Return a random robot; about one joint in four is rigid, tilts are 0 to 2 each."""
+    rng = np.random.default_rng(seed)
+    chain = []
+    for _ in range(joints):
+        axis = _unit(rng)
+        # Perpendicular tilt axes, as of a bearing.
+        first = np.cross(axis, _unit(rng))
+        first /= np.linalg.norm(first)
+        second = np.cross(axis, first)
+        tilts = tuple(
+            Tilt(tuple(a.tolist()), float(10.0 ** rng.uniform(6.0, 7.5)), float(rng.uniform(0, 1e4)))
+            for a in (first, second)[: rng.integers(0, 3)]
+        )
+        elastic = rng.random() < 0.75
+        chain.append(
+            Joint(
+                origin=tuple(rng.uniform(-0.8, 0.8, 3).tolist()),
+                axis=axis,
+                body=_body(rng),
+                stiffness=float(10.0 ** rng.uniform(6.0, 7.5)) if elastic else None,
+                damping=float(rng.uniform(0, 1e4)) if elastic else 0.0,
+                backlash=backlash if elastic else 0.0,
+                tilt=tilts,
+            )
+        )
+    return Robot(
+        name=f"random {seed}",
+        joints=tuple(chain),
+        gravity=tuple((9.81 * np.array(_unit(rng))).tolist()),
+        tcp_position=tuple(rng.uniform(-0.3, 0.3, 3).tolist()),
+        tcp_rpy=tuple(rng.uniform(-3.0, 3.0, 3).tolist()),
+    )
+
+
+def robots(backlash: float = 1e-4) -> st.SearchStrategy[Robot]:
+    return st.builds(
+        make_robot, st.integers(0, 10**6), st.integers(1, 8), backlash=st.just(backlash)
+    )
