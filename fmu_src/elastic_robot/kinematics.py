@@ -18,9 +18,10 @@ def base_from_tool(chain: Chain, data: pin.Data, theta: np.ndarray) -> pin.SE3:
 
 def tcp_jacobian(chain: Chain, data: pin.Data, theta: np.ndarray) -> np.ndarray:
     """Return d(TCP velocity, angular velocity)/d(theta'), base axes, (6, angles)."""
-    return pin.computeFrameJacobian(
+    jacobian = pin.computeFrameJacobian(
         chain.model, data, theta, chain.tcp, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     )
+    return jacobian.reshape(6, -1)  # the binding drops the axis of a robot with one angle
 
 
 def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:

@@ -1,0 +1,126 @@
+"""The stepper alone, on systems with closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elastic_robot import collocation as gauss
+from elastic_robot.errors import IntegrationError
+from elastic_robot.integrator import GaussStepper
+
+
+class Oscillator:
+    """x'' + d x' + S(x) = f(t) with S free inside +-gap and of slope k outside."""
+
+    def __init__(self, k=400.0, d=0.0, gap=np.inf, force=lambda t: 0.0):
+        self.k, self.d, self.gap, self.force = k, d, gap, force
+        self.half_width = np.array([gap])
+
+    def begin(self, times, region):
+        self.f = np.array([[self.force(t)] for t in times])
+        self.region = region
+
+    def residual(self, motion, first_row):
+        x, v, a = motion
+        offset = 0.0 if np.isinf(self.gap) else self.region * self.gap
+        spring = self.k * (x - offset) * (self.region != 0)
+        return a + self.d * v + spring - self.f[first_row : first_row + len(x)]
+
+    def matrices(self, x, row):
+        return np.eye(1), np.array([self.d]), self.k * (self.region != 0) * np.ones(1)
+
+
+def run(system, end, tolerance=1e-9, longest=0.1, x=1.0, v=0.0, region=1):
+    stepper = GaussStepper(tolerance, longest, first=1e-3)
+    state = stepper.start(0.0, np.array([x]), np.array([v]), np.array([region]))
+    return stepper.advance(system, state, end)
+
+
+def test_collocation_is_exact_for_a_quadratic_acceleration():
+    a = 1.0 + 2.0 * gauss.NODES + 3.0 * gauss.NODES**2
+    assert gauss.B1 @ a == pytest.approx(1.0 + 1.0 + 1.0, abs=1e-14)
+    assert gauss.B2 @ a == pytest.approx(0.5 + 1.0 / 3.0 + 0.25, abs=1e-14)
+    assert gauss.B0 @ a == pytest.approx(6.0, abs=1e-13)
+
+
+def test_bernstein_coefficients_enclose_the_polynomial():
+    rng = np.random.default_rng(1)
+    rows = rng.normal(size=(5, 20))
+    s = np.linspace(0.0, 1.0, 101)
+    values = np.vander(s, 5, increasing=True) @ gauss.POWER @ rows
+    bernstein = gauss.BERNSTEIN @ rows
+    assert np.all(values <= bernstein.max(axis=0) + 1e-12)
+    assert np.all(values >= bernstein.min(axis=0) - 1e-12)
+    np.testing.assert_allclose(bernstein[[0, -1]], values[[0, -1]], atol=1e-12)
+
+
+def test_order_six_at_the_steps_end():
+    """Fixed steps (a tolerance that never rejects): halving them divides the error by 64."""
+    errors = []
+    for longest in (1 / 64, 1 / 128, 1 / 256):  # binary fractions: every step is equally long
+        stepper = GaussStepper(1e9, longest, first=longest)
+        state = stepper.start(0.0, np.array([1.0]), np.array([0.0]), np.array([1]))
+        state = stepper.advance(Oscillator(), state, 0.5)
+        x, v = np.cos(20.0 * 0.5), -20.0 * np.sin(20.0 * 0.5)
+        errors.append(np.hypot(state.x[0] - x, (state.v[0] - v) / 20.0))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 6.0, atol=0.1)
+
+
+def test_error_falls_with_the_tolerance():
+    """Tolerances over six decades; the error follows over at least five of them."""
+    errors = [
+        abs(run(Oscillator(d=0.3), 3.0, tolerance).x[0] - _damped(3.0))
+        for tolerance in (1e-3, 1e-5, 1e-7, 1e-9)
+    ]
+    assert np.all(np.diff(np.log10(errors)) < -1.0)
+    assert errors[0] / errors[-1] > 1e5
+
+
+def _damped(t: float) -> float:
+    omega = np.sqrt(400.0 - 0.15**2)
+    return float(np.exp(-0.15 * t) * (np.cos(omega * t) + 0.15 / omega * np.sin(omega * t)))
+
+
+def test_flight_through_the_gap_and_bounces_follow_the_closed_form():
+    """Free flight at speed 1 over the gap 2 x 0.1, half a sine of pi/20 s on each flank."""
+    flight, bounce = 0.2, np.pi / 20.0
+    period = 2.0 * (flight + bounce)
+    system = Oscillator(gap=0.1)
+    for cycles in (1, 5):
+        # From the middle of the gap, after whole periods: the middle of the gap again.
+        state = run(system, cycles * period, tolerance=1e-10, x=0.0, v=1.0, region=0)
+        assert state.x[0] == pytest.approx(0.0, abs=1e-8 * cycles)
+        assert state.v[0] == pytest.approx(1.0, abs=1e-8 * cycles)
+    quarter = run(system, 0.1 + bounce / 2.0, tolerance=1e-10, x=0.0, v=1.0, region=0)
+    assert quarter.x[0] == pytest.approx(0.1 + 1.0 / 20.0, abs=1e-9)
+
+
+def test_a_grazing_touch_is_not_stepped_over():
+    """A forced flight that touches the flank by 1e-4 for a moment inside one long step."""
+    # x = 0.1001 - (t - 0.05)^2 / 2 before the touch, as if free: 1e-4 beyond the gap for 28 ms.
+    system = Oscillator(k=1e4, gap=0.1, force=lambda t: -1.0)
+    state = run(system, 0.1, longest=0.1, x=0.1001 - 0.05**2 / 2, v=0.05, region=0, tolerance=1e-10)
+    # On the flank x'' = -1 - k (x - 0.1): in from sqrt(2e-4) m/s, out again at the same speed.
+    speed, omega = np.sqrt(2e-4), 100.0
+    entry = 0.05 - speed
+    contact = 2.0 * np.arctan(omega * speed) / omega
+    rest = 0.1 - entry - contact
+    assert state.x[0] == pytest.approx(0.1 - speed * rest - rest**2 / 2.0, abs=1e-8)
+
+
+def test_communication_points_do_not_change_the_result():
+    rng = np.random.default_rng(2)
+    system = Oscillator(d=0.3, gap=0.02, force=lambda t: 5.0 * np.sin(7.0 * t))
+    whole = run(system, 2.0, tolerance=1e-10, x=0.0, region=0)
+    stepper = GaussStepper(1e-10, 0.1, first=1e-3)
+    state = stepper.start(0.0, np.zeros(1), np.zeros(1), np.zeros(1, dtype=int))
+    for end in [*np.sort(rng.uniform(0.0, 2.0, 60)), 2.0]:
+        state = stepper.advance(system, state, end)
+        assert state.time == end
+    assert state.x[0] == pytest.approx(whole.x[0], abs=1e-7)
+
+
+def test_an_unstable_motion_is_an_error_not_a_hang():
+    with pytest.raises(IntegrationError, match="needs steps below"), np.errstate(all="ignore"):
+        run(Oscillator(force=lambda t: np.nan), 1.0)
