@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -117,4 +119,51 @@ class Anderson:
         self._g_steps: list[np.ndarray] = []
 
 
-SCHEMES = {"constant": Constant, "aitken": Aitken, "anderson": Anderson}
+class Restarting:
+    """A scheme that starts again, more carefully, from its best iterate when it gets lost.
+
+    A tool that a too large update lifts off its wall feels no force there, and what a scheme learns
+    from such iterates misleads it.  After some updates that did not reduce the residual the wrapped
+    scheme forgets everything and continues from the best iterate with a smaller first factor.
+
+    Args:
+        build: Returns the wrapped scheme for a first factor.
+        first: Its first factor.
+    """
+
+    PATIENCE = 3  # updates without a smaller residual
+    SHRINK = 0.25  # of the first factor, at each restart
+
+    def __init__(self, build: Callable[[float], Scheme], first: float = 1.0) -> None:
+        self._build = build
+        self._first = first
+        self.reset()
+
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the next iterate."""
+        size = float(np.linalg.norm(g - x))
+        if self._best is None or size < self._best_size:
+            self._best, self._best_size, self._idle = (x, g), size, 0
+        else:
+            self._idle += 1
+        if self._idle >= self.PATIENCE:
+            self._idle = 0
+            self._factor *= self.SHRINK
+            self._scheme = self._build(self._factor)
+            x, g = self._best
+        return self._scheme.update(x, g)
+
+    def reset(self) -> None:
+        """Forget earlier iterates and restarts."""
+        self._best: tuple[np.ndarray, np.ndarray] | None = None
+        self._best_size = np.inf
+        self._idle = 0
+        self._factor = self._first
+        self._scheme = self._build(self._factor)
+
+
+SCHEMES: dict[str, Callable[[float], Scheme]] = {
+    "constant": Constant,
+    "aitken": partial(Restarting, Aitken),
+    "anderson": partial(Restarting, Anderson),
+}

@@ -210,12 +210,19 @@ class Mirror:
         if len(sizes) > _PATIENCE and min(sizes[-_PATIENCE:]) > 0.9 * min(sizes[:-_PATIENCE]):
             return (
                 f"mirroring stagnates at {1e6 * min(sizes):.4g} um, most at t ="
-                f" {passes[-1].deviation.time_of_maximum:.3f} s; {passes[-1].limited_samples} samples"
-                " are held back by max_correction_rate_m_s"
+                f" {passes[-1].deviation.time_of_maximum:.3f} s{self._held_back(passes[-1])}"
             )
         if len(sizes) > self.settings.max_passes:
             return f"not converged within {self.settings.max_passes} corrections"
         return None
+
+    def _held_back(self, last: Pass) -> str:
+        """Return what kept the correction from being complete."""
+        if self.settings.cutoff is not None:
+            return f"; what is left lies above cutoff_Hz = {self.settings.cutoff:g}"
+        if last.limited_samples:
+            return f"; {last.limited_samples} samples are held back by max_correction_rate_m_s"
+        return "; the robot's answer jumps there, as at a gear that changes its flank"
 
     def _validated(
         self,

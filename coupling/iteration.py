@@ -80,7 +80,7 @@ class Coupling:
 # Growth of the path change over its first value that counts as divergence.
 _DIVERGED = 10.0
 # Evaluations without a smaller path change that count as stagnation.
-_PATIENCE = 8
+_PATIENCE = 12
 
 Observer = Callable[[Evaluation, ToolPath], None]
 

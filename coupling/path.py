@@ -121,7 +121,6 @@ class WrenchHistory:
         return float(np.max(np.linalg.norm(self.wrench[:, :3], axis=1)))
 
     def change_from(self, other: WrenchHistory) -> float:
-        """Return the largest force difference relative to the peak force."""
-        difference = np.linalg.norm((self.wrench - other.wrench)[:, :3], axis=1)
-        largest = float(np.max(difference))
-        return largest / self.peak_force if largest > 0.0 else 0.0
+        """Return the largest force difference relative to the larger peak force."""
+        largest = float(np.linalg.norm((self.wrench - other.wrench)[:, :3], axis=1).max())
+        return largest / max(self.peak_force, other.peak_force) if largest > 0.0 else 0.0
