@@ -1,6 +1,6 @@
 """robot.toml -> ElasticRobot.fmu.
 
-    python build_fmu.py [--robot ROBOT.toml] [-o FILE.fmu]
+python build_fmu.py [--robot ROBOT.toml] [-o FILE.fmu]
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ import tempfile
 from importlib import util
 from pathlib import Path
 
+from pythonfmu.builder import FmuBuilder
+
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.robot_file import find_robot, load_robot
-from pythonfmu.builder import FmuBuilder
 
 
 class BuildError(ElasticRobotError):
@@ -57,7 +58,8 @@ def build(robot: Robot, file: Path) -> Path:
 def package_folder(name: str) -> Path:
     """Return the folder of an importable package, without importing it."""
     spec = util.find_spec(name)
-    assert spec is not None and spec.origin is not None
+    assert spec is not None
+    assert spec.origin is not None
     return Path(spec.origin).parent
 
 

@@ -59,8 +59,8 @@ class Aitken:
     """
 
     def __init__(self, first: float = 1.0) -> None:
-        self._first = first
-        self.reset()
+        self._first = self._factor = first
+        self._residual: np.ndarray | None = None
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the relaxed iterate."""
@@ -75,8 +75,7 @@ class Aitken:
 
     def reset(self) -> None:
         """Return to the first factor."""
-        self._factor = self._first
-        self._residual: np.ndarray | None = None
+        self._factor, self._residual = self._first, None
 
 
 class Anderson:
@@ -95,7 +94,9 @@ class Anderson:
     def __init__(self, first: float = 1.0, memory: int = 10) -> None:
         self._first = first
         self._memory = memory
-        self.reset()
+        self._last: tuple[np.ndarray, np.ndarray] | None = None
+        self._residual_steps: list[np.ndarray] = []
+        self._g_steps: list[np.ndarray] = []
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the next iterate."""
@@ -114,9 +115,9 @@ class Anderson:
 
     def reset(self) -> None:
         """Forget all differences."""
-        self._last: tuple[np.ndarray, np.ndarray] | None = None
-        self._residual_steps: list[np.ndarray] = []
-        self._g_steps: list[np.ndarray] = []
+        self._last = None
+        self._residual_steps.clear()
+        self._g_steps.clear()
 
 
 class Restarting:
@@ -136,8 +137,11 @@ class Restarting:
 
     def __init__(self, build: Callable[[float], Scheme], first: float = 1.0) -> None:
         self._build = build
-        self._first = first
-        self.reset()
+        self._first = self._factor = first
+        self._scheme = build(first)
+        self._best: tuple[np.ndarray, np.ndarray] | None = None
+        self._best_size = np.inf
+        self._idle = 0
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the next iterate."""
@@ -155,9 +159,7 @@ class Restarting:
 
     def reset(self) -> None:
         """Forget earlier iterates and restarts."""
-        self._best: tuple[np.ndarray, np.ndarray] | None = None
-        self._best_size = np.inf
-        self._idle = 0
+        self._best, self._best_size, self._idle = None, np.inf, 0
         self._factor = self._first
         self._scheme = self._build(self._factor)
 

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
-from elastic_robot.description import Robot
-from elastic_robot.errors import ElasticRobotError
-from elastic_robot.interface import MODES
-from elastic_robot.robot_file import Vector3, find_robot, load_robot
-from elastic_robot.toml_file import Schema, load_toml, nearest, validate
-from elastic_robot.torque_curves import TORQUE_CURVES
 from pydantic import Field, field_validator
 from scipy.spatial.transform import Rotation
 
@@ -24,6 +18,12 @@ from coupling.path import ToolPath
 from coupling.process import PROCESSES, Process, Task
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
+from elastic_robot.description import Robot
+from elastic_robot.errors import ElasticRobotError
+from elastic_robot.interface import MODES
+from elastic_robot.robot_file import Vector3, find_robot, load_robot
+from elastic_robot.toml_file import Schema, load_toml, nearest, validate
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -98,7 +98,11 @@ class CompensationTable(Schema):
     def settings(self) -> MirrorSettings:
         """Return the settings of the mirroring."""
         return MirrorSettings(
-            self.tolerance_m, self.gain, self.cutoff_Hz, self.max_correction_rate_m_s, self.max_passes
+            self.tolerance_m,
+            self.gain,
+            self.cutoff_Hz,
+            self.max_correction_rate_m_s,
+            self.max_passes,
         )
 
 
@@ -205,9 +209,7 @@ def load_case(path: str | Path) -> Case:
     )
 
 
-def _variant(
-    path: Path, table: str, key: str, data: dict[str, Any], known: dict[str, Any]
-) -> Any:
+def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict[str, Any]) -> Any:
     """Validate a table whose schema is chosen by one of its keys."""
     if key not in data:
         raise CaseError(f"{path}: {table}: key {key!r} is missing; known: {', '.join(known)}")

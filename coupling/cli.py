@@ -12,18 +12,18 @@ from typing import Annotated
 for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_library, "1")
 
-import build_fmu
 import typer
-from elastic_robot.errors import ElasticRobotError
-from elastic_robot.robot_file import find_robot, load_robot
 from rich.console import Console
 
+import build_fmu
 from coupling.case import Case, load_case
 from coupling.console import RunView, print_summary
 from coupling.errors import CouplingError
 from coupling.report import write_report
 from coupling.results import new_run_folder, write_run
 from coupling.run import Run, Watch, run_compensation, run_coupling
+from elastic_robot.errors import ElasticRobotError
+from elastic_robot.robot_file import find_robot, load_robot
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 
@@ -33,7 +33,9 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-CaseFile = Annotated[Path, typer.Argument(help="The case file, for example examples/cases/cone.toml.")]
+CaseFile = Annotated[
+    Path, typer.Argument(help="The case file, for example examples/cases/cone.toml.")
+]
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Run folder; results/<case> unless given.")
 ]

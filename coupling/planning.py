@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 from coupling.errors import PlanningError
 from coupling.path import JointPath, ToolPath
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _REACHED = 1e-10

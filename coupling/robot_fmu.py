@@ -13,10 +13,10 @@ from types import TracebackType
 
 import fmpy
 import numpy as np
-from build_fmu import fingerprint, package_folder
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
+from build_fmu import fingerprint, package_folder
 from coupling.errors import SimulationError
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.tables import POSE_COLUMNS
@@ -132,7 +132,9 @@ class RobotFmu:
                 "mode": self.mode,
             }
             instance.setString([self._references[name] for name in settings], settings.values())
-            load = self._buffer(["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"])
+            load = self._buffer(
+                ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
+            )
             tcp = self._buffer([f"tcp.{name}" for name in POSE_COLUMNS])
             poses = np.empty((len(time), len(POSE_COLUMNS)))
             instance.enterInitializationMode()
@@ -162,7 +164,7 @@ class _Buffer:
         self._count = len(references)
         self._references = (ctypes.c_uint32 * self._count)(*references)
         self._values = (ctypes.c_double * self._count)()
-        self._array = np.frombuffer(self._values)
+        self._array = np.ctypeslib.as_array(self._values)
 
     def set(self, instance: FMU2Slave, values: np.ndarray) -> None:
         self._array[:] = values

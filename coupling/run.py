@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from build_fmu import build
-
 from coupling.case import Case
 from coupling.compensation import METHODS, Compensation, Observers, Pass
 from coupling.deviation import Deviation, measure

@@ -44,7 +44,9 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     except ValueError as cause:
         raise error(f"{file}: is not a table of numbers: {cause}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):
-        raise error(f"{file}: {rows.shape[0]} rows of {rows.shape[1]} numbers under {len(found)} names")
+        raise error(
+            f"{file}: {rows.shape[0]} rows of {rows.shape[1]} numbers under {len(found)} names"
+        )
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, column = bad[0]

@@ -10,15 +10,16 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
+from pythonfmu.default_experiment import DefaultExperiment
+from pythonfmu.enums import Fmi2Status
+
 from elastic_robot.description import Robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.interface import INITIAL_STATES, MODES, blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.trajectory import HeldCommand, read_trajectory
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
-from pythonfmu.default_experiment import DefaultExperiment
-from pythonfmu.enums import Fmi2Status
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
@@ -50,7 +51,9 @@ class ElasticRobotSlave(Fmi2Slave):
         self.modelName = "ElasticRobot"
         self.description = "Industrial robot with elastic joints, tilts and backlash"
         self.default_experiment = DefaultExperiment(step_size=0.01, tolerance=1e-6)
-        self._robot = Robot.from_json(Path(self.resources, "robot.json").read_text(encoding="utf-8"))
+        self._robot = Robot.from_json(
+            Path(self.resources, "robot.json").read_text(encoding="utf-8")
+        )
         self._register()
         self._model = None
         self._time = 0.0
@@ -150,7 +153,9 @@ class ElasticRobotSlave(Fmi2Slave):
         """Set inputs and parameters."""
         finite = np.isfinite(values)
         if not finite.all():
-            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not np.isfinite(v))
+            vr, value = next(
+                (vr, v) for vr, v in zip(vrs, values, strict=True) if not np.isfinite(v)
+            )
             raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
         if max(vrs) not in self._inputs:
             outputs = [self._names[vr] for vr in vrs if vr in self._output_of]

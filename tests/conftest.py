@@ -14,10 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
 from build_fmu import build
 from elastic_robot.description import Robot
 from elastic_robot.robot_file import find_robot, load_robot
-from hypothesis import settings
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("project")

@@ -62,7 +62,11 @@ def main(order_file, answer_file):
     assert Path(folder).resolve() in answered_by.resolve().parents, answered_by
     np.savez(
         answer_file,
-        **{f"{k}|{name}": value for k, answer in enumerate(answers) for name, value in answer.items()},
+        **{
+            f"{k}|{name}": value
+            for k, answer in enumerate(answers)
+            for name, value in answer.items()
+        },
     )
 
 

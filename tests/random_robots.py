@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from elastic_robot.description import Body, Joint, Robot, Tilt
 from hypothesis import strategies as st
+
+from elastic_robot.description import Body, Joint, Robot, Tilt
 
 
 def _unit(rng: np.random.Generator) -> tuple[float, ...]:
@@ -37,7 +38,9 @@ def make_robot(seed: int, joints: int, backlash: float = 1e-4) -> Robot:
         first /= np.linalg.norm(first)
         second = np.cross(axis, first)
         tilts = tuple(
-            Tilt(tuple(a.tolist()), float(10.0 ** rng.uniform(6.0, 7.5)), float(rng.uniform(0, 1e4)))
+            Tilt(
+                tuple(a.tolist()), float(10.0 ** rng.uniform(6.0, 7.5)), float(rng.uniform(0, 1e4))
+            )
             for a in (first, second)[: rng.integers(0, 3)]
         )
         elastic = rng.random() < 0.75

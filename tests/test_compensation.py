@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from conftest import HERE
+from hypothesis import given
+from hypothesis import strategies as st
+
 from coupling.case import load_case
 from coupling.compensation import MirrorSettings, limit_rate, low_pass
 from coupling.errors import CouplingError
 from coupling.run import run_compensation
-from hypothesis import given
-from hypothesis import strategies as st
 
 
 @pytest.fixture
@@ -20,7 +23,9 @@ def slow_line(tmp_path):
     def case(mode: str, compensation: str):
         text = (HERE / "cases" / "line.toml").read_text()
         text = text.replace('mode         = "quasistatic"', f'mode = "{mode}"')
-        text = text.replace("feed_m_s = 0.1", "feed_m_s = 0.05").replace("blend_s  = 0.1", "blend_s = 0.6")
+        text = text.replace("feed_m_s = 0.1", "feed_m_s = 0.05").replace(
+            "blend_s  = 0.1", "blend_s = 0.6"
+        )
         text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-6")
         text = text.replace("tolerance_m = 1e-6\n", compensation + "\n") if compensation else text
         head, tail = text.split("[compensation]")
@@ -55,7 +60,7 @@ def test_quasistatic_mirroring_contracts_and_serves_the_dynamic_robot(slow_line)
     run = run_compensation(slow_line("quasistatic", ""))
     assert run.converged, run.reason
     sizes = [entry.deviation.maximum for entry in run.passes]
-    assert all(later < 0.2 * earlier for earlier, later in zip(sizes, sizes[1:], strict=False))
+    assert all(later < 0.2 * earlier for earlier, later in itertools.pairwise(sizes))
     assert run.after.maximum <= 1e-6
     assert run.shares.dynamic is not None
     assert run.shares.dynamic.maximum < 0.1 * run.before.maximum

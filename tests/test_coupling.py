@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
 from build_fmu import build
 from coupling.acceleration import SCHEMES, Aitken, Constant
 from coupling.errors import CaseError, SimulationError
@@ -14,10 +19,6 @@ from coupling.robot_fmu import RobotFmu
 from coupling.toolpaths import Cone
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 TIGHT = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
 
@@ -272,14 +273,18 @@ def test_isf_force_is_that_of_the_law_where_it_is_steady():
     np.testing.assert_allclose(radial[steady], -470.0 * ratio, rtol=1e-3)
     assert np.all(wrench.wrench[z >= 0.0] == 0.0)
     before_lift_off = np.flatnonzero(z < z.min() + 1e-12)[-1]
-    assert np.abs(np.diff(force[:before_lift_off, 2])).max() < 0.05 * 470  # ramped in without a jump
+    assert (
+        np.abs(np.diff(force[:before_lift_off, 2])).max() < 0.05 * 470
+    )  # ramped in without a jump
 
 
 def test_isf_force_grows_with_penetration_and_never_pulls():
     task = isf_task()
     law = IsfForceLawTable(model="isf-force-law", **LAW).process(task)
     base = law.wrench(task.desired)
-    along = base.wrench[:, :3] / np.maximum(np.linalg.norm(base.wrench[:, :3], axis=1), 1e-9)[:, None]
+    along = (
+        base.wrench[:, :3] / np.maximum(np.linalg.norm(base.wrench[:, :3], axis=1), 1e-9)[:, None]
+    )
     steady = task.part.coordinates(task.desired)[:, 2] < -4.5e-3
     for depth in (1e-4, -1e-4, -1.0):
         shift = np.hstack([-depth * along, np.zeros_like(along)])

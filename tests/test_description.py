@@ -6,13 +6,14 @@ import re
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from random_robots import robots
+
 from build_fmu import main as build_main
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot_file import find_robot, load_robot, shipped_robots
-from hypothesis import given
-from random_robots import robots
 
 TEXT = shipped_robots()["icme2008"].read_text()
 
@@ -24,7 +25,10 @@ def broken(old: str, new: str, count: int = 1) -> str:
 
 # What is changed in the example robot, and what the message must contain.
 MISTAKES = {
-    "negative mass": (broken("mass      = 700.0", "mass = -1.0"), ["joint 1", "mass", "-1.0", ">= 0"]),
+    "negative mass": (
+        broken("mass      = 700.0", "mass = -1.0"),
+        ["joint 1", "mass", "-1.0", ">= 0"],
+    ),
     "negative stiffness": (
         broken("stiffness = 1718873.3853924698", "stiffness = -5.0"),
         ["joint 4", "stiffness", "-5.0", "> 0", "N m/rad"],
@@ -55,21 +59,33 @@ MISTAKES = {
         broken("[1.0, 5.0, 5.0]", "[1.0, 5.0, 5.0, 0.0]"),
         ["joint 5", "inertia", "xy"],
     ),
-    "NaN": (broken("com       = [0.10, 0.0, 0.45]", "com = [nan, 0.0, 0.45]"), ["joint 1", "com", "nan"]),
+    "NaN": (
+        broken("com       = [0.10, 0.0, 0.45]", "com = [nan, 0.0, 0.45]"),
+        ["joint 1", "com", "nan"],
+    ),
     "infinite": (broken("mass      = 700.0", "mass = inf"), ["joint 1", "mass", "inf"]),
     "zero axis": (broken("axis      = [0, 0, 1]", "axis = [0, 0, 0]"), ["joint 1", "axis", "unit"]),
-    "long axis": (broken("axis      = [0, 0, 1]", "axis = [0, 1, 1]"), ["joint 1", "axis", "1.414"]),
+    "long axis": (
+        broken("axis      = [0, 0, 1]", "axis = [0, 1, 1]"),
+        ["joint 1", "axis", "1.414"],
+    ),
     "long tilt axis": (
         broken("axis = [1, 0, 0], stiffness = 3.0e7", "axis = [2, 0, 0], stiffness = 3.0e7"),
         ["joint 1", "tilt 1", "axis", "length 2"],
     ),
-    "unknown key": (broken("damping   = 1.0e4", "dampning = 1.0e4"), ["joint 1", "dampning", "'damping'"]),
+    "unknown key": (
+        broken("damping   = 1.0e4", "dampning = 1.0e4"),
+        ["joint 1", "dampning", "'damping'"],
+    ),
     "unknown tilt key": (
         broken("stiffness = 3.0e7, damping", "stifness = 3.0e7, damping"),
         ["joint 1", "tilt 1", "stifness", "'stiffness'"],
     ),
     "unknown table": (TEXT + "\n[tool]\nmass = 1.0\n", ["unknown key 'tool'", "tcp"]),
-    "wrong type": (broken("mass      = 700.0", 'mass = "heavy"'), ["joint 1", "mass", "heavy", "number"]),
+    "wrong type": (
+        broken("mass      = 700.0", 'mass = "heavy"'),
+        ["joint 1", "mass", "heavy", "number"],
+    ),
     "missing key": (broken("mass      = 700.0", ""), ["joint 1", "mass", "missing"]),
     "short vector": (broken("[0.10, 0.0, 0.45]", "[0.10, 0.0]"), ["joint 1", "com"]),
     "backlash on a rigid joint": (

@@ -7,9 +7,10 @@ from dataclasses import replace
 import fmpy
 import numpy as np
 import pytest
-from build_fmu import BuildError, build, fingerprint, main
 from conftest import REFERENCE
 from random_robots import make_robot
+
+from build_fmu import BuildError, build, fingerprint, main
 
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
@@ -58,7 +59,9 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
     assert kinds["torque_curve"] == ("fixed", "backlash")
     assert kinds["initial_state"] == ("fixed", "equilibrium")
     assert kinds["joint[2].stiffness"][0] == "tunable"
-    assert float(kinds["joint[2].stiffness"][1]) == pytest.approx(example.joints[1].stiffness, rel=1e-15)
+    assert float(kinds["joint[2].stiffness"][1]) == pytest.approx(
+        example.joints[1].stiffness, rel=1e-15
+    )
     assert float(kinds["gravity.z"][1]) == -9.81
 
 
@@ -171,12 +174,28 @@ def test_tunable_parameters_change_at_run_time(example_fmu, run_fmu):
 MISUSE = {
     "unknown mode": ({"settings": {"mode": "statick"}}, "mode is 'statick'", "quasistatic"),
     "unknown curve": ({"settings": {"torque_curve": "cubic"}}, "'cubic'", "linear, backlash"),
-    "spline is not there yet": ({"settings": {"torque_curve": "spline"}}, "spline", "not available yet"),
+    "spline is not there yet": (
+        {"settings": {"torque_curve": "spline"}},
+        "spline",
+        "not available yet",
+    ),
     "unknown start": ({"settings": {"initial_state": "rest"}}, "'rest'", "undeflected"),
-    "no such trajectory": ({"settings": {"trajectory": "no 100% file.csv"}}, "no 100% file.csv", "exist"),
+    "no such trajectory": (
+        {"settings": {"trajectory": "no 100% file.csv"}},
+        "no 100% file.csv",
+        "exist",
+    ),
     "NaN force": ({"inputs": {"force.x": [0.0, float("nan")]}}, "force.x is nan", "finite"),
-    "negative stiffness": ({"start": {"joint[2].stiffness": -1.0}}, "joint[2].stiffness is -1.0", "> 0"),
-    "negative backlash": ({"start": {"joint[5].backlash": -1.0}}, "joint[5].backlash is -1.0", ">= 0"),
+    "negative stiffness": (
+        {"start": {"joint[2].stiffness": -1.0}},
+        "joint[2].stiffness is -1.0",
+        "> 0",
+    ),
+    "negative backlash": (
+        {"start": {"joint[5].backlash": -1.0}},
+        "joint[5].backlash is -1.0",
+        ">= 0",
+    ),
     "past the end": (
         {
             "time": [22.0, 23.0],

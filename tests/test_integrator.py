@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from elastic_robot import collocation as gauss
 from elastic_robot.errors import IntegrationError
 from elastic_robot.integrator import GaussStepper

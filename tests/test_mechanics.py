@@ -7,6 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from random_robots import make_robot, robots
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.dynamics import Dynamics
@@ -17,11 +23,6 @@ from elastic_robot.robot import ElasticRobot
 from elastic_robot.statics import equilibrium, tcp_compliance
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
 from elastic_robot.trajectory import HeldCommand
-from hypothesis import assume, given
-from hypothesis import strategies as st
-from random_robots import make_robot, robots
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 SEEDS = st.integers(0, 10**6)
 
@@ -61,7 +62,9 @@ def test_gradient_of_the_static_torque_is_the_derivative(robot, seed):
         above = dynamics.static_torque(chain.theta(q, x + step), wrench)
         below = dynamics.static_torque(chain.theta(q, x - step), wrench)
         scale = 1.0 + np.abs(gradient).max()
-        np.testing.assert_allclose((above - below) / 2e-6, gradient[:, k], rtol=0, atol=1e-7 * scale)
+        np.testing.assert_allclose(
+            (above - below) / 2e-6, gradient[:, k], rtol=0, atol=1e-7 * scale
+        )
 
 
 @given(robots(), SEEDS)
@@ -143,7 +146,9 @@ def test_of_two_flanks_the_less_loaded_one_is_taken():
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
     robot.reset(0.0, held([-np.pi / 2 + 5e-4]), np.zeros(6))
     e = robot.deflection()[0]
-    expected = brentq(lambda e: 1e4 * (e + 2e-3) - 50 * 9.81 * np.sin(e + 5e-4), -0.1, 0, xtol=1e-15)
+    expected = brentq(
+        lambda e: 1e4 * (e + 2e-3) - 50 * 9.81 * np.sin(e + 5e-4), -0.1, 0, xtol=1e-15
+    )
     assert e == pytest.approx(expected, abs=1e-11)
 
 

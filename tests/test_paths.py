@@ -6,6 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
 from coupling.case import load_case
 from coupling.deviation import measure
 from coupling.errors import CaseError, PlanningError
@@ -16,9 +20,6 @@ from coupling.toolpaths import Cone, CsvPath, Line, Pyramid
 from coupling.toolpaths.part import Part
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool, pose_of
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 FLAT = Part(np.array([1.6, 0.0, 0.8]), Rotation.identity())
@@ -116,7 +117,9 @@ def test_tables_survive_the_round_trip_exactly(tmp_path_factory, seed, rows):
 
 
 def test_inverse_kinematics_returns_to_the_path(example):
-    path = Cone(kind="cone", **CONTOURS).path(Part(np.array([1.5, 0.3, 0.9]), Rotation.from_euler("z", 0.4)))
+    path = Cone(kind="cone", **CONTOURS).path(
+        Part(np.array([1.5, 0.3, 0.9]), Rotation.from_euler("z", 0.4))
+    )
     joints = Planner(example, HOME).plan(path)
     chain = build_chain(example)
     data = chain.model.createData()
@@ -131,7 +134,9 @@ def _line(*points, part=FLAT):
 
 
 def test_a_point_out_of_reach_is_named(example):
-    with pytest.raises(PlanningError, match=r"sample \d+, t = .* out of reach.*mm away.*joint") as caught:
+    with pytest.raises(
+        PlanningError, match=r"sample \d+, t = .* out of reach.*mm away.*joint"
+    ) as caught:
         Planner(example, HOME).plan(_line((0.0, 0.0, 0.0), (2.0, 0.0, 0.0)))
     assert "sample 1," not in str(caught.value)
 
@@ -140,7 +145,9 @@ def test_a_joint_limit_is_named_with_sample_and_angle(example):
     joints = list(example.joints)
     joints[0] = replace(joints[0], limits=(-0.05, 0.05))
     robot = replace(example, joints=tuple(joints))
-    with pytest.raises(PlanningError, match=r"sample \d+.*joint 1 is at .* limits are -2.86 to 2.86 deg"):
+    with pytest.raises(
+        PlanningError, match=r"sample \d+.*joint 1 is at .* limits are -2.86 to 2.86 deg"
+    ):
         Planner(robot, HOME).plan(_line((0.0, 0.0, 0.0), (0.0, 0.3, 0.0)))
 
 
@@ -207,6 +214,7 @@ def test_histories_refuse_what_is_no_history():
 def test_case_names_a_path_relative_to_itself(tmp_path):
     """A csv path and a robot.toml beside the case are found from anywhere."""
     from conftest import HERE
+
     from elastic_robot.robot_file import shipped_robots
 
     (tmp_path / "my_robot.toml").write_text(shipped_robots()["icme2008"].read_text())

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import HERE
+
 from coupling.errors import ResultError
 from coupling.report import write_report
 from coupling.results import new_run_folder, read_run
@@ -33,7 +34,9 @@ FILES = {
 
 def command(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess:
     program = [sys.executable, "-m", "coupling.cli", *map(str, arguments)]
-    return subprocess.run(program, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    return subprocess.run(
+        program, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL
+    )
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +63,12 @@ def test_result_holds_the_figures(finished):
     folder, _ = finished
     result = json.loads((folder / "result.json").read_text())
     assert result["converged"] is True
-    assert result["deviation_after_m"]["maximum"] <= 1e-6 < 1e-3 < result["deviation_before_m"]["maximum"]
+    assert (
+        result["deviation_after_m"]["maximum"]
+        <= 1e-6
+        < 1e-3
+        < result["deviation_before_m"]["maximum"]
+    )
     evaluations = sum(len(entry["evaluations"]) for entry in result["passes"])
     assert result["process_evaluations"] == evaluations + 1  # and the validation
     assert result["shares_m"]["process"]["maximum"] > 1e-5
@@ -102,7 +110,9 @@ def test_command_replayed_from_the_files_gives_the_achieved_path(finished, examp
 def test_correction_is_command_minus_desired(finished):
     folder, _ = finished
     run = read_run(folder)
-    assert np.abs(run.correction[:, :3] - (run.command.position - run.desired.position)).max() < 1e-15
+    assert (
+        np.abs(run.correction[:, :3] - (run.command.position - run.desired.position)).max() < 1e-15
+    )
     assert np.abs(run.correction).max() > 1e-4
 
 
@@ -111,7 +121,9 @@ def test_resolved_case_runs_again_to_the_same_figures(finished, tmp_path):
     again = command("compensate", folder / "case.toml", "-o", tmp_path / "again")
     assert again.returncode == 0, again.stderr
     for name in ("command", "achieved", "wrench"):
-        assert (tmp_path / "again" / f"{name}.csv").read_bytes() == (folder / f"{name}.csv").read_bytes()
+        assert (tmp_path / "again" / f"{name}.csv").read_bytes() == (
+            folder / f"{name}.csv"
+        ).read_bytes()
     assert tomllib.loads((folder / "case.toml").read_text())["coupling"]["max_evaluations"] == 40
 
 
@@ -143,10 +155,19 @@ def changed(old: str, new: str) -> str:
 
 # What is wrong with the case, and what the one message must contain.
 BAD_CASES = {
-    "unknown key": (changed("feed_m_s", "feed_ms"), ["tool_path", "'feed_ms'", "did you mean 'feed_m_s'"]),
+    "unknown key": (
+        changed("feed_m_s", "feed_ms"),
+        ["tool_path", "'feed_ms'", "did you mean 'feed_m_s'"],
+    ),
     "unknown table": (changed("[part]", "[work]"), ["unknown key 'work'"]),
-    "wrong type": (changed("feed_m_s = 0.1", 'feed_m_s = "fast"'), ["tool_path: feed_m_s", "'fast'"]),
-    "negative": (changed("feed_m_s = 0.1", "feed_m_s = -0.1"), ["feed_m_s", "-0.1", "greater than 0"]),
+    "wrong type": (
+        changed("feed_m_s = 0.1", 'feed_m_s = "fast"'),
+        ["tool_path: feed_m_s", "'fast'"],
+    ),
+    "negative": (
+        changed("feed_m_s = 0.1", "feed_m_s = -0.1"),
+        ["feed_m_s", "-0.1", "greater than 0"],
+    ),
     "NaN": (changed("[1.6, 0.1, 0.8]", "[1.6, nan, 0.8]"), ["part: position_m 2", "nan"]),
     "unknown process": (
         changed('"elastic-wall"', '"elastic-wal"'),
@@ -156,8 +177,14 @@ BAD_CASES = {
         changed('"anderson"', '"newton"'),
         ["coupling: scheme", "'newton'", "constant, aitken, anderson"],
     ),
-    "unknown method": (changed('"mirror"', '"miror"'), ["compensation: method", "did you mean 'mirror'"]),
-    "unknown path": (changed('"line"', '"spiral"'), ["tool_path: kind", "'spiral'", "cone, pyramid"]),
+    "unknown method": (
+        changed('"mirror"', '"miror"'),
+        ["compensation: method", "did you mean 'mirror'"],
+    ),
+    "unknown path": (
+        changed('"line"', '"spiral"'),
+        ["tool_path: kind", "'spiral'", "cone, pyramid"],
+    ),
     "unknown curve": (changed('"linear"', '"cubic"'), ["robot: torque_curve", "linear, backlash"]),
     "unknown mode": (changed('"quasistatic"', '"static"'), ["robot: mode", "quasistatic"]),
     "unknown robot": (changed('"icme2008"', '"icme2009"'), ["icme2009", "did you mean 'icme2008'"]),
@@ -244,9 +271,13 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(place):
 
 
 def test_a_run_that_fails_leaves_no_folder(tmp_path):
-    with pytest.raises(RuntimeError, match="power cut"), new_run_folder(tmp_path / "out", False) as scratch:
-        (scratch / "half.csv").write_text("x")
-        raise RuntimeError("power cut")
+    def fail() -> None:
+        with new_run_folder(tmp_path / "out", False) as scratch:
+            (scratch / "half.csv").write_text("x")
+            raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError, match="power cut"):
+        fail()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Schema
 from pydantic import Field, model_validator
 
 from coupling.path import ToolPath, WrenchHistory
 from coupling.process.base import Task
+from elastic_robot.robot_file import Vector3
+from elastic_robot.toml_file import Schema
 
 
 @dataclass(frozen=True)

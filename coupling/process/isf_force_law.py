@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from elastic_robot.toml_file import Schema
 from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.path import ToolPath, WrenchHistory
 from coupling.process.base import Task
 from coupling.toolpaths.part import Part
+from elastic_robot.toml_file import Schema
 
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -45,7 +45,11 @@ def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) ->
 
 
 def steady_force(
-    tensile_strength: float, thickness: float, tool_diameter: float, scallop: float, wall_angle: float
+    tensile_strength: float,
+    thickness: float,
+    tool_diameter: float,
+    scallop: float,
+    wall_angle: float,
 ) -> tuple[float, float]:
     """Return the steady axial and radial forming force [N].
 
@@ -109,9 +113,9 @@ class IsfForceLaw:
         distance = np.linalg.norm(points[:, :2], axis=1, keepdims=True)
         inward = -points[:, :2] / np.maximum(distance, 1e-12)  # no direction on the axis itself
         steady = float(np.hypot(self.axial, self.radial))
-        direction = np.column_stack(
-            [self.radial * inward, np.full(len(points), self.axial)]
-        ) / steady
+        direction = (
+            np.column_stack([self.radial * inward, np.full(len(points), self.axial)]) / steady
+        )
         direction = self.part.rotation.apply(direction)
         beyond = np.sum((self.desired.position - path.position) * direction, axis=1)
         size = ramp * np.maximum(steady + self.penetration_stiffness * beyond, 0.0)

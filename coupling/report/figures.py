@@ -83,7 +83,12 @@ def deviation(run: StoredRun) -> go.Figure:
     difference = _UM * (run.uncompensated.position - run.desired.position)
     for axis, color, values in zip("xyz", _AXES, difference.T, strict=True):
         figure.add_scatter(
-            x=run.desired.time, y=values, name=f"before, {axis}", line={"color": color}, row=2, col=1
+            x=run.desired.time,
+            y=values,
+            name=f"before, {axis}",
+            line={"color": color},
+            row=2,
+            col=1,
         )
     figure.update_yaxes(title="distance [um]", type="log", row=1, col=1)
     figure.update_yaxes(title="components before [um]", row=2, col=1)
@@ -97,12 +102,19 @@ def wrench(run: StoredRun) -> go.Figure:
     figure = make_subplots(rows=1 + moments, cols=1, shared_xaxes=True)
     for k, (name, color) in enumerate(zip(("fx", "fy", "fz"), _AXES, strict=True)):
         figure.add_scatter(
-            x=run.wrench.time, y=run.wrench.wrench[:, k], name=name, line={"color": color}, row=1, col=1
+            x=run.wrench.time,
+            y=run.wrench.wrench[:, k],
+            name=name,
+            line={"color": color},
+            row=1,
+            col=1,
         )
         if moments:
             values = run.wrench.wrench[:, k + 3]
             line = {"color": color, "dash": "dot"}
-            figure.add_scatter(x=run.wrench.time, y=values, name=f"m{'xyz'[k]}", line=line, row=2, col=1)
+            figure.add_scatter(
+                x=run.wrench.time, y=values, name=f"m{'xyz'[k]}", line=line, row=2, col=1
+            )
     figure.update_yaxes(title="force on the tool [N]", row=1, col=1)
     if moments:
         figure.update_yaxes(title="moment [N m]", row=2, col=1)

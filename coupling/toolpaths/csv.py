@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from elastic_robot.toml_file import Schema
 from pydantic import field_validator
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +13,7 @@ from coupling.errors import CaseError
 from coupling.path import ToolPath
 from coupling.tables import POSE_COLUMNS, read_table
 from coupling.toolpaths.part import Part
+from elastic_robot.toml_file import Schema
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3

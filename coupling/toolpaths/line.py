@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal
 
 import numpy as np
-from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Schema
 from pydantic import Field, model_validator
 
 from coupling.path import ToolPath
 from coupling.toolpaths.motion import follow, straight
 from coupling.toolpaths.part import Part
+from elastic_robot.robot_file import Vector3
+from elastic_robot.toml_file import Schema
 
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -32,12 +33,14 @@ class Line(Schema):
     def _points_differ(self) -> Line:
         for k, (a, b) in enumerate(zip(self.points_m, self.points_m[1:], strict=False), start=1):
             if a == b:
-                raise ValueError(f"points_m: points {k} and {k + 1} are both {a}; needed are different")
+                raise ValueError(
+                    f"points_m: points {k} and {k + 1} are both {a}; needed are different"
+                )
         return self
 
     def path(self, part: Part) -> ToolPath:
         """Return the tool path in the robot's base frame."""
         points = np.array(self.points_m)
-        segments = [straight(a, b) for a, b in zip(points, points[1:], strict=False)]
+        segments = [straight(a, b) for a, b in itertools.pairwise(points)]
         time, samples = follow(segments, self.feed_m_s, self.blend_s, self.sample_s)
         return part.tool_path(time, samples)

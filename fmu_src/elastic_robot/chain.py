@@ -106,9 +106,7 @@ def build_chain(robot: Robot) -> Chain:
         _append_body(model, parent, joint.body)
     if robot.payload is not None:
         _append_body(model, parent, robot.payload)
-    body_from_tool = pin.SE3(
-        pin.rpy.rpyToMatrix(*robot.tcp_rpy), np.array(robot.tcp_position)
-    )
+    body_from_tool = pin.SE3(pin.rpy.rpyToMatrix(*robot.tcp_rpy), np.array(robot.tcp_position))
     tcp = model.addFrame(pin.Frame("tcp", parent, 0, body_from_tool, pin.FrameType.OP_FRAME))
     chain = Chain(
         model=model,

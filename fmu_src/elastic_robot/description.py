@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,9 @@ class Body:
                 " [kg m^2]"
             )
         if self.mass == 0.0 and large > 0.0:
-            raise ValueError(f"mass is 0 with inertia {list(self.inertia)}; needed is a mass > 0 [kg]")
+            raise ValueError(
+                f"mass is 0 with inertia {list(self.inertia)}; needed is a mass > 0 [kg]"
+            )
 
     @property
     def inertia_matrix(self) -> np.ndarray:
@@ -161,7 +164,9 @@ class Joint:
         if self.limits is not None:
             _require_vector("limits", self.limits, 2, "rad")
             if self.limits[0] >= self.limits[1]:
-                raise ValueError(f"limits is {list(self.limits)}; needed is [low, high], low < high [rad]")
+                raise ValueError(
+                    f"limits is {list(self.limits)}; needed is [low, high], low < high [rad]"
+                )
         if self.max_rate is not None:
             _require_number("max_rate", self.max_rate, minimum=0.0, open_end=True, unit="rad/s")
 
@@ -235,5 +240,5 @@ class Robot:
         )
 
 
-def _body(data: dict) -> Body:
+def _body(data: dict[str, Any]) -> Body:
     return Body(mass=data["mass"], com=tuple(data["com"]), inertia=tuple(data["inertia"]))

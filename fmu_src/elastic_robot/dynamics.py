@@ -38,7 +38,11 @@ class Dynamics:
         self.chain.model.gravity.linear = value
 
     def loads(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray | None
+        self,
+        theta: np.ndarray,
+        rate: np.ndarray,
+        acceleration: np.ndarray,
+        wrench: np.ndarray | None,
     ) -> np.ndarray:
         """Return M theta'' + h - J^T w in the rows of x [N m], (k, m), for k states at once.
 

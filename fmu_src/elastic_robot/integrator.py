@@ -127,7 +127,9 @@ class GaussStepper:
         wanted = min(state.step, self.longest)
         left = end - state.time
         # Two equal steps rather than one full and a sliver.
-        step = left if wanted >= left else min(wanted, 0.5 * left) if wanted > 0.5 * left else wanted
+        step = (
+            left if wanted >= left else min(wanted, 0.5 * left) if wanted > 0.5 * left else wanted
+        )
         reaches_end = step == left
         while True:
             if step < self.SHORTEST * self.longest:
@@ -256,9 +258,9 @@ class GaussStepper:
         matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
         stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
         matrix[stage, :, stage, :] = mass
-        matrix[:, diagonal, :, diagonal] += (
-            np.multiply.outer(h * damping, gauss.A1) + np.multiply.outer(h * h * stiffness, gauss.A2)
-        )
+        matrix[:, diagonal, :, diagonal] += np.multiply.outer(
+            h * damping, gauss.A1
+        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
         g = gauss.GAMMA * h
         filter_matrix = mass.copy()
         filter_matrix[diagonal, diagonal] += g * damping + g * g * stiffness
@@ -273,7 +275,9 @@ _ERROR_EXPONENT = 1.0 / 5.0
 _TIMES = np.append(gauss.NODES, 1.0)
 _EYE = np.eye(gauss.STAGES)
 # A quadratic on [0, 1] exceeds its largest value at the Gauss points by at most this factor.
-_LARGEST_STAGE_GAIN = float(np.abs(np.vander([0.0, 1.0], 3, increasing=True) @ gauss.QUADRATIC).sum(axis=1).max())
+_LARGEST_STAGE_GAIN = float(
+    np.abs(np.vander([0.0, 1.0], 3, increasing=True) @ gauss.QUADRATIC).sum(axis=1).max()
+)
 
 
 def _factorise(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -320,7 +324,9 @@ def _first_passage(power: np.ndarray, boundary: float, outward: float) -> float 
     if shifted[0] > 0.0:
         return None  # starts beyond it by rounding: it came from there
     roots = np.roots(shifted[::-1])
-    real = np.sort(roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real <= 1.0)])
+    real = np.sort(
+        roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real <= 1.0)]
+    )
     slope = np.polyder(shifted[::-1])
     for s in real:
         if np.polyval(slope, s) > 0.0:

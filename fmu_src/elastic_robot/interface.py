@@ -73,9 +73,13 @@ def blocks(robot: Robot) -> dict[str, Block]:
         return [Variable(f"{group}.{c}", "m" if c in AXES else "1", text) for c in POSE]
 
     def drives(name: str, unit: str, text: str) -> list[Variable]:
-        return [Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0) for i in range(1, n + 1)]
+        return [
+            Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0) for i in range(1, n + 1)
+        ]
 
-    def elastic(key: str, unit: str, text: str, values: np.ndarray, rows: list[int]) -> list[Variable]:
+    def elastic(
+        key: str, unit: str, text: str, values: np.ndarray, rows: list[int]
+    ) -> list[Variable]:
         return [Variable(f"{names[k]}.{key}", unit, text, float(values[k])) for k in rows]
 
     every = list(range(len(names)))
@@ -96,7 +100,9 @@ def blocks(robot: Robot) -> dict[str, Block]:
         "deviation": outputs(
             *[Variable(f"deviation.{c}", "m", "TCP minus rigid TCP, base axes") for c in AXES],
             *[
-                Variable(f"deviation.r{c}", "rad", "Rotation vector from rigid to elastic, base axes")
+                Variable(
+                    f"deviation.r{c}", "rad", "Rotation vector from rigid to elastic, base axes"
+                )
                 for c in AXES
             ],
         ),
@@ -129,10 +135,10 @@ def blocks(robot: Robot) -> dict[str, Block]:
             "parameter",
             "fixed",
             (
-                Variable("trajectory", "", "CSV or NPZ file of the joint motion; empty: inputs", ""),
                 Variable(
-                    "torque_curve", "", "linear, backlash or spline", TORQUE_CURVE_DEFAULT
+                    "trajectory", "", "CSV or NPZ file of the joint motion; empty: inputs", ""
                 ),
+                Variable("torque_curve", "", "linear, backlash or spline", TORQUE_CURVE_DEFAULT),
                 Variable("mode", "", " or ".join(MODES), MODES[0]),
                 Variable("initial_state", "", " or ".join(INITIAL_STATES), INITIAL_STATES[0]),
             ),

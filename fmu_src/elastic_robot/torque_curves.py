@@ -49,6 +49,14 @@ class TorqueCurve(Protocol):
         ...
 
 
+class CurveClass(Protocol):
+    """A class of curves, as the dictionary of curves holds it."""
+
+    def build(self, stiffness: np.ndarray, backlash: np.ndarray) -> TorqueCurve:
+        """Return the curve of given stiffnesses [N m/rad] and half widths [rad], (m,) each."""
+        ...
+
+
 @dataclass(frozen=True)
 class LinearCurve:
     """Torque k x - offset of a spring without play.
@@ -81,15 +89,15 @@ class LinearCurve:
         return self.stiffness * x - self.offset
 
     def slope(self, x: np.ndarray) -> np.ndarray:
-        """k [N m/rad]."""
+        """K [N m/rad]."""
         return np.broadcast_to(self.stiffness, np.shape(x))
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """k [N m/rad]."""
+        """K [N m/rad]."""
         return self.slope(x)
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
-        """x = torque / k [rad]."""
+        """X = torque / k [rad]."""
         return (torque + self.offset) / self.stiffness
 
     def region(self, x: np.ndarray) -> np.ndarray:
@@ -142,11 +150,11 @@ class BacklashCurve:
         return self.stiffness * ((np.abs(x) > self.backlash) | (self.backlash == 0.0))
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """k [N m/rad], inside the gap too."""
+        """K [N m/rad], inside the gap too."""
         return np.broadcast_to(self.stiffness, np.shape(x))
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
-        """x = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
+        """X = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
         return torque / self.stiffness + self.backlash * np.sign(torque)
 
     def region(self, x: np.ndarray) -> np.ndarray:
@@ -171,4 +179,8 @@ class SplineCurve:
         )
 
 
-TORQUE_CURVES = {"linear": LinearCurve, "backlash": BacklashCurve, "spline": SplineCurve}
+TORQUE_CURVES: dict[str, CurveClass] = {
+    "linear": LinearCurve,
+    "backlash": BacklashCurve,
+    "spline": SplineCurve,
+}

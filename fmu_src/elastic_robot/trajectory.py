@@ -32,7 +32,11 @@ class HeldCommand:
         """Return q, q', q'' at times (k,), each (k, n)."""
         s = (times - self.start)[:, None]
         rate = self.qd + self.qdd * s
-        return self.q + (self.qd + 0.5 * self.qdd * s) * s, rate, np.broadcast_to(self.qdd, rate.shape)
+        return (
+            self.q + (self.qd + 0.5 * self.qdd * s) * s,
+            rate,
+            np.broadcast_to(self.qdd, rate.shape),
+        )
 
 
 class Trajectory:
@@ -99,7 +103,7 @@ def _require_samples(
     for name, values in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd)):
         if values is None:
             continue
-        if name != "time" and values.shape != q.shape or len(values) != len(time):
+        if (name != "time" and values.shape != q.shape) or len(values) != len(time):
             raise TrajectoryError(f"trajectory: {name} has shape {values.shape}, time {time.shape}")
         bad = np.argwhere(~np.isfinite(values.reshape(len(time), -1)))
         if len(bad):
@@ -157,7 +161,9 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         return data[:, [columns.index(name) for name in names]]
 
     if "time" not in columns:
-        raise TrajectoryError(f"trajectory {path} has no column 'time'; it has {', '.join(columns)}")
+        raise TrajectoryError(
+            f"trajectory {path} has no column 'time'; it has {', '.join(columns)}"
+        )
     q = block("q")
     assert q is not None
     try:
@@ -169,7 +175,9 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
 def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
     if path.suffix == ".npz":
         with np.load(path, allow_pickle=False) as archive:
-            return [str(name) for name in archive["columns"]], np.asarray(archive["data"], dtype=float)
+            return [str(name) for name in archive["columns"]], np.asarray(
+                archive["data"], dtype=float
+            )
     with path.open(encoding="utf-8") as stream:
         columns = [name.strip() for name in stream.readline().split(",")]
         data = np.loadtxt(stream, delimiter=",", ndmin=2)

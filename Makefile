@@ -1,0 +1,30 @@
+# make run   the cone: robot, forming force, coupling, compensation, report   (results/cone)
+# make test  style, types and tests
+
+PYTHON ?= python3
+export OPENBLAS_NUM_THREADS = 1
+export OMP_NUM_THREADS = 1
+
+.PHONY: run test figures clean
+
+run: .venv/installed
+	rm -rf results/cone
+	.venv/bin/elastic-robot compensate examples/cases/cone.toml -o results/cone
+
+test: .venv/installed
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/pytest -n 2 --durations=10
+
+figures: .venv/installed
+	.venv/bin/python docs/make_figures.py
+
+.venv/installed: pyproject.toml requirements.lock
+	$(PYTHON) -m venv .venv
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
+	touch $@
+
+clean:
+	rm -rf .venv results .mypy_cache .ruff_cache .pytest_cache .hypothesis
