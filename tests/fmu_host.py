@@ -6,6 +6,7 @@ at point k) and `outputs` (names).  An answer has `values` (points, outputs) or 
 """
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def run(description, folder, job):
     except Exception as error:
         return {"error": np.array(str(error))}
     finally:
-        instance.freeInstance()
+        instance.fmi2FreeInstance(instance.component)  # unloading the library may crash
 
 
 def main(order_file, answer_file):
@@ -72,3 +73,5 @@ def main(order_file, answer_file):
 
 if __name__ == "__main__":
     main(*sys.argv[1:])
+    sys.stderr.flush()
+    os._exit(0)  # PythonFMU's binary may corrupt the heap when the process ends ordinarily

@@ -207,21 +207,27 @@ def test_fmu_at_loop_gain_five_diverges_plainly(arm_fmu):
     assert "diverged" in result.reason
 
 
-def test_fmu_of_another_model_version_is_refused(arm_fmu, tmp_path):
-    """The host's modules would answer instead of the FMU's own."""
-    import shutil
+def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
     import zipfile
 
-    changed = tmp_path / "Changed.fmu"
-    shutil.copy(arm_fmu, changed)
-    with zipfile.ZipFile(changed, "a") as archive:
-        archive.writestr("resources/elastic_robot/extra.py", "")
-    with pytest.raises(SimulationError, match="another version of the model"):
-        RobotFmu(changed)
     broken = tmp_path / "broken.fmu"
     broken.write_text("no archive")
     with pytest.raises(SimulationError, match="not a readable FMU"):
         RobotFmu(broken)
+    empty = tmp_path / "empty.fmu"
+    with zipfile.ZipFile(empty, "w") as archive:
+        archive.writestr("resources/nothing.txt", "")
+    with pytest.raises(SimulationError, match="not a robot FMU that runs here"):
+        RobotFmu(empty)
+
+
+def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
+    time = np.array([0.0, 1.0])
+    with RobotFmu(arm_fmu) as robot:
+        robot._process.kill()
+        robot._process.wait()
+        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
+            robot.simulate(JointPath(time, np.zeros((2, 1))), WrenchHistory.none(time))
 
 
 def test_simulation_error_carries_the_fmus_sentence(arm_fmu):

@@ -1,0 +1,152 @@
+"""The process that runs a robot FMU; the only place that drives FMPy.
+
+A process of its own, because PythonFMU's binary corrupts the heap when it is unloaded or the
+process ends in the ordinary way, and because only in a process that has not imported the model the
+FMU's own modules answer.  Started by `coupling.robot_fmu`; speaks pickles over its standard
+streams: jobs in, ("progress", done, total) and ("path", poses) or ("error", text) out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import io
+import os
+import pickle
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+WRENCH = ("force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z")
+# Steps between two reports of progress.
+_REPORT_EVERY = 100
+
+
+@dataclass(frozen=True)
+class Job:
+    """One simulation.
+
+    Attributes:
+        settings: String parameters of the FMU.
+        time: Communication points [s], (n,).
+        q: Drive angles there [rad], (n, joints).
+        wrench: Over the step that ends there [N, N m], (n, 6).
+    """
+
+    settings: dict[str, str]
+    time: np.ndarray
+    q: np.ndarray
+    wrench: np.ndarray
+
+
+class _Buffer:
+    """Several reals set or read in one call, without FMPy's list conversions."""
+
+    def __init__(self, references: Sequence[int]) -> None:
+        self._count = len(references)
+        self._references = (ctypes.c_uint32 * self._count)(*references)
+        self._values = (ctypes.c_double * self._count)()
+        self._array = np.ctypeslib.as_array(self._values)
+
+    def set(self, fmu: FMU2Slave, values: np.ndarray) -> None:
+        self._array[:] = values
+        fmu.fmi2SetReal(fmu.component, self._references, self._count, self._values)
+
+    def get(self, fmu: FMU2Slave, values: np.ndarray) -> None:
+        fmu.fmi2GetReal(fmu.component, self._references, self._count, self._values)
+        values[:] = self._array
+
+
+class _Worker:
+    """An unpacked FMU, its library loaded once."""
+
+    def __init__(self, folder: Path) -> None:
+        description = fmpy.read_model_description(str(folder))
+        self._references = {v.name: v.valueReference for v in description.modelVariables}
+        self._trajectory = folder / "trajectory.npz"
+        self._fmu = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="robot",
+        )
+
+    def run(self, job: Job, progress: Callable[[int, int], None]) -> np.ndarray:
+        """Return the TCP's poses, (n, 7)."""
+        columns = ["time", *(f"q{i + 1}" for i in range(job.q.shape[1]))]
+        np.savez(self._trajectory, columns=columns, data=np.column_stack([job.time, job.q]))
+        settings = {"trajectory": str(self._trajectory), **job.settings}
+        load = _Buffer([self._references[name] for name in WRENCH])
+        tcp = _Buffer([self._references[f"tcp.{name}"] for name in POSE])
+        time, last = job.time, len(job.time) - 1
+        poses = np.empty((last + 1, len(POSE)))
+        fmu = self._fmu
+        fmu.instantiate()
+        try:
+            fmu.setupExperiment(startTime=time[0])
+            fmu.setString([self._references[name] for name in settings], settings.values())
+            fmu.enterInitializationMode()
+            load.set(fmu, job.wrench[0])
+            fmu.exitInitializationMode()
+            tcp.get(fmu, poses[0])
+            for k in range(1, last + 1):
+                load.set(fmu, job.wrench[k])
+                fmu.doStep(time[k - 1], time[k] - time[k - 1])
+                tcp.get(fmu, poses[k])
+                if k % _REPORT_EVERY == 0 or k == last:
+                    progress(k, last)
+            fmu.terminate()
+        finally:
+            # Not FMPy's freeInstance, which unloads the library.
+            fmu.fmi2FreeInstance(fmu.component)
+        return poses
+
+
+def _serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
+    """Answer jobs until there are no more."""
+
+    def tell(*answer: object) -> None:
+        pickle.dump(answer, answers)
+        answers.flush()
+
+    try:
+        worker = _Worker(folder)
+    except Exception as error:  # whatever FMPy finds wrong with the file: the user's to read
+        tell("error", f"is not a robot FMU that runs here: {error}")
+        return
+    tell("ready")
+    while True:
+        try:
+            job: Job = pickle.load(jobs)
+        except EOFError:
+            return
+        said = io.StringIO()  # the FMU tells the reason of an error on stderr only
+        with contextlib.redirect_stderr(said):
+            try:
+                answer = (
+                    "path",
+                    worker.run(job, lambda done, total: tell("progress", done, total)),
+                )
+            except (FMICallException, KeyError) as error:
+                reason = said.getvalue().strip().splitlines()
+                answer = ("error", reason[-1] if reason else f"{type(error).__name__}: {error}")
+        tell(*answer)
+
+
+if __name__ == "__main__":
+    # Whatever else prints to stdout must not come between the answers.
+    _answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    # Started as __main__: pickled jobs name this module by its own name.
+    sys.modules["coupling.fmu_worker"] = sys.modules["__main__"]
+    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
+        _serve(Path(sys.argv[1]), sys.stdin.buffer, _answers)
+    os._exit(0)  # past the destructors of PythonFMU's binary
