@@ -128,6 +128,7 @@ def _serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
             job: Job = pickle.load(jobs)
         except EOFError:
             return
+        answer: tuple[str, object]
         said = io.StringIO()  # the FMU tells the reason of an error on stderr only
         with contextlib.redirect_stderr(said):
             try:

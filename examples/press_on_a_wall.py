@@ -1,0 +1,45 @@
+"""Press on an elastic wall: robot and wall share the load like two springs in a row.
+
+The robot is commanded 2 mm into a wall; the FMU and the wall iterate until they agree.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu import build
+from coupling.acceleration import SCHEMES
+from coupling.iteration import couple
+from coupling.path import JointPath, WrenchHistory
+from coupling.process import ElasticWall
+from coupling.robot_fmu import RobotFmu
+from elastic_robot.robot_file import load_robot, shipped_robots
+
+WALL_STIFFNESS = 1e6  # [N/m]
+COMMANDED_DEPTH = 2e-3  # [m], beyond where the unloaded tool would be
+
+time = np.linspace(0.0, 1.0, 51)  # [s]
+posture = np.array([0.0, 0.3, 0.2, 0.0, 1.0, 0.0])  # [rad]
+command = JointPath(time, np.tile(posture, (len(time), 1)))
+
+
+def press() -> tuple[float, float, int]:
+    """Return the depth [m], the force [N] and the number of process evaluations."""
+    robot = load_robot(shipped_robots()["icme2008"])
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = build(robot, Path(folder, "Robot.fmu"))
+        with RobotFmu(fmu, torque_curve="linear", mode="quasistatic") as robot_fmu:
+            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time))
+            point = unloaded.position[0] + [0.0, 0.0, COMMANDED_DEPTH]
+            wall = ElasticWall(point, np.array([0.0, 0.0, 1.0]), WALL_STIFFNESS)
+            result = couple(robot_fmu, wall, command, SCHEMES["anderson"](1.0))
+    depth = float(point[2] - result.path.position[-1, 2])
+    return depth, float(result.wrench.wrench[-1, 2]), len(result.evaluations)
+
+
+if __name__ == "__main__":
+    depth, force, evaluations = press()
+    print(f"commanded {1e3 * COMMANDED_DEPTH:.3f} mm, reached {1e3 * depth:.3f} mm, {force:.1f} N")
+    give = (COMMANDED_DEPTH - depth) / force
+    print(f"robot compliance {1e6 * give:.3f} um/N, found in {evaluations} evaluations")
