@@ -37,13 +37,11 @@ class Job:
     Attributes:
         settings: String parameters of the FMU.
         time: Communication points [s], (n,).
-        q: Drive angles there [rad], (n, joints).
         wrench: Over the step that ends there [N, N m], (n, 6).
     """
 
     settings: dict[str, str]
     time: np.ndarray
-    q: np.ndarray
     wrench: np.ndarray
 
 
@@ -71,7 +69,6 @@ class _Worker:
     def __init__(self, folder: Path) -> None:
         description = fmpy.read_model_description(str(folder))
         self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self._trajectory = folder / "trajectory.npz"
         self._fmu = FMU2Slave(
             guid=description.guid,
             unzipDirectory=str(folder),
@@ -81,9 +78,7 @@ class _Worker:
 
     def run(self, job: Job, progress: Callable[[int, int], None]) -> np.ndarray:
         """Return the TCP's poses, (n, 7)."""
-        columns = ["time", *(f"q{i + 1}" for i in range(job.q.shape[1]))]
-        np.savez(self._trajectory, columns=columns, data=np.column_stack([job.time, job.q]))
-        settings = {"trajectory": str(self._trajectory), **job.settings}
+        settings = job.settings
         load = _Buffer([self._references[name] for name in WRENCH])
         tcp = _Buffer([self._references[f"tcp.{name}"] for name in POSE])
         time, last = job.time, len(job.time) - 1

@@ -221,11 +221,25 @@ def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
         RobotFmu(empty)
 
 
+def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
+    """A quasi-static path in two halves, side by side, is the same to the last bit."""
+    time = np.linspace(0.0, 1.0, 200)
+    command = JointPath(time, 0.3 * np.sin(5.0 * time)[:, None])
+    wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
+    with RobotFmu(arm_fmu) as robot:
+        alone = robot.simulate(command, wrench)
+        monkeypatch.setattr("coupling.robot_fmu._WORTH_SHARING", 10)
+        monkeypatch.setattr("os.cpu_count", lambda: 2)
+        shared = robot.simulate(command, wrench)
+        assert len(robot._processes) == 2
+    assert np.array_equal(shared.pose, alone.pose)
+
+
 def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
     time = np.array([0.0, 1.0])
     with RobotFmu(arm_fmu) as robot:
-        robot._process.kill()
-        robot._process.wait()
+        robot._processes[0]._process.kill()
+        robot._processes[0]._process.wait()
         with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
             robot.simulate(JointPath(time, np.zeros((2, 1))), WrenchHistory.none(time))
 

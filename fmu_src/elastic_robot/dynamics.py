@@ -71,5 +71,7 @@ class Dynamics:
     def static_torque_gradient(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
         of_gravity = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
+        if not wrench.any():
+            return -of_gravity[self._rows]
         jacobian = tcp_jacobian(self.chain, self.data, theta)
         return (tcp_force_gradient(jacobian, wrench) - of_gravity)[self._rows]

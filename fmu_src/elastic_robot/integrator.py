@@ -217,7 +217,7 @@ class GaussStepper:
         free[0] = x + np.multiply.outer(h * gauss.NODES, v)
         free[1] = v
         from_a = np.concatenate([(h * h) * gauss.A2, h * gauss.A1, _EYE])
-        target = 1e-3 * self.tolerance / (h * h)
+        target = 1e-2 * self.tolerance / (h * h)
         last = np.inf
         for _ in range(self.MAX_NEWTON):
             residual = system.residual(free + (from_a @ a).reshape(free.shape), 0)
@@ -226,10 +226,12 @@ class GaussStepper:
             size = max(correction.max(), -correction.min())
             if not size < 4.0 * last:
                 break
-            # The iteration converges at least linearly: the error left is a fraction of the step.
-            if size <= target or size <= 1e-12 * np.abs(a).max():
+            # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
+            rate = size / last if np.isfinite(last) else _USUAL_RATE
+            left = size * rate / max(1.0 - rate, 1e-3)
+            if left <= target or size <= 1e-12 * np.abs(a).max():
                 return self._trial(system, state, h, a)
-            if size > 0.2 * last:
+            if rate > 0.2:
                 self._matrix_key = None  # converges slowly: build the matrix anew next time
             last = size
         self._matrix_key = None
@@ -272,6 +274,8 @@ class GaussStepper:
 
 # The error estimate of a step of length h falls as h^5: h^2 times the defect, of order 3.
 _ERROR_EXPONENT = 1.0 / 5.0
+# Convergence rate assumed of a first Newton iteration; the matrix leaves out gyroscopic terms only.
+_USUAL_RATE = 0.1
 _TIMES = np.append(gauss.NODES, 1.0)
 _EYE = np.eye(gauss.STAGES)
 # A quadratic on [0, 1] exceeds its largest value at the Gauss points by at most this factor.

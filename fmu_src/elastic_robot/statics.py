@@ -130,6 +130,8 @@ def _lighter_flanks(
 
     `region` itself is returned if they are the same.
     """
+    if not ((softening.diagonal() > 0.0) & (guard > 0.0)).any():
+        return region  # nothing is unstable in its play, so there is one flank to rest on
     width = np.where(neutral, 0.0, np.maximum(guard, 0.0))
     across = torque - 2.0 * width * region * softening.diagonal()
     lighter = (region * across < 0.0) & (np.abs(across) < np.abs(torque)) & (width > 0.0)

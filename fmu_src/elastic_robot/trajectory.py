@@ -76,18 +76,19 @@ class Trajectory:
         self.end = float(time[-1])
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return q, q', q'' at times (k,), each (k, n).
+        """Return q, q', q'' at rising times (k,), each (k, n).
 
         Raises:
             TrajectoryError: If a time is outside the samples by more than END_SLACK.
         """
-        lowest, highest = np.min(times), np.max(times)
+        lowest, highest = times[0], times[-1]
         if not (self.start - END_SLACK <= lowest and highest <= self.end + END_SLACK):
             asked = lowest if lowest < self.start else highest
             raise TrajectoryError(
                 f"time is {asked:.9g} s; the trajectory covers {self.start:.9g} to {self.end:.9g} s"
             )
-        times = np.clip(times, self.start, self.end)
+        if lowest < self.start or highest > self.end:
+            times = np.clip(times, self.start, self.end)
         values, n = self._polynomial(times), self._joint_count
         return values[:, :n], values[:, n : 2 * n], values[:, 2 * n :]
 
