@@ -32,3 +32,21 @@ def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     compliance = robot.compliance()[2, 2]
     assert depth == pytest.approx(2e-3 / (1.0 + 1e6 * compliance), rel=1e-3)
     assert force == pytest.approx(1e6 * depth, rel=1e-4)
+
+
+def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):
+    """The README's case down to 2 mm: above 300 N, process share above 0.1 mm, 10 um at the end."""
+    from coupling.run import run_compensation
+
+    text = (EXAMPLES / "cases" / "cone.toml").read_text()
+    short = text.replace("depth_m        = 0.01", "depth_m = 0.002")
+    assert short != text
+    file = tmp_path / "cone.toml"
+    file.write_text(short)
+    run = run_compensation(load_case(file))
+    assert run.converged, run.reason
+    assert run.wrench.peak_force > 300.0
+    assert run.shares.process.maximum > 1e-4
+    assert run.before.maximum > 1e-3
+    assert run.after.maximum <= 1e-5
+    assert run.consistency <= 1e-6
