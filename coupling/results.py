@@ -24,6 +24,7 @@ from coupling.tables import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
+    read_header,
     read_table,
     write_table,
 )
@@ -160,9 +161,8 @@ def read_run(folder: Path) -> StoredRun:
         values = table(name, POSE_COLUMNS)
         return ToolPath(values[:, 0], values[:, 1:])
 
-    with (folder / "command.csv").open(encoding="utf-8") as stream:
-        header = stream.readline().strip().split(",")
-    joints = tuple(name for name in header if name[0] == "q" and name[1:].isdigit())
+    header = read_header(folder / "command.csv", ResultError)
+    joints = tuple(name for name in header if name.startswith("q") and name[1:].isdigit())
     angles, wrench = table("command", joints), table("wrench", WRENCH_COLUMNS)
     try:
         return StoredRun(

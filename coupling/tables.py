@@ -17,6 +17,16 @@ def write_table(file: Path, columns: Sequence[str], data: np.ndarray) -> None:
     np.savetxt(file, data, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
 
 
+def read_header(file: Path, error: type[Exception]) -> list[str]:
+    """Return the column names of a CSV file; `error` is raised if it cannot be read."""
+    try:
+        with file.open(encoding="utf-8") as stream:
+            return [name.strip() for name in stream.readline().split(",")]
+    except (OSError, UnicodeDecodeError) as cause:
+        text = getattr(cause, "strerror", None) or cause
+        raise error(f"{file}: cannot be read: {text}") from cause
+
+
 def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np.ndarray:
     """Read the named columns of a CSV file; others are ignored.
 
@@ -28,19 +38,15 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     Returns:
         Values in the order of `columns`, (rows, len(columns)).
     """
+    found = read_header(file, error)
+    missing = [name for name in columns if name not in found]
+    if missing:
+        raise error(
+            f"{file}: columns {', '.join(missing)} are missing; the header has"
+            f" {', '.join(found)}, needed are {', '.join(columns)}"
+        )
     try:
-        with file.open(encoding="utf-8") as stream:
-            found = [name.strip() for name in stream.readline().split(",")]
-            missing = [name for name in columns if name not in found]
-            if missing:
-                raise error(
-                    f"{file}: columns {', '.join(missing)} are missing; the header has"
-                    f" {', '.join(found)}, needed are {', '.join(columns)}"
-                )
-            rows = np.loadtxt(stream, delimiter=",", ndmin=2)
-    except (OSError, UnicodeDecodeError) as cause:
-        text = getattr(cause, "strerror", None) or cause
-        raise error(f"{file}: cannot be read: {text}") from cause
+        rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
     except ValueError as cause:
         raise error(f"{file}: is not a table of numbers: {cause}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):

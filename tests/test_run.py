@@ -318,6 +318,9 @@ def test_a_damaged_run_folder_is_named(finished, tmp_path):
     (copy / "wrench.csv").write_text("time,fx\n0,0\n")
     with pytest.raises(ResultError, match=r"wrench\.csv: columns fy, fz"):
         read_run(copy)
+    (copy / "command.csv").unlink()
+    with pytest.raises(ResultError, match=r"command\.csv: cannot be read"):
+        read_run(copy)
     (copy / "result.json").write_text("{")
     with pytest.raises(ResultError, match="not valid JSON"):
         write_report(copy)
