@@ -151,6 +151,8 @@ class ElasticRobotSlave(Fmi2Slave):
     @_reported
     def set_real(self, vrs, values):
         """Set inputs and parameters."""
+        if not vrs:
+            return
         finite = np.isfinite(values)
         if not finite.all():
             vr, value = next(
