@@ -23,7 +23,7 @@ def run(description, folder, job):
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName="robot",
     )
-    instance.instantiate()
+    instance.instantiate(loggingOn=job.get("logging", False))
     try:
         time = job["time"]
         instance.setupExperiment(tolerance=job.get("tolerance"), startTime=time[0])

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import mujoco
 import numpy as np
 import pinocchio as pin
+
 from elastic_robot.description import Body, Robot
 
 

@@ -219,6 +219,19 @@ def test_misuse_is_an_error_with_a_sentence_on_stderr(example_fmu, run_fmu, case
     assert np.all(np.isfinite(answers[1]["values"]))  # the process goes on
 
 
+def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):
+    """The host formats log messages like printf: %s and %n must not reach it as formats."""
+    job = {
+        "logging": True,
+        "settings": {"trajectory": "100%s%n%n%s%d.csv"},
+        "start": POSTURE,
+        "time": [0.0, 0.01],
+        "outputs": POSE,
+    }
+    answers = run_fmu(example_fmu, job, job)
+    assert all("failed with status" in str(answer["error"]) for answer in answers)
+
+
 def test_build_refuses_a_wrong_name_and_an_unwritable_place(example, tmp_path):
     with pytest.raises(BuildError, match=r"must end in \.fmu"):
         build(example, tmp_path / "robot.zip")

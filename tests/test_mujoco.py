@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from random_robots import make_robot
+
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
-from random_robots import make_robot
 
 pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
 from mujoco_robot import MujocoRobot

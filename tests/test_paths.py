@@ -16,7 +16,7 @@ from coupling.errors import CaseError, PlanningError
 from coupling.path import ToolPath, WrenchHistory
 from coupling.planning import Planner
 from coupling.tables import POSE_COLUMNS, read_table, write_table
-from coupling.toolpaths import Cone, CsvPath, Line, Pyramid
+from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
 from coupling.toolpaths.part import Part
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool, pose_of
@@ -57,6 +57,23 @@ def test_pyramid_lies_on_its_planes():
     np.testing.assert_allclose(half[_on_the_wall(z)], 0.0, atol=1e-12)
     corner = np.isclose(np.abs(x), np.abs(y), atol=1e-12)
     assert corner.sum() >= 4 * 4  # every corner of every contour is a sample
+
+
+def test_iso_path_has_its_elements_in_an_inclined_plane():
+    part = Part(np.array([1.9, 0.0, 1.0]), Rotation.from_euler("y", 45, degrees=True))
+    path = Iso9283(kind="iso9283", size_m=0.4, feed_m_s=0.2, sample_s=0.005).path(part)
+    x, y, z = part.coordinates(path).T
+    np.testing.assert_allclose(z, 0.0, atol=1e-12)
+    assert np.ptp(x) == pytest.approx(0.4, abs=1e-12)
+    assert np.ptp(y) == pytest.approx(0.4, abs=1e-12)
+    for radius in (0.16, 0.02):  # 80 % and 10 % of the size, as diameters: whole turns
+        on_circle = np.isclose(np.hypot(x, y), radius, atol=1e-9)
+        angles = np.sort(np.arctan2(y[on_circle], x[on_circle]))
+        assert on_circle.sum() > 40
+        assert np.diff(angles).max() < 0.4
+    on_diagonal = np.isclose(x, y, atol=1e-12)
+    assert np.ptp(x[on_diagonal]) == pytest.approx(0.4, abs=1e-12)
+    assert np.allclose(path.pose[:, 3:], path.pose[0, 3:])
 
 
 def test_motion_keeps_the_feed_and_stops_in_corners():

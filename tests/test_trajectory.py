@@ -48,6 +48,8 @@ def test_time_may_pass_the_ends_by_a_nanosecond_only():
         trajectory.at(np.array([1.1]))
     with pytest.raises(TrajectoryError, match=r"time is -0\.1 s"):
         trajectory.at(np.array([-0.1]))
+    with pytest.raises(TrajectoryError, match=r"time is 1\.000000002 s|time is 1 s"):
+        trajectory.at(np.array([1.0 + 2e-9]))
     with pytest.raises(TrajectoryError, match="time is nan"):
         trajectory.at(np.array([np.nan]))
 

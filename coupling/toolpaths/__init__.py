@@ -2,8 +2,9 @@
 
 from coupling.toolpaths.contours import Cone, Pyramid
 from coupling.toolpaths.csv import CsvPath
+from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
 
-TOOL_PATHS = {"cone": Cone, "pyramid": Pyramid, "line": Line, "csv": CsvPath}
+TOOL_PATHS = {"cone": Cone, "pyramid": Pyramid, "line": Line, "iso9283": Iso9283, "csv": CsvPath}
 
-__all__ = ["TOOL_PATHS", "Cone", "CsvPath", "Line", "Pyramid"]
+__all__ = ["TOOL_PATHS", "Cone", "CsvPath", "Iso9283", "Line", "Pyramid"]

@@ -1,0 +1,61 @@
+"""Test path with the elements of ISO 9283: squares, diagonal, large and small circle in one plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from coupling.path import ToolPath
+from coupling.toolpaths.motion import Segment, circle, follow, straight
+from coupling.toolpaths.part import Part
+from elastic_robot.toml_file import Schema
+
+Positive = Annotated[float, Field(gt=0.0)]
+# Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
+# and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
+_LARGE_CIRCLE = 0.8
+_SMALL = 0.1
+
+
+class Iso9283(Schema):
+    """Squares, their diagonal and two circles, centred on the part frame, in its x-y plane.
+
+    Keys: size_m, side of the large square; feed_m_s, blend_s of starts and stops, sample_s.  The
+    plane is that of the part: incline it with the part's rpy_deg.
+    """
+
+    kind: Literal["iso9283"]
+    size_m: Positive
+    feed_m_s: Positive
+    blend_s: Positive = 0.2
+    sample_s: Positive = 0.02
+
+    def path(self, part: Part) -> ToolPath:
+        """Return the tool path in the robot's base frame."""
+        time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
+        return part.tool_path(time, points)
+
+    def _segments(self) -> Iterator[Segment]:
+        half, small = 0.5 * self.size_m, 0.5 * _SMALL * self.size_m
+        large = 0.5 * _LARGE_CIRCLE * self.size_m
+        yield from _polygon(half)
+        yield from _lines((half, half), (-half, -half), (large, 0.0))
+        yield circle(np.zeros(3), large)
+        yield from _lines((large, 0.0), (small, 0.0))
+        yield circle(np.zeros(3), small)
+        yield from _lines((small, 0.0), (small, small))
+        yield from _polygon(small)
+
+
+def _polygon(half: float) -> Iterator[Segment]:
+    """Square from its corner +x +y, back to there."""
+    yield from _lines((half, half), (-half, half), (-half, -half), (half, -half), (half, half))
+
+
+def _lines(*corners: tuple[float, float]) -> Iterator[Segment]:
+    for start, end in pairwise(corners):
+        yield straight(np.array([*start, 0.0]), np.array([*end, 0.0]))
