@@ -15,6 +15,11 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 
+# The FMU needs numpy, scipy and pin on its host, nothing else of the desk's.
+for desk_only in ("pydantic", "typer", "rich", "plotly", "tomli_w"):
+    sys.modules[desk_only] = None
+
+
 def run(description, folder, job):
     references = {v.name: v.valueReference for v in description.modelVariables}
     instance = FMU2Slave(
