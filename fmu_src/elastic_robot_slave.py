@@ -225,4 +225,5 @@ class ElasticRobotSlave(Fmi2Slave):
             stiffness=self._block("stiffness").copy(),
             damping=self._block("damping").copy(),
             backlash=backlash,
+            tables=self._model.parameters.tables,
         )

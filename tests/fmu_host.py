@@ -14,7 +14,6 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-
 # The FMU needs numpy, scipy and pin on its host, nothing else of the desk's.
 for desk_only in ("pydantic", "typer", "rich", "plotly", "tomli_w"):
     sys.modules[desk_only] = None

@@ -174,11 +174,6 @@ def test_tunable_parameters_change_at_run_time(example_fmu, run_fmu):
 MISUSE = {
     "unknown mode": ({"settings": {"mode": "statick"}}, "mode is 'statick'", "quasistatic"),
     "unknown curve": ({"settings": {"torque_curve": "cubic"}}, "'cubic'", "linear, backlash"),
-    "spline is not there yet": (
-        {"settings": {"torque_curve": "spline"}},
-        "spline",
-        "not available yet",
-    ),
     "unknown start": ({"settings": {"initial_state": "rest"}}, "'rest'", "undeflected"),
     "no such trajectory": (
         {"settings": {"trajectory": "no 100% file.csv"}},

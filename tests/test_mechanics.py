@@ -80,13 +80,13 @@ def test_force_gradient_includes_the_drives(robot, seed):
         np.testing.assert_allclose((above - below) / 2e-6, gradient[:, j], rtol=0, atol=1e-8)
 
 
-@given(robots(), SEEDS, st.sampled_from(["linear", "backlash"]))
+@given(robots(), SEEDS, st.sampled_from(sorted(TORQUE_CURVES)))
 def test_equilibrium_balances_springs_and_loads(robot, seed, curve_name):
     """S(x) = J^T w - g, with J^T w from finite differences of the pose: an independent path."""
     dynamics, parameters = dynamics_of(robot)
     chain, rng = dynamics.chain, np.random.default_rng(seed)
     assume(chain.elastic_count > 0)
-    curve = TORQUE_CURVES[curve_name].build(parameters.stiffness, parameters.backlash)
+    curve = TORQUE_CURVES[curve_name].build(parameters)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), rng.normal(size=6) * 300.0
     x = equilibrium(dynamics, curve, q, wrench)
     model, data = chain.model, chain.model.createData()
@@ -313,11 +313,12 @@ def test_pose_has_a_unit_quaternion_with_positive_scalar(seed):
     np.testing.assert_allclose(turned, placement.rotation, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["linear", "backlash"])
+@pytest.mark.parametrize("name", TORQUE_CURVES)
 def test_torque_curves_agree_with_their_verbs(name):
     stiffness, backlash = np.array([1e4, 2e5, 3e6]), np.array([1e-3, 0.0, 2e-4])
-    curve = TORQUE_CURVES[name].build(stiffness, backlash)
-    x = np.array([-3e-3, 1e-3, 4e-4])
+    parameters = Parameters(np.zeros(3), stiffness, np.zeros(3), backlash, (None,) * 3)
+    curve = TORQUE_CURVES[name].build(parameters)
+    x = np.array([-3e-3, 1e-3, 2.7e-4])
     torque = curve.torque(x)
     np.testing.assert_allclose(curve.torque(-x), -torque, rtol=1e-15)
     np.testing.assert_allclose(curve.deflection(torque), x, rtol=1e-12)

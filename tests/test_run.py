@@ -185,7 +185,10 @@ BAD_CASES = {
         changed('"line"', '"spiral"'),
         ["tool_path: kind", "'spiral'", "cone, pyramid"],
     ),
-    "unknown curve": (changed('"linear"', '"cubic"'), ["robot: torque_curve", "linear, backlash"]),
+    "unknown curve": (
+        changed('"linear"', '"cubic"'),
+        ["robot: torque_curve", "linear, backlash, spline"],
+    ),
     "unknown mode": (changed('"quasistatic"', '"static"'), ["robot: mode", "quasistatic"]),
     "unknown robot": (changed('"icme2008"', '"icme2009"'), ["icme2009", "did you mean 'icme2008'"]),
     "missing key": (changed("stiffness_N_m = 2.0e5", ""), ["process", "stiffness_N_m", "missing"]),
@@ -195,7 +198,6 @@ BAD_CASES = {
         ["sample 1", "out of reach", "mm away", "joint"],
     ),
     "not TOML": ("[robot", ["not valid TOML"]),
-    "spline": (changed('"linear"', '"spline"'), ["spline", "not available yet"]),
     "csv that is not there": (
         changed('kind     = "line"', 'kind = "csv"\nfile = "none.csv"')
         .replace("points_m", "# points_m")

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 Vector = tuple[float, ...]
+Table = tuple[tuple[float, float], ...]
 
 # A direction must be given to this accuracy in length; it is normalised afterwards.
 _UNIT_LENGTH_TOLERANCE = 1e-9
@@ -129,6 +130,8 @@ class Joint:
         tilt: At most two tilts, in the order of rotation.
         limits: Lowest and highest drive angle [rad], or None.
         max_rate: Highest drive rate [rad/s], or None.
+        torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
+            curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
         name: Shown in messages.
 
     Raises:
@@ -144,6 +147,7 @@ class Joint:
     tilt: tuple[Tilt, ...] = ()
     limits: tuple[float, float] | None = None
     max_rate: float | None = None
+    torque_table: Table | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -167,8 +171,31 @@ class Joint:
                 raise ValueError(
                     f"limits is {list(self.limits)}; needed is [low, high], low < high [rad]"
                 )
+        if self.torque_table is not None:
+            self._require_table(np.array(self.torque_table))
         if self.max_rate is not None:
             _require_number("max_rate", self.max_rate, minimum=0.0, open_end=True, unit="rad/s")
+
+    def _require_table(self, table: np.ndarray) -> None:
+        if self.stiffness is None:
+            raise ValueError("torque_table is given for a joint without stiffness; needed are both")
+        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 5 or not np.isfinite(table).all():
+            raise ValueError(
+                f"torque_table has {len(table)} points; needed are at least 5 pairs of finite numbers"
+                " [rad, N m]"
+            )
+        flat = np.flatnonzero(np.any(np.diff(table, axis=0) <= 0.0, axis=1))
+        if len(flat):
+            angle = table[flat[0] : flat[0] + 2, 0]
+            raise ValueError(
+                f"torque_table does not rise between the angles {angle[0]:.6g} and {angle[1]:.6g} rad;"
+                " needed are strictly rising angles and torques"
+            )
+        if not table[0, 1] < 0.0 < table[-1, 1]:
+            raise ValueError(
+                f"torque_table goes from {table[0, 1]:.6g} to {table[-1, 1]:.6g} N m; needed are"
+                " torques on both sides of zero"
+            )
 
 
 @dataclass(frozen=True)
@@ -226,6 +253,7 @@ class Robot:
                     "body": _body(joint["body"]),
                     "tilt": tuple(Tilt(**{**t, "axis": tuple(t["axis"])}) for t in joint["tilt"]),
                     "limits": tuple(joint["limits"]) if joint["limits"] else None,
+                    "torque_table": _table(joint["torque_table"]),
                 }
             )
             for joint in data["joints"]
@@ -238,6 +266,10 @@ class Robot:
             tcp_rpy=tuple(data["tcp_rpy"]),
             payload=_body(data["payload"]) if data["payload"] else None,
         )
+
+
+def _table(rows: list[list[float]] | None) -> Table | None:
+    return None if rows is None else tuple((row[0], row[1]) for row in rows)
 
 
 def _body(data: dict[str, Any]) -> Body:

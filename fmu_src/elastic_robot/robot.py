@@ -78,9 +78,7 @@ class ElasticRobot:
     def parameters(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._dynamics.gravity = parameters.gravity
-        self._curve: TorqueCurve = self._curve_class.build(
-            parameters.stiffness, parameters.backlash
-        )
+        self._curve: TorqueCurve = self._curve_class.build(parameters)
         if self._state is not None:
             region = self._curve.region(self._state.x)
             self._state = self._stepper.start(

@@ -6,11 +6,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
+from elastic_robot.spline_curve import akima
 from elastic_robot.toml_file import Schema, nearest, read_toml
 
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -42,6 +44,7 @@ class _Joint(_Body):
     tilt: list[_Tilt] = []
     limits: Pair | None = None
     max_rate: float | None = None
+    torque_table: list[Pair] | None = None
 
 
 class _Tcp(Schema):
@@ -130,6 +133,8 @@ def _joint(joint: _Joint, where: str) -> Joint:
         except ValueError as cause:
             raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
     try:
+        if joint.torque_table:
+            akima(*np.array(joint.torque_table).T)  # refuses a curve that falls between its points
         return Joint(
             origin=tuple(joint.origin),
             axis=tuple(joint.axis),
@@ -140,6 +145,7 @@ def _joint(joint: _Joint, where: str) -> Joint:
             tilt=tuple(tilts),
             limits=(joint.limits[0], joint.limits[1]) if joint.limits else None,
             max_rate=joint.max_rate,
+            torque_table=tuple((a, t) for a, t in joint.torque_table or []) or None,
             name=joint.name,
         )
     except ValueError as cause:

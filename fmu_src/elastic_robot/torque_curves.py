@@ -13,7 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from elastic_robot.errors import ParameterError
+from elastic_robot.parameters import Parameters
+from elastic_robot.spline_curve import SplineCurve
 
 
 class TorqueCurve(Protocol):
@@ -52,8 +53,8 @@ class TorqueCurve(Protocol):
 class CurveClass(Protocol):
     """A class of curves, as the dictionary of curves holds it."""
 
-    def build(self, stiffness: np.ndarray, backlash: np.ndarray) -> TorqueCurve:
-        """Return the curve of given stiffnesses [N m/rad] and half widths [rad], (m,) each."""
+    def build(self, parameters: Parameters) -> TorqueCurve:
+        """Return the curve of given parameters."""
         ...
 
 
@@ -74,10 +75,9 @@ class LinearCurve:
     offset: np.ndarray | float = 0.0
 
     @classmethod
-    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> LinearCurve:
+    def build(cls, parameters: Parameters) -> LinearCurve:
         """Return the curve of given parameters; the backlash is left out."""
-        del backlash
-        return cls(stiffness)
+        return cls(parameters.stiffness)
 
     @cached_property
     def half_width(self) -> np.ndarray:
@@ -131,9 +131,9 @@ class BacklashCurve:
     backlash: np.ndarray
 
     @classmethod
-    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> BacklashCurve:
+    def build(cls, parameters: Parameters) -> BacklashCurve:
         """Return the curve of given parameters."""
-        return cls(stiffness, backlash)
+        return cls(parameters.stiffness, parameters.backlash)
 
     @cached_property
     def half_width(self) -> np.ndarray:
@@ -166,17 +166,6 @@ class BacklashCurve:
         """Return the straight line of the branch: k (x - B region), or zero inside the gap."""
         stiffness = self.stiffness * (region != 0)
         return LinearCurve(stiffness, stiffness * self.backlash * region)
-
-
-class SplineCurve:
-    """Smooth characteristic curve of a gear with play, by Akima interpolation."""
-
-    @classmethod
-    def build(cls, stiffness: np.ndarray, backlash: np.ndarray) -> TorqueCurve:
-        """Refuse: the curve is not available yet."""
-        raise ParameterError(
-            "torque_curve is 'spline', which is not available yet; use 'linear' or 'backlash'"
-        )
 
 
 TORQUE_CURVES: dict[str, CurveClass] = {
