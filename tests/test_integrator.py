@@ -122,6 +122,15 @@ def test_communication_points_do_not_change_the_result():
     assert state.x[0] == pytest.approx(whole.x[0], abs=1e-7)
 
 
+def test_times_that_differ_by_rounding_only_are_no_steps():
+    stepper = GaussStepper(1e-9, 0.1, first=1e-3)
+    state = stepper.start(0.0, np.ones(1), np.zeros(1), np.ones(1, dtype=int))
+    state = stepper.advance(Oscillator(), state, 0.3)
+    later = stepper.advance(Oscillator(), state, 0.3 + 1e-13)
+    assert later.time == 0.3 + 1e-13
+    assert np.array_equal(later.x, state.x)
+
+
 def test_an_unstable_motion_is_an_error_not_a_hang():
     with pytest.raises(IntegrationError, match="needs steps below"), np.errstate(all="ignore"):
         run(Oscillator(force=lambda t: np.nan), 1.0)

@@ -118,9 +118,11 @@ class GaussStepper:
         Raises:
             IntegrationError: If the motion grows beyond all bounds or needs too short steps.
         """
-        while state.time < end:
+        # What is left after a crossing just before the end may be less than any step.
+        negligible = max(self.SHORTEST * self.longest, 8.0 * np.spacing(abs(end)))
+        while end - state.time > negligible:
             state = self._step(system, state, end)
-        return state
+        return replace(state, time=end)
 
     def _step(self, system: System, state: State, end: float) -> State:
         """Take one step, at most to `end`."""
