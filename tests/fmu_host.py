@@ -14,10 +14,6 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-# The FMU needs numpy, scipy and pin on its host, nothing else of the desk's.
-for desk_only in ("pydantic", "typer", "rich", "plotly", "tomli_w"):
-    sys.modules[desk_only] = None
-
 
 def run(description, folder, job):
     references = {v.name: v.valueReference for v in description.modelVariables}
@@ -61,6 +57,9 @@ def main(order_file, answer_file):
     order = json.loads(Path(order_file).read_text())
     description = fmpy.read_model_description(order["fmu"])
     folder = fmpy.extract(order["fmu"])
+    # The FMU needs numpy, scipy and pin on its host, nothing else of the desk's.
+    for desk_only in ("pydantic", "typer", "rich", "plotly", "tomli_w"):
+        sys.modules[desk_only] = None
     assert not any(name.startswith(("elastic_robot", "coupling")) for name in sys.modules)
     answers = [run(description, folder, job) for job in order["jobs"]]
     answered_by = Path(sys.modules["elastic_robot"].__file__)
