@@ -10,11 +10,11 @@ import hashlib
 import os
 import sys
 import tempfile
-from importlib import util
 from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
+import elastic_robot
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.robot_file import find_robot, load_robot
@@ -39,7 +39,7 @@ def build(robot: Robot, file: Path) -> Path:
     """
     if file.suffix != ".fmu":
         raise BuildError(f"{file}: the FMU's name must end in .fmu")
-    model = package_folder("elastic_robot")
+    model = Path(elastic_robot.__file__).parent
     slave = model.parent / "elastic_robot_slave.py"
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -53,14 +53,6 @@ def build(robot: Robot, file: Path) -> Path:
     except OSError as cause:
         raise BuildError(f"{file}: cannot be written: {cause.strerror or cause}") from cause
     return file
-
-
-def package_folder(name: str) -> Path:
-    """Return the folder of an importable package, without importing it."""
-    spec = util.find_spec(name)
-    assert spec is not None
-    assert spec.origin is not None
-    return Path(spec.origin).parent
 
 
 def fingerprint(folder: Path) -> str:

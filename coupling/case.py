@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
 from coupling.acceleration import SCHEMES, Scheme
@@ -22,29 +23,29 @@ from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.interface import MODES
 from elastic_robot.robot_file import Vector3, find_robot, load_robot
-from elastic_robot.toml_file import Schema, load_toml, nearest, validate
+from elastic_robot.toml_file import Positive, Schema, load_toml, nearest, validate
 from elastic_robot.torque_curves import TORQUE_CURVES
 
-Positive = Annotated[float, Field(gt=0.0)]
+
+def _one_of(names: Iterable[str]) -> AfterValidator:
+    """Refuse a text that is none of the names."""
+    known = list(names)
+
+    def check(value: str) -> str:
+        if value not in known:
+            raise ValueError(f"found {value!r}; {nearest(value, known)}")
+        return value
+
+    return AfterValidator(check)
 
 
 class RobotTable(Schema):
     """[robot]: description (shipped name or path), torque_curve, mode, home_deg."""
 
     description: str
-    torque_curve: str = "backlash"
-    mode: str = "quasistatic"
+    torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
+    mode: Annotated[str, _one_of(MODES)] = "quasistatic"
     home_deg: list[float]
-
-    @field_validator("torque_curve")
-    @classmethod
-    def _known_curve(cls, value: str) -> str:
-        return _one_of(value, list(TORQUE_CURVES))
-
-    @field_validator("mode")
-    @classmethod
-    def _known_mode(cls, value: str) -> str:
-        return _one_of(value, list(MODES))
 
 
 class PartTable(Schema):
@@ -62,17 +63,12 @@ class PartTable(Schema):
 class CouplingTable(Schema):
     """[coupling]: scheme, its first relaxation, and when the iteration ends."""
 
-    scheme: str = "anderson"
+    scheme: Annotated[str, _one_of(SCHEMES)] = "anderson"
     relaxation: Positive = 1.0
     tolerance_m: Positive = 1e-6
     rms_tolerance_m: Positive | None = None
     force_tolerance: Positive = 1e-3
     max_evaluations: Annotated[int, Field(ge=2)] = 40
-
-    @field_validator("scheme")
-    @classmethod
-    def _known_scheme(cls, value: str) -> str:
-        return _one_of(value, list(SCHEMES))
 
     def tolerance(self) -> Tolerance:
         """Return the limits; the rms is half the maximum unless given."""
@@ -83,17 +79,12 @@ class CouplingTable(Schema):
 class CompensationTable(Schema):
     """[compensation]: method and its settings."""
 
-    method: str = "mirror"
+    method: Annotated[str, _one_of(METHODS)] = "mirror"
     tolerance_m: Positive = 1e-5
     gain: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     cutoff_Hz: Positive | None = None
     max_correction_rate_m_s: Positive = 0.05
     max_passes: Annotated[int, Field(ge=1)] = 12
-
-    @field_validator("method")
-    @classmethod
-    def _known_method(cls, value: str) -> str:
-        return _one_of(value, list(METHODS))
 
     def settings(self) -> MirrorSettings:
         """Return the settings of the mirroring."""
@@ -218,9 +209,3 @@ def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict
             f"{path}: {table}: {key}: found {data[key]!r}; {nearest(str(data[key]), list(known))}"
         )
     return validate(data, known[data[key]], CaseError, f"{path}: {table}")
-
-
-def _one_of(value: str, known: list[str]) -> str:
-    if value not in known:
-        raise ValueError(f"found {value!r}; {nearest(value, known)}")
-    return value

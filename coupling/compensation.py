@@ -238,7 +238,6 @@ class Mirror:
         wrench = self.process.wrench(coupling.path)
         achieved = self.robot.simulate(joints, wrench)
         deviation = measure(achieved, desired)
-        change = np.linalg.norm(achieved.position - coupling.path.position, axis=1)
         return Compensation(
             converged=coupling.converged and deviation.maximum <= self.settings.tolerance,
             reason=reason,
@@ -248,7 +247,7 @@ class Mirror:
             joints=joints,
             achieved=achieved,
             wrench=wrench,
-            consistency=float(change.max()),
+            consistency=float(achieved.distance_to(coupling.path).max()),
             passes=tuple(passes),
             evaluations=1 + sum(len(entry.coupling) for entry in passes),
         )

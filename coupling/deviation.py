@@ -34,7 +34,7 @@ class Deviation:
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
     """Return the deviation of an actual path from the desired one."""
     difference = actual.position - desired.position
-    distance = np.linalg.norm(difference, axis=1)
+    distance = actual.distance_to(desired)
     along = np.sum(difference * _directions(desired), axis=1)
     across = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
     return Deviation(

@@ -24,7 +24,8 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+from coupling.tables import POSE_COLUMNS
+
 WRENCH = ("force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z")
 # Steps between two reports of progress.
 _REPORT_EVERY = 100
@@ -80,9 +81,9 @@ class _Worker:
         """Return the TCP's poses, (n, 7)."""
         settings = job.settings
         load = _Buffer([self._references[name] for name in WRENCH])
-        tcp = _Buffer([self._references[f"tcp.{name}"] for name in POSE])
+        tcp = _Buffer([self._references[f"tcp.{name}"] for name in POSE_COLUMNS])
         time, last = job.time, len(job.time) - 1
-        poses = np.empty((last + 1, len(POSE)))
+        poses = np.empty((last + 1, len(POSE_COLUMNS)))
         fmu = self._fmu
         fmu.instantiate()
         try:

@@ -158,7 +158,7 @@ def _result(
 def _evaluate(
     number: int, x: ToolPath, g: ToolPath, wrench: WrenchHistory, last: WrenchHistory | None
 ) -> Evaluation:
-    distance = np.linalg.norm(g.position - x.position, axis=1)
+    distance = g.distance_to(x)
     return Evaluation(
         number=number,
         path_change=float(distance.max()),
@@ -188,7 +188,7 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
         )
     best = int(np.argmin(changes))
     if len(changes) - 1 - best >= _PATIENCE:
-        distance = np.linalg.norm(g.position - x.position, axis=1)
+        distance = g.distance_to(x)
         worst = np.argsort(distance)[::-1][:3]
         places = "; ".join(
             f"t = {g.time[k]:.3f} s at {np.round(g.position[k], 4).tolist()} m" for k in worst

@@ -63,6 +63,11 @@ class ToolPath:
         turn = self.rotation * reference.rotation.inv()
         return np.hstack([self.position - reference.position, turn.as_rotvec()])
 
+    def distance_to(self, other: ToolPath) -> np.ndarray:
+        """Return the distances between the positions at equal times [m], (n,)."""
+        distance: np.ndarray = np.linalg.norm(self.position - other.position, axis=1)
+        return distance
+
     def displaced(self, deviation: np.ndarray) -> ToolPath:
         """Return the path that deviates by (n, 6) from this one."""
         turned = Rotation.from_rotvec(deviation[:, 3:]) * self.rotation

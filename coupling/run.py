@@ -61,7 +61,6 @@ class Run:
         desired, uncompensated, achieved, command: Tool paths.
         joints: Joint angles of `command`.
         wrench: Acting on the tool along `achieved`.
-        before, after: Deviation from the desired path.
         shares: Of the deviation.
         passes: The way there, pass by pass.
         process_evaluations: In all.
@@ -80,8 +79,6 @@ class Run:
     command: ToolPath
     joints: JointPath
     wrench: WrenchHistory
-    before: Deviation
-    after: Deviation
     shares: Shares
     passes: tuple[Pass, ...]
     process_evaluations: int
@@ -89,6 +86,16 @@ class Run:
     rate_warnings: list[RateWarning]
     fmu_fingerprint: str
     durations: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def before(self) -> Deviation:
+        """Deviation of the uncompensated command from the desired path."""
+        return measure(self.uncompensated, self.desired)
+
+    @property
+    def after(self) -> Deviation:
+        """Deviation of the achieved path from the desired one."""
+        return measure(self.achieved, self.desired)
 
 
 @dataclass
@@ -148,7 +155,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
                 unloaded,
                 desk.evaluated,
             )
-        deviation = measure(result.path, case.desired)
+        first = Pass(0, measure(result.path, case.desired), result.evaluations)
         return Run(
             kind="couple",
             converged=result.converged,
@@ -159,10 +166,8 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             command=case.desired,
             joints=joints,
             wrench=result.wrench,
-            before=deviation,
-            after=deviation,
             shares=_shares(case, unloaded, result),
-            passes=(Pass(0, deviation, result.evaluations),),
+            passes=(first,),
             process_evaluations=len(result.evaluations),
             consistency=result.evaluations[-1].path_change,
             rate_warnings=desk.planner.rate_warnings(joints),
@@ -204,8 +209,6 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
             command=result.command,
             joints=result.joints,
             wrench=result.wrench,
-            before=measure(result.uncompensated.path, case.desired),
-            after=measure(result.achieved, case.desired),
             shares=shares,
             passes=result.passes,
             process_evaluations=result.evaluations,

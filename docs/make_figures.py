@@ -6,7 +6,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
 import plotly.graph_objects as go
 from plotly.io import to_html
 from plotly.offline import get_plotlyjs
@@ -36,7 +35,7 @@ def page() -> str:
         (run.uncompensated, "before", figures.BEFORE),
         (run.achieved, "after", figures.AFTER),
     ):
-        distance = np.linalg.norm(path.position - run.desired.position, axis=1)
+        distance = path.distance_to(run.desired)
         along.add_scatter(x=path.time, y=1e6 * distance, name=name, line={"color": color})
     along.update_yaxes(title="deviation of the tool [um]", type="log", range=[-2.5, 3.8])
     along.update_xaxes(title="time [s]")

@@ -304,8 +304,8 @@ def test_massless_tip_is_refused():
 
 @given(SEEDS)
 def test_pose_has_a_unit_quaternion_with_positive_scalar(seed):
+    pin.seed(seed)
     placement = pin.SE3.Random()
-    del seed
     pose = pose_of(placement)
     assert pose[6] >= 0.0
     assert np.linalg.norm(pose[3:]) == pytest.approx(1.0, abs=1e-12)

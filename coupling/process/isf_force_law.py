@@ -12,9 +12,7 @@ from coupling.errors import CaseError
 from coupling.path import ToolPath, WrenchHistory
 from coupling.process.base import Task
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Schema
-
-Positive = Annotated[float, Field(gt=0.0)]
+from elastic_robot.toml_file import Positive, Schema
 
 
 def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) -> float:

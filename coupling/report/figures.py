@@ -71,7 +71,7 @@ def deviation(run: StoredRun) -> go.Figure:
         (run.uncompensated, "before", BEFORE),
         (run.achieved, "after", AFTER),
     ):
-        distance = np.linalg.norm(path.position - run.desired.position, axis=1)
+        distance = path.distance_to(run.desired)
         figure.add_scatter(
             x=path.time,
             y=np.maximum(_UM * distance, _FLOOR_UM),
@@ -124,7 +124,7 @@ def wrench(run: StoredRun) -> go.Figure:
 
 def amplification(run: StoredRun) -> int:
     """Return a round factor that makes the deviation before about a tenth of the path's size."""
-    largest = np.linalg.norm(run.uncompensated.position - run.desired.position, axis=1).max()
+    largest = run.uncompensated.distance_to(run.desired).max()
     size = np.ptp(run.desired.position, axis=0).max()
     if largest == 0.0:
         return 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -10,11 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.path import ToolPath
-from coupling.toolpaths.motion import Segment, circle, follow, straight
+from coupling.toolpaths.motion import Segment, circle, follow, polyline, straight
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Schema
-
-Positive = Annotated[float, Field(gt=0.0)]
+from elastic_robot.toml_file import Positive, Schema
 
 
 class _Contours(Schema):
@@ -86,5 +83,4 @@ class Pyramid(_Contours):
     def _contour(self, start: np.ndarray) -> Iterator[Segment]:
         r, z = float(start[0]), float(start[2])
         corners = [(r, 0.0), (r, r), (-r, r), (-r, -r), (r, -r), (r, 0.0)]
-        for a, b in itertools.pairwise(corners):
-            yield straight(np.array([*a, z]), np.array([*b, z]))
+        yield from polyline(np.array([*corner, z]) for corner in corners)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from coupling.path import ToolPath
-from coupling.toolpaths.motion import Segment, circle, follow, straight
+from coupling.toolpaths.motion import Segment, circle, follow, polyline
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Schema
+from elastic_robot.toml_file import Positive, Schema
 
-Positive = Annotated[float, Field(gt=0.0)]
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
 _LARGE_CIRCLE = 0.8
@@ -51,11 +48,10 @@ class Iso9283(Schema):
         yield from _polygon(small)
 
 
-def _polygon(half: float) -> Iterator[Segment]:
+def _polygon(half: float) -> list[Segment]:
     """Square from its corner +x +y, back to there."""
-    yield from _lines((half, half), (-half, half), (-half, -half), (half, -half), (half, half))
+    return _lines((half, half), (-half, half), (-half, -half), (half, -half), (half, half))
 
 
-def _lines(*corners: tuple[float, float]) -> Iterator[Segment]:
-    for start, end in pairwise(corners):
-        yield straight(np.array([*start, 0.0]), np.array([*end, 0.0]))
+def _lines(*corners: tuple[float, float]) -> list[Segment]:
+    return polyline(np.array([*corner, 0.0]) for corner in corners)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.path import ToolPath
-from coupling.toolpaths.motion import follow, straight
+from coupling.toolpaths.motion import follow, polyline
 from coupling.toolpaths.part import Part
 from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Schema
-
-Positive = Annotated[float, Field(gt=0.0)]
+from elastic_robot.toml_file import Positive, Schema
 
 
 class Line(Schema):
@@ -40,7 +37,6 @@ class Line(Schema):
 
     def path(self, part: Part) -> ToolPath:
         """Return the tool path in the robot's base frame."""
-        points = np.array(self.points_m)
-        segments = [straight(a, b) for a, b in itertools.pairwise(points)]
+        segments = polyline(np.array(self.points_m))
         time, samples = follow(segments, self.feed_m_s, self.blend_s, self.sample_s)
         return part.tool_path(time, samples)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,6 +27,11 @@ def straight(start: np.ndarray, end: np.ndarray) -> Segment:
     length = float(np.linalg.norm(end - start))
     direction = (end - start) / length
     return Segment(length, lambda s: start + np.outer(s, direction))
+
+
+def polyline(points: Iterable[np.ndarray]) -> list[Segment]:
+    """Return the straight segments from point to point [m], (3,) each."""
+    return [straight(start, end) for start, end in pairwise(points)]
 
 
 def circle(center: np.ndarray, radius: float) -> Segment:

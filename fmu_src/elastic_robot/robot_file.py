@@ -133,9 +133,7 @@ def _joint(joint: _Joint, where: str) -> Joint:
         except ValueError as cause:
             raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
     try:
-        if joint.torque_table:
-            akima(*np.array(joint.torque_table).T)  # refuses a curve that falls between its points
-        return Joint(
+        described = Joint(
             origin=tuple(joint.origin),
             axis=tuple(joint.axis),
             body=joint.body(),
@@ -148,5 +146,8 @@ def _joint(joint: _Joint, where: str) -> Joint:
             torque_table=tuple((a, t) for a, t in joint.torque_table or []) or None,
             name=joint.name,
         )
+        if described.torque_table:
+            akima(*np.array(described.torque_table).T)  # refuses a curve that falls in between
+        return described
     except ValueError as cause:
         raise RobotFileError(f"{where}: {cause}") from cause

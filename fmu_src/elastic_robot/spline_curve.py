@@ -36,21 +36,11 @@ def rounded_dead_band(stiffness: float, backlash: float) -> tuple[np.ndarray, np
 
 
 def akima(angle: np.ndarray, torque: np.ndarray) -> PPoly:
-    """Return Akima's curve through rising points.
+    """Return Akima's curve through points of rising angle.
 
     Raises:
-        ValueError: If the points do not rise, or the curve between them does not; with the angles.
+        ValueError: If the curve falls between two of them; with the angles.
     """
-    for name, values in (("angle", angle), ("torque", torque)):
-        falls = np.flatnonzero(
-            np.diff(values) < 0.0 if name == "torque" else np.diff(values) <= 0.0
-        )
-        if len(falls):
-            k = int(falls[0])
-            raise ValueError(
-                f"the {name} goes from {values[k]:.6g} to {values[k + 1]:.6g} between the angles"
-                f" {angle[k]:.6g} and {angle[k + 1]:.6g} rad; needed is a rising {name}"
-            )
     curve = Akima1DInterpolator(angle, torque)
     slope = curve.derivative()
     # A quadratic is lowest at its ends or at its vertex.

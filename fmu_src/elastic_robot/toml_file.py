@@ -9,9 +9,9 @@ import difflib
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from elastic_robot.errors import ElasticRobotError
 
@@ -21,6 +21,9 @@ class Schema(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
+
+# A finite number above zero.
+Positive = Annotated[float, Field(gt=0.0)]
 
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 

@@ -89,15 +89,15 @@ class LinearCurve:
         return self.stiffness * x - self.offset
 
     def slope(self, x: np.ndarray) -> np.ndarray:
-        """K [N m/rad]."""
+        """Return k [N m/rad]."""
         return np.broadcast_to(self.stiffness, np.shape(x))
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """K [N m/rad]."""
+        """Return k [N m/rad]."""
         return self.slope(x)
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
-        """X = torque / k [rad]."""
+        """Return x = torque / k [rad]."""
         return (torque + self.offset) / self.stiffness
 
     def region(self, x: np.ndarray) -> np.ndarray:
@@ -150,11 +150,11 @@ class BacklashCurve:
         return self.stiffness * ((np.abs(x) > self.backlash) | (self.backlash == 0.0))
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """K [N m/rad], inside the gap too."""
+        """Return k [N m/rad], inside the gap too."""
         return np.broadcast_to(self.stiffness, np.shape(x))
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
-        """X = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
+        """Return x = torque / k + B sign(torque) [rad]; 0 for no torque, the middle of the gap."""
         return torque / self.stiffness + self.backlash * np.sign(torque)
 
     def region(self, x: np.ndarray) -> np.ndarray:
