@@ -46,6 +46,13 @@ class Chain:
         selection[np.arange(self.elastic_count), self.elastic] = 1.0
         return selection
 
+    @cached_property
+    def drive_selection(self) -> np.ndarray:
+        """1 where a drive adds to an angle, (n, angles)."""
+        selection = np.zeros((self.joint_count, self.model.nv))
+        selection[np.arange(self.joint_count), self.drive] = 1.0
+        return selection
+
     @property
     def joint_count(self) -> int:
         """Number of driven joints n."""

@@ -1,11 +1,13 @@
-"""Coefficients of the three-stage Gauss collocation method for second-order equations.
+"""Coefficients of the four-stage Gauss collocation method for second-order equations.
 
-The accelerations a_i at the Gauss points c_i define a quadratic x''(s) in s = (t - t_0)/h; its
-integrals give, for a step of length h from x_0, v_0,
+The accelerations a_i at the Gauss points c_i give, for a step of length h from x_0, v_0,
 
-    x(s) = x_0 + s h v_0 + h^2 sum_j A2_j(s) a_j,      v(s) = v_0 + h sum_j A1_j(s) a_j.
+    x_i = x_0 + c_i h v_0 + h^2 sum_j A2_ij a_j,      v_i = v_0 + h sum_j A1_ij a_j,
 
-Order 6 at the step's end (Hairer, Lubich, Wanner 2006, sec. II.1; docs/references.md).
+with A1 of the Gauss method for first-order equations and A2 = A1 A1, so that the method is A-stable,
+symplectic and of order 8 at the step's end (Hairer, Lubich, Wanner 2006, sec. II.1; docs/references.md).
+Integrating the cubic through the a_i twice instead would give another A2, of a method that is unstable
+for stiff springs; between the ends of a step that quintic is good enough to find crossings.
 """
 
 from __future__ import annotations
@@ -15,8 +17,8 @@ from math import comb
 import numpy as np
 from numpy.polynomial import Polynomial
 
-STAGES = 3
-NODES = np.array([0.5 - np.sqrt(15.0) / 10.0, 0.5, 0.5 + np.sqrt(15.0) / 10.0])
+STAGES = 4
+NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(STAGES)[0]
 
 
 def _lagrange(i: int) -> Polynomial:
@@ -30,34 +32,41 @@ _TWICE = [basis.integ(2) for basis in _BASIS]
 
 # Values at the nodes (stage i, weight of a_j), and at the end of the step.
 A1 = np.array([[polynomial(c) for polynomial in _ONCE] for c in NODES])
-A2 = np.array([[polynomial(c) for polynomial in _TWICE] for c in NODES])
+A2 = A1 @ A1
 B1 = np.array([polynomial(1.0) for polynomial in _ONCE])
 B2 = np.array([polynomial(1.0) for polynomial in _TWICE])
 # Acceleration polynomial at the end of the step.
 B0 = np.array([basis(1.0) for basis in _BASIS])
 
-# Real eigenvalue of A1: time scale, in steps, of the real pole of the method.
-GAMMA = float(next(value.real for value in np.linalg.eigvals(A1) if abs(value.imag) < 1e-12))
+# Modulus of the eigenvalues of A1 that lie nearest to the real axis: time scale, in steps, of a pole
+# of the method.
+GAMMA = float(min(np.linalg.eigvals(A1), key=lambda value: abs(value.imag)).__abs__())
 
-# Power coefficients 1, s, .. s^4 of x(s) from the rows x_0, h v_0, h^2 a_1, h^2 a_2, h^2 a_3.
-POWER = np.zeros((5, 5))
+# Power coefficients 1, s, .. of x(s) from the rows x_0, h v_0, h^2 a_1, .. h^2 a_4.
+DEGREE = STAGES + 1
+POWER = np.zeros((DEGREE + 1, DEGREE + 1))
 POWER[0, 0] = POWER[1, 1] = 1.0
 for _j, _polynomial in enumerate(_TWICE):
     POWER[: len(_polynomial.coef), 2 + _j] = _polynomial.coef
 
 # The same polynomial in the Bernstein basis, whose coefficients enclose its values on [0, 1].
-_BERNSTEIN_FROM_POWER = np.array([[comb(i, k) / comb(4, k) for k in range(5)] for i in range(5)])
+_BERNSTEIN_FROM_POWER = np.array(
+    [[comb(i, k) / comb(DEGREE, k) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)]
+)
 BERNSTEIN = _BERNSTEIN_FROM_POWER @ POWER
 
-# Quadratic through the stage accelerations: its power coefficients in s.
-QUADRATIC = np.linalg.inv(np.vander(NODES, STAGES, increasing=True))
+
+# Power coefficients in s of the acceleration from its values at the nodes.
+_POWERS = np.arange(STAGES)
+_FROM_NODES = np.linalg.inv(NODES[:, None] ** _POWERS)
 
 
-def extrapolate(acceleration: np.ndarray, ratio: float) -> np.ndarray:
-    """Return the last step's acceleration polynomial at the nodes of the next step.
+def interpolation(start: float, ratio: float) -> np.ndarray:
+    """Return the weights of a step's stage accelerations for those at other nodes, (4, 4).
 
     Args:
-        acceleration: Power coefficients in s of the last step, (3, m).
-        ratio: Length of the next step over that of the last.
+        start: Where the other nodes' step starts, in lengths of the step: 1 for the following one.
+        ratio: Length of the other step over that of the step.
     """
-    return np.vander(1.0 + ratio * NODES, STAGES, increasing=True) @ acceleration
+    weights: np.ndarray = ((start + ratio * NODES)[:, None] ** _POWERS).dot(_FROM_NODES)
+    return weights

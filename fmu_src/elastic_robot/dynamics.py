@@ -56,7 +56,7 @@ class Dynamics:
             torque[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
             if wrench is not None:
                 torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
-        return torque[:, self.chain.elastic]
+        return torque.take(self.chain.elastic, axis=1)
 
     def mass_matrix(self, theta: np.ndarray) -> np.ndarray:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""

@@ -1,6 +1,6 @@
 """Time stepper for second-order equations with piecewise smooth forces; it knows no robot.
 
-Three-stage Gauss collocation in the accelerations, simplified Newton iteration, step length from
+Four-stage Gauss collocation in the accelerations, simplified Newton iteration, step length from
 an estimate of the local error.  Each coordinate obeys one smooth law (its region) through a whole
 step; where the collocation polynomial leaves a region the step is ended there.
 """
@@ -8,13 +8,17 @@ step; where the collocation polynomial leaves a region the step is ended there.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import lapack
 
 from elastic_robot import collocation as gauss
+from elastic_robot.crossings import Boundaries, Crossing
 from elastic_robot.errors import IntegrationError
+
+STAGE_ROWS = slice(0, gauss.STAGES)
+END_ROW = slice(gauss.STAGES, gauss.STAGES + 1)
 
 
 class System(Protocol):
@@ -25,17 +29,61 @@ class System(Protocol):
         """The law of coordinate k changes where |x_k| passes half_width[k]; infinite: never."""
         ...
 
+    def next_kink(self, time: float) -> float:
+        """Return the first time after `time` at which the forcing is not smooth, or infinity."""
+        ...
+
     def begin(self, times: np.ndarray, region: np.ndarray) -> None:
         """Fix the times of the following residuals, one per row, and the branch of the law."""
         ...
 
-    def residual(self, motion: np.ndarray, first_row: int) -> np.ndarray:
-        """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of rows first_row.."""
+    def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
+        """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of these rows."""
         ...
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return M (m, m), the diagonal of D (m,) and the diagonal of K (m,) at the time of a row."""
         ...
+
+
+@dataclass(frozen=True)
+class NewtonMatrix:
+    """Inverses of the matrices of the simplified Newton iteration.
+
+    Attributes:
+        step: Length of the step that they belong to [s].
+        mass, damping, stiffness: M (m, m) and the diagonals of D and K, (m,), they are made of.
+        stages: Inverse for all stages, (4 m, 4 m).
+        end: Inverse that filters the error estimate, (m, m).
+    """
+
+    step: float
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    stages: np.ndarray
+    end: np.ndarray
+
+    @classmethod
+    def build(
+        cls, step: float, mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
+    ) -> NewtonMatrix:
+        """Return the matrices of a step."""
+        m, h = len(mass), step
+        matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
+        stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
+        matrix[stage, :, stage, :] = mass
+        matrix[:, diagonal, :, diagonal] += np.multiply.outer(
+            h * damping, gauss.A1
+        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
+        g = gauss.GAMMA * h
+        end = mass.copy()
+        end[diagonal, diagonal] += g * damping + g * g * stiffness
+        try:
+            stages = np.linalg.inv(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
+            return cls(step, mass, damping, stiffness, stages, np.linalg.inv(end))
+        except np.linalg.LinAlgError as error:
+            raise IntegrationError("the mass matrix is singular or not finite") from error
 
 
 @dataclass(frozen=True)
@@ -47,8 +95,9 @@ class State:
         x, v: Coordinates and rates, (m,).
         region: Branch of each coordinate's law: -1, 0, 1, (m,).
         step: Length proposed for the next step [s].
-        predictor: Power coefficients of the last step's acceleration, (3, m); None after a kink.
+        predictor: Stage accelerations of the last step, (4, m); None at the start.
         predictor_step: Length of that step [s].
+        newton: Matrices of the last step, kept while they serve; None: to be built.
     """
 
     time: float
@@ -58,28 +107,26 @@ class State:
     step: float
     predictor: np.ndarray | None = None
     predictor_step: float = 1.0
+    newton: NewtonMatrix | None = None
 
 
 @dataclass(frozen=True)
-class _Trial:
-    """A solved step: its stage accelerations and where it ends."""
+class Step:
+    """A solved step.
 
-    step: float
-    a: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
+    Attributes:
+        length: h [s].
+        rows: x, v at its start and the stage accelerations, (6, m).
+        end: x, v and the polynomial's acceleration at its end, (3, m).
+        error: Estimate of the local error of x at its end.
+        newton: Matrices it was solved with; None if they should be built anew for the next.
+    """
+
+    length: float
+    rows: np.ndarray
+    end: np.ndarray
     error: float
-
-
-@dataclass(frozen=True)
-class _Crossing:
-    """The first place where a step leaves a region."""
-
-    coordinate: int
-    boundary: float
-    outward: float  # +1 if x rises through the boundary
-    region: int
-    fraction: float  # of the step
+    newton: NewtonMatrix | None
 
 
 class GaussStepper:
@@ -88,28 +135,33 @@ class GaussStepper:
     Args:
         tolerance: Limit of the local error estimate, in the coordinates' unit.
         longest: Longest step [s].
-        first: Length of the first step, and of the first after a kink [s].
+        first: Length of the first step, and limit of the first after a kink [s].
     """
 
-    # A landing on a region's boundary is accepted within this fraction of the half width.
-    LANDING = 1e-9
+    # A coordinate changes its law this part of the tolerance beyond the boundary.
+    SLACK = 1e-2
+    # Newton's method may leave this part of the tolerance.
+    ITERATION = 1e-3
     # Shortest step relative to the longest, before the integration is given up.
     SHORTEST = 1e-9
-    # Steps of one length for which the iteration matrix is kept.
-    MATRIX_LIFE = 8
+    # The matrices of a step serve steps that differ by this ratio.
+    SAME_LENGTH = 0.02
+    # A step may exceed the proposed length by this ratio where that takes it to its target.
+    STRETCH = 1.05
     MAX_NEWTON = 8
+    # A step that takes more passes than this has its matrices rebuilt for the next.
+    USUAL_PASSES = 2
     MAX_LANDINGS = 20
 
     def __init__(self, tolerance: float, longest: float, first: float) -> None:
         self.tolerance = tolerance
         self.longest = longest
         self.first = first
-        self._matrix_key: tuple[float, bytes] | None = None
-        self._uses = 0
+        self._operator = _StageOperator()
+        self._boundaries: Boundaries | None = None
 
     def start(self, time: float, x: np.ndarray, v: np.ndarray, region: np.ndarray) -> State:
         """Return the state at the beginning of an integration."""
-        self._matrix_key = None
         return State(time, x, v, region, self.first)
 
     def advance(self, system: System, state: State, end: float) -> State:
@@ -119,222 +171,207 @@ class GaussStepper:
             IntegrationError: If the motion grows beyond all bounds or needs too short steps.
         """
         # What is left after a crossing just before the end may be less than any step.
-        negligible = max(self.SHORTEST * self.longest, 8.0 * np.spacing(abs(end)))
+        negligible = self.negligible(end)
         while end - state.time > negligible:
-            state = self._step(system, state, end)
-        return replace(state, time=end)
+            state, _ = self.step(system, state, end)
+        return state if state.time == end else replace(state, time=end)
 
-    def _step(self, system: System, state: State, end: float) -> State:
-        """Take one step, at most to `end`."""
+    def negligible(self, end: float) -> float:
+        """Return the rest of an integration to `end` that rounding leaves [s]."""
+        return max(self.SHORTEST * self.longest, 8.0 * float(np.spacing(abs(end))))
+
+    def step(self, system: System, state: State, end: float) -> tuple[State, Step]:
+        """Take one step, at most to `end`; return the state after it and the step.
+
+        Raises:
+            IntegrationError: As `advance`.
+        """
+        kink = system.next_kink(state.time)
+        target = end if end <= kink else kink
+        left = target - state.time
         wanted = min(state.step, self.longest)
-        left = end - state.time
-        # Two equal steps rather than one full and a sliver.
-        step = (
-            left if wanted >= left else min(wanted, 0.5 * left) if wanted > 0.5 * left else wanted
-        )
-        reaches_end = step == left
+        # One step a little longer, or two equal ones, rather than one full and a sliver.
+        h = left if left <= self.STRETCH * wanted else min(wanted, 0.5 * left)
+        reaches_target = h == left
+        boundaries = self._boundaries_of(system, state)
+        guess = self._guess(state, h)
         while True:
-            if step < self.SHORTEST * self.longest:
+            if h < self.SHORTEST * self.longest and not reaches_target:
                 raise IntegrationError(
                     f"the motion at t = {state.time:.6g} s needs steps below"
                     f" {self.SHORTEST * self.longest:.1g} s; it is unstable or the load is not physical"
                 )
-            trial = self._solve(system, state, step)
-            crossing = None if trial is None else _first_crossing(state, trial, system.half_width)
-            if trial is None:
-                step = 0.25 * step
-            elif crossing is not None:
-                landed = self._land(system, state, trial, crossing)
-                if landed is not None and landed.error <= self.tolerance:
-                    return self._after_crossing(state, landed, crossing)
-                step = 0.5 * crossing.fraction * step
+            step = self._solve(system, state, h, guess, self.ITERATION * self.tolerance)
+            crossing = None
+            if step is None:
+                h = 0.25 * h
+                guess = self._guess(state, h)
             else:
-                factor = 0.9 * (self.tolerance / max(trial.error, 1e-300)) ** _ERROR_EXPONENT
-                if trial.error <= self.tolerance:
+                crossing = boundaries.first_crossing(step.rows, h)
+                factor = 0.9 * (self.tolerance / max(step.error, 1e-300)) ** _ERROR_EXPONENT
+                if crossing is not None:
+                    landed = self._land(system, state, step, crossing, boundaries.landing)
+                    if landed is not None and landed.error <= self.tolerance:
+                        return self._after_crossing(state, landed, crossing), landed
+                    shorter = 0.5 * crossing.fraction * h
+                elif step.error <= self.tolerance:
                     break
-                step = step * max(0.2, factor)
-            wanted, reaches_end = step, False
-        # A step cut short by `end` says little about the step that the error would allow; a small
-        # gain in length is not worth a new iteration matrix.
-        proposal = step * min(3.0, factor)
-        if step < wanted:
+                else:
+                    shorter = h * max(0.2, factor)
+                guess = gauss.interpolation(0.0, shorter / h) @ step.rows[2:]
+                h = shorter
+            wanted, reaches_target = h, False
+        # A step cut short by the target says little about the step that the error would allow; a
+        # small gain in length is not worth new matrices.
+        proposal = h * min(3.0, factor)
+        if h < wanted:
             proposal = max(proposal, wanted)
         elif factor < 1.2:
-            proposal = step * min(1.0, factor)
-        return replace(
-            state,
-            time=end if reaches_end else state.time + step,
-            x=trial.x,
-            v=trial.v,
-            step=min(proposal, self.longest),
-            predictor=gauss.QUADRATIC @ trial.a,
-            predictor_step=step,
+            proposal = h * min(1.0, factor)
+        after = State(
+            target if reaches_target else state.time + h,
+            step.end[0],
+            step.end[1],
+            state.region,
+            min(proposal, self.longest),
+            step.rows[2:],
+            h,
+            step.newton,
         )
+        return after, step
 
-    def _after_crossing(self, state: State, trial: _Trial, crossing: _Crossing) -> State:
+    def _boundaries_of(self, system: System, state: State) -> Boundaries:
+        known = self._boundaries
+        if (
+            known is None
+            or known.region is not state.region
+            or known.half_width is not system.half_width
+        ):
+            known = Boundaries(system.half_width, state.region, self.SLACK * self.tolerance)
+            self._boundaries = known
+        return known
+
+    def _guess(self, state: State, h: float) -> np.ndarray:
+        """Return stage accelerations to start from: the last step's polynomial, continued."""
+        if state.predictor is None:
+            return np.zeros((gauss.STAGES, len(state.x)))
+        return gauss.interpolation(1.0, h / state.predictor_step).dot(state.predictor)
+
+    def _after_crossing(self, state: State, step: Step, crossing: Crossing) -> State:
         region = state.region.copy()
         region[crossing.coordinate] = crossing.region
-        return replace(
-            state,
-            time=state.time + trial.step,
-            x=trial.x,
-            v=trial.v,
-            region=region,
-            step=min(self.first, state.step),
+        return State(
+            state.time + step.length,
+            step.end[0],
+            step.end[1],
+            region,
+            min(self.first, state.step),
             # The acceleration is continuous across the boundary, its derivative is not.
-            predictor=np.vstack([gauss.B0 @ trial.a, np.zeros((2, len(trial.x)))]),
-            predictor_step=trial.step,
+            np.repeat(step.end[2:], gauss.STAGES, axis=0),
+            step.length,
         )
 
     def _land(
-        self, system: System, state: State, trial: _Trial, crossing: _Crossing
-    ) -> _Trial | None:
+        self, system: System, state: State, step: Step, crossing: Crossing, allowed: float
+    ) -> Step | None:
         """Shorten the step until it ends on the boundary; None if that does not succeed."""
-        step = crossing.fraction * trial.step
-        k, allowed = crossing.coordinate, self.LANDING * abs(crossing.boundary)
+        h, k, newton = crossing.fraction * step.length, crossing.coordinate, state.newton
         for _ in range(self.MAX_LANDINGS):
-            landed = self._solve(system, state, step)
+            guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
+            start = state if newton is state.newton else replace(state, newton=newton)
+            landed = self._solve(system, start, h, guess, 0.1 * allowed)
             if landed is None:
                 return None
-            beyond = crossing.outward * (landed.x[k] - crossing.boundary)
-            rate = crossing.outward * landed.v[k]
+            beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)
+            rate = crossing.outward * landed.end[1, k]
             if abs(beyond) <= allowed:
                 return landed
             if rate <= 0.0:
                 return None
-            correction = beyond / rate
-            step -= float(np.clip(correction, -step, 0.5 * step))
+            step, newton = landed, landed.newton
+            h -= float(np.clip(beyond / rate, -h, 0.5 * h))
         return None
 
-    def _solve(self, system: System, state: State, step: float) -> _Trial | None:
-        """Solve the collocation equations of a step; None if Newton's method fails."""
-        h, x, v = step, state.x, state.v
-        system.begin(state.time + h * _TIMES, state.region)
-        self._refresh_matrix(system, x, h, state.region)
-        if state.predictor is None:
-            a = np.zeros((gauss.STAGES, len(x)))
-        else:
-            a = gauss.extrapolate(state.predictor, h / state.predictor_step)
-        free = np.zeros((3, gauss.STAGES, len(x)))
-        free[0] = x + np.multiply.outer(h * gauss.NODES, v)
-        free[1] = v
-        from_a = np.concatenate([(h * h) * gauss.A2, h * gauss.A1, _EYE])
-        target = 1e-2 * self.tolerance / (h * h)
-        last = np.inf
-        for _ in range(self.MAX_NEWTON):
-            residual = system.residual(free + (from_a @ a).reshape(free.shape), 0)
-            correction = lapack.dgetrs(*self._stages, residual.ravel())[0]
-            a = a - correction.reshape(a.shape)
-            size = max(correction.max(), -correction.min())
-            if not size < 4.0 * last:
-                break
-            # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
-            rate = size / last if np.isfinite(last) else _USUAL_RATE
-            left = size * rate / max(1.0 - rate, 1e-3)
-            if left <= target or size <= 1e-12 * np.abs(a).max():
-                return self._trial(system, state, h, a)
-            if rate > 0.2:
-                self._matrix_key = None  # converges slowly: build the matrix anew next time
-            last = size
-        self._matrix_key = None
-        return None
+    def _solve(
+        self, system: System, state: State, h: float, guess: np.ndarray, accuracy: float
+    ) -> Step | None:
+        """Solve the collocation equations of a step; None if Newton's method fails.
 
-    def _trial(self, system: System, state: State, h: float, a: np.ndarray) -> _Trial:
-        """Complete a solved step by its end and its error estimate.
-
-        The estimate is the defect of the collocation polynomial at the step's end, filtered by the
-        matrix of an implicit step (as in Hairer and Wanner 1996, sec. IV.8) and scaled to an angle.
+        Args:
+            system: What is integrated.
+            state: Where the step starts.
+            h: Its length [s].
+            guess: Stage accelerations to start from, (4, m).
+            accuracy: Error that the iteration may leave in x.
         """
-        end = np.stack([(h * h) * gauss.B2, h * gauss.B1, gauss.B0]) @ a
-        end[0] += state.x + h * state.v
-        end[1] += state.v
-        defect = lapack.dgetrs(*self._filter, system.residual(end[:, None], gauss.STAGES)[0])[0]
-        error = h * h * max(defect.max(), -defect.min())
-        return _Trial(h, a, end[0], end[1], float(error))
+        system.begin(state.time + h * _TIMES, state.region)
+        newton = state.newton
+        if newton is None or abs(newton.step - h) > self.SAME_LENGTH * h:
+            newton = NewtonMatrix.build(h, *system.matrices(state.x, gauss.STAGES // 2))
+        inverse = newton.stages
+        stages, end = self._operator.of(h)
+        rows = np.concatenate([state.x[None], state.v[None], guess])
+        a = rows[2:]
+        # An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
+        # time scale of the motion later; the longest step stands for the latter.
+        target, last = accuracy / (h * max(h, self.longest)), 0.0
+        for passes in range(1, self.MAX_NEWTON + 1):
+            motion = stages.dot(rows).reshape(3, gauss.STAGES, -1)
+            residual = system.residual(motion, STAGE_ROWS)
+            correction = inverse.dot(residual.ravel())
+            a -= correction.reshape(a.shape)
+            size = sqrt(correction.dot(correction))
+            # At least two passes: after one, errors that the extrapolation enlarges could pass unseen.
+            if passes > 1:
+                # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
+                rate = size / last if last > 0.0 else 0.0
+                if not rate < 1.0:
+                    return None
+                if size * rate <= target * (1.0 - rate):
+                    break
+            last = size
+        else:
+            return None
+        ending = end.dot(rows)
+        # The defect of the polynomial at the step's end, filtered by the matrix of an implicit step
+        # (as in Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x.
+        defect = newton.end.dot(system.residual(ending[:, None], END_ROW)[0])
+        error = h * h * sqrt(defect.dot(defect))
+        return Step(h, rows, ending, error, newton if passes <= self.USUAL_PASSES else None)
 
-    def _refresh_matrix(self, system: System, x: np.ndarray, h: float, region: np.ndarray) -> None:
-        key = (h, region.tobytes())
-        if key == self._matrix_key and self._uses < self.MATRIX_LIFE:
-            self._uses += 1
-            return
-        mass, damping, stiffness = system.matrices(x, 1)
-        m = len(x)
-        matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
-        stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
-        matrix[stage, :, stage, :] = mass
-        matrix[:, diagonal, :, diagonal] += np.multiply.outer(
-            h * damping, gauss.A1
-        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
-        g = gauss.GAMMA * h
-        filter_matrix = mass.copy()
-        filter_matrix[diagonal, diagonal] += g * damping + g * g * stiffness
-        self._stages = _factorise(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
-        self._filter = _factorise(filter_matrix)
-        self._matrix_key = key
-        self._uses = 0
+
+class _StageOperator:
+    """Matrices that take x_0, v_0 and the stage accelerations to x, v, a at the stages and the end."""
+
+    def __init__(self) -> None:
+        self._step = 0.0
+
+    def of(self, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the matrices of a step of length h [s]: (3 * 4, 6) and (3, 6)."""
+        if h != self._step:
+            powers = np.array([0.0, 1.0 / (h * h), 1.0 / h, 1.0, h, h * h])
+            self._both = _COEFFICIENTS * powers[_POWERS]
+            self._step = h
+        return self._both[:-3], self._both[-3:]
 
 
-# The error estimate of a step of length h falls as h^5: h^2 times the defect, of order 3.
-_ERROR_EXPONENT = 1.0 / 5.0
-# Convergence rate assumed of a first Newton iteration; the matrix leaves out gyroscopic terms only.
-_USUAL_RATE = 0.1
+def _coefficients() -> tuple[np.ndarray, np.ndarray]:
+    """Return the entries of both matrices for h = 1 and, for each, an index of its power of h."""
+    s, one, zero = gauss.STAGES, np.ones, np.zeros
+    blocks = [
+        np.column_stack([one(s), gauss.NODES, gauss.A2]),
+        np.column_stack([zero(s), one(s), gauss.A1]),
+        np.column_stack([zero(s), zero(s), np.eye(s)]),
+        np.concatenate([[1.0, 1.0], gauss.B2])[None],
+        np.concatenate([[0.0, 1.0], gauss.B1])[None],
+        np.concatenate([[0.0, 0.0], gauss.B0])[None],
+    ]
+    of_row = np.repeat([0, 1, 2, 0, 1, 2], [s, s, s, 1, 1, 1])
+    of_column = np.concatenate([[0, 1], np.full(s, 2)])
+    return np.vstack(blocks), 3 + of_column[None, :] - of_row[:, None]
+
+
+_COEFFICIENTS, _POWERS = _coefficients()
+# The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4.
+_ERROR_EXPONENT = 1.0 / 6.0
 _TIMES = np.append(gauss.NODES, 1.0)
-_EYE = np.eye(gauss.STAGES)
-# A quadratic on [0, 1] exceeds its largest value at the Gauss points by at most this factor.
-_LARGEST_STAGE_GAIN = float(
-    np.abs(np.vander([0.0, 1.0], 3, increasing=True) @ gauss.QUADRATIC).sum(axis=1).max()
-)
-
-
-def _factorise(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    factors, pivots, failed = lapack.dgetrf(matrix)
-    if failed:
-        raise IntegrationError("the mass matrix is singular or not finite")
-    return factors, pivots
-
-
-def _first_crossing(state: State, trial: _Trial, half_width: np.ndarray) -> _Crossing | None:
-    """Return where the collocation polynomial first leaves a region, if it does."""
-    h = trial.step
-    reach = np.abs(h * state.v) + (0.5 * h * h) * _LARGEST_STAGE_GAIN * np.abs(trial.a).max(axis=0)
-    switching = np.flatnonzero(np.abs(np.abs(state.x) - half_width) <= reach)
-    if len(switching) == 0:
-        return None
-    width, region = half_width[switching], state.region[switching]
-    rows = np.vstack([state.x, h * state.v, (h * h) * trial.a])[:, switching]
-    bernstein = gauss.BERNSTEIN @ rows
-    # Outside the play (region +-1) only the side towards it is a boundary.
-    slack = 10.0 * GaussStepper.LANDING * width
-    upper = np.choose(region + 1, [-width, width, np.inf]) + slack
-    lower = np.choose(region + 1, [-np.inf, -width, width]) - slack
-    leaving = (bernstein > upper).any(axis=0) | (bernstein < lower).any(axis=0)
-    first: _Crossing | None = None
-    for k in np.flatnonzero(leaving):
-        power = gauss.POWER @ rows[:, k]
-        for boundary, outward in ((upper[k], 1.0), (lower[k], -1.0)):
-            if not np.isfinite(boundary):
-                continue
-            fraction = _first_passage(power, boundary, outward)
-            if fraction is not None and (first is None or fraction < first.fraction):
-                edge = float(boundary - outward * slack[k])
-                beyond = int(outward) if region[k] == 0 else 0
-                first = _Crossing(int(switching[k]), edge, outward, beyond, fraction)
-    return first
-
-
-def _first_passage(power: np.ndarray, boundary: float, outward: float) -> float | None:
-    """Return the smallest s in (0, 1] at which a polynomial passes a boundary outwards."""
-    shifted = power.copy()
-    shifted[0] -= boundary
-    shifted *= outward
-    if shifted[0] > 0.0:
-        return None  # starts beyond it by rounding: it came from there
-    roots = np.roots(shifted[::-1])
-    real = np.sort(
-        roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real <= 1.0)]
-    )
-    slope = np.polyder(shifted[::-1])
-    for s in real:
-        if np.polyval(slope, s) > 0.0:
-            return float(s)
-    return None

@@ -13,8 +13,15 @@ from elastic_robot.torque_curves import TorqueCurve
 class Drives(Protocol):
     """Motion of the drives over time."""
 
-    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return q, q', q'' at times (k,), each (k, n)."""
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' at times (k,), (3, k, n)."""
+        ...
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return the first time after `time` of a jump of the third derivative.
+
+        Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
+        """
         ...
 
 
@@ -25,40 +32,43 @@ class DrivenMotion:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
-        drives: Motion of the drives.
-        wrench: On the robot at the TCP, base axes, held, (6,).
+        jump: A jump of the drives' third derivative up to this one may be stepped over [rad/s^3].
     """
 
     def __init__(
-        self,
-        dynamics: Dynamics,
-        curve: TorqueCurve,
-        damping: np.ndarray,
-        drives: Drives,
-        wrench: np.ndarray,
+        self, dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, jump: float
     ) -> None:
         self._dynamics = dynamics
         self._curve = curve
         self._damping = damping
+        self._jump = jump
+        self._region: np.ndarray | None = None
+        self.half_width = curve.half_width
+
+    def hold(self, drives: Drives, wrench: np.ndarray) -> None:
+        """Set the drives, and the wrench on the robot at the TCP, base axes, (6,), of what follows."""
         self._drives = drives
         self._wrench = wrench if np.any(wrench) else None
-        self.half_width = curve.half_width
+
+    def next_kink(self, time: float) -> float:
+        """Return the first time after `time` at which the drives' third derivative jumps."""
+        return self._drives.next_kink(time, self._jump)
 
     def begin(self, times: np.ndarray, region: np.ndarray) -> None:
         """Evaluate the drives at the times of a step and take the branches of the curve."""
-        chain = self._dynamics.chain
-        self._drive = np.zeros((3, len(times), chain.model.nv))
-        self._drive[:, :, chain.drive] = self._drives.at(times)
-        self._branch = self._curve.in_region(region)
+        self._drive = self._drives.at(times) @ self._dynamics.chain.drive_selection
+        if region is not self._region:
+            self._branch, self._region = self._curve.in_region(region), region
 
-    def residual(self, motion: np.ndarray, first_row: int) -> np.ndarray:
+    def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
         """Return the sum of all torques on the elastic coordinates [N m], (k, m)."""
-        chain = self._dynamics.chain
-        whole = motion @ chain.selection
-        whole += self._drive[:, first_row : first_row + motion.shape[1]]
-        load = self._dynamics.loads(whole[0], whole[1], whole[2], self._wrench)
-        torque: np.ndarray = self._branch.torque(motion[0]) + self._damping * motion[1]
-        return torque + load
+        chain, count = self._dynamics.chain, motion.shape[1]
+        whole = motion.reshape(3 * count, -1).dot(chain.selection).reshape(3, count, -1)
+        whole += self._drive[:, rows]
+        torque = self._dynamics.loads(whole[0], whole[1], whole[2], self._wrench)
+        torque += self._branch.torque(motion[0])
+        torque += self._damping * motion[1]
+        return torque
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return mass matrix, damping and stiffness of the branch, at the time of a row."""

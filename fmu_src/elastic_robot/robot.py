@@ -16,15 +16,19 @@ from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, 
 from elastic_robot.motion import DrivenMotion, Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.statics import equilibrium, tcp_compliance
-from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
+from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
 
-# The error of the TCP [m] over a long path per allowed local error [rad]: on the ISO 9283 path of
-# the example robot 1.3 without and 5 with backlash; ten leaves room for longer paths.
-_TCP_PER_LOCAL_ERROR = 10.0
+# The error of the TCP [m] over a long path per allowed local error [rad].  On the ISO 9283 path of
+# the example robot, with room for longer paths; there play enlarges errors several hundred times.
+_TCP_PER_LOCAL_ERROR = 1.0
+_TCP_PER_LOCAL_ERROR_WITH_PLAY = 20.0
 # Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
 # gear changes flank [s]: the scale of the fastest oscillation (235 Hz).
 _LONGEST_STEP = 0.02
 _FIRST_STEP = 1e-3
+# A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
+# by about J h^3 / 100; where that is more than the local error allowed, a step ends at the jump.
+_JUMP_PER_LOCAL_ERROR = 100.0 / _LONGEST_STEP**3  # [1/s^3]
 
 
 class ElasticRobot:
@@ -65,7 +69,11 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        self._stepper = GaussStepper(tolerance / _TCP_PER_LOCAL_ERROR, _LONGEST_STEP, _FIRST_STEP)
+        without_play = self._curve_class is LinearCurve
+        self._local_error = tolerance / (
+            _TCP_PER_LOCAL_ERROR if without_play else _TCP_PER_LOCAL_ERROR_WITH_PLAY
+        )
+        self._stepper = GaussStepper(self._local_error, _LONGEST_STEP, _FIRST_STEP)
         self._state: State | None = None
         self.parameters = Parameters.of(robot)
 
@@ -79,6 +87,12 @@ class ElasticRobot:
         self._parameters = parameters
         self._dynamics.gravity = parameters.gravity
         self._curve: TorqueCurve = self._curve_class.build(parameters)
+        self._motion = DrivenMotion(
+            self._dynamics,
+            self._curve,
+            parameters.damping,
+            _JUMP_PER_LOCAL_ERROR * self._local_error,
+        )
         if self._state is not None:
             region = self._curve.region(self._state.x)
             self._state = self._stepper.start(
@@ -126,10 +140,8 @@ class ElasticRobot:
         elif self.chain.elastic_count == 0:
             self._state = replace(state, time=end)
         else:
-            motion = DrivenMotion(
-                self._dynamics, self._curve, self._parameters.damping, drives, wrench
-            )
-            self._state = self._stepper.advance(motion, state, end)
+            self._motion.hold(drives, wrench)
+            self._state = self._stepper.advance(self._motion, state, end)
         self._q, self._qd, self._wrench = q, qd, wrench
 
     def tcp(self) -> np.ndarray:

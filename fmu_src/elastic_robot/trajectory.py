@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -28,15 +30,19 @@ class HeldCommand:
     qd: np.ndarray
     qdd: np.ndarray
 
-    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return q, q', q'' at times (k,), each (k, n)."""
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' at times (k,), (3, k, n)."""
         s = (times - self.start)[:, None]
-        rate = self.qd + self.qdd * s
-        return (
-            self.q + (self.qd + 0.5 * self.qdd * s) * s,
-            rate,
-            np.broadcast_to(self.qdd, rate.shape),
-        )
+        motion = np.empty((3, len(times), len(self.q)))
+        motion[0] = self.q + (self.qd + 0.5 * self.qdd * s) * s
+        motion[1] = self.qd + self.qdd * s
+        motion[2] = self.qdd
+        return motion
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return infinity: the command is a polynomial."""
+        del time, jump
+        return inf
 
 
 class Trajectory:
@@ -72,11 +78,13 @@ class Trajectory:
         padded = [np.pad(c, ((len(position.c) - len(c), 0), (0, 0), (0, 0))) for c in derivatives]
         self._polynomial = PPoly(np.concatenate(padded, axis=2), position.x)
         self._joint_count = q.shape[1]
+        self._jumps = _jumps_of_third_derivative(position)
+        self._kinks: tuple[float, list[float]] = (inf, [])
         self.start = float(time[0])
         self.end = float(time[-1])
 
-    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return q, q', q'' at rising times (k,), each (k, n).
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return q, q', q'' at rising times (k,), (3, k, n).
 
         Raises:
             TrajectoryError: If a time is outside the samples by more than END_SLACK.
@@ -89,8 +97,29 @@ class Trajectory:
             )
         if lowest < self.start or highest > self.end:
             times = np.clip(times, self.start, self.end)
-        values, n = self._polynomial(times), self._joint_count
-        return values[:, :n], values[:, n : 2 * n], values[:, 2 * n :]
+        values: np.ndarray = self._polynomial(times)
+        return values.reshape(len(times), 3, self._joint_count).swapaxes(0, 1)
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """Return the first time after `time` of a jump of the third derivative.
+
+        Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
+        """
+        if self._kinks[0] != jump:
+            inner = self._polynomial.x[1:-1]
+            self._kinks = jump, [*inner[self._jumps > jump].tolist(), inf]
+        kinks = self._kinks[1]
+        return kinks[bisect_right(kinks, time)]
+
+
+def _jumps_of_third_derivative(position: PPoly) -> np.ndarray:
+    """Return the largest jump over all joints at each inner sample [rad/s^3], (k - 2,)."""
+    third = position.derivative(3)
+    length = np.diff(third.x)[:-1, None]
+    ends = np.zeros_like(third.c[0, :-1])
+    for coefficient in third.c:
+        ends = ends * length + coefficient[:-1]
+    return np.abs(third.c[-1, 1:] - ends).max(axis=1, initial=0.0)
 
 
 def _require_samples(
