@@ -7,8 +7,6 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-FULL_TURN = np.pi
-
 
 @dataclass(frozen=True)
 class RandomUrdf:
@@ -46,7 +44,7 @@ class _Writer:
         SubElement(SubElement(self.root, "mujoco"), "compiler", fusestatic="false")
 
     def origin(self, parent: Element) -> None:
-        xyz, rpy = self.rng.uniform(-0.5, 0.5, 3), self.rng.uniform(-FULL_TURN, FULL_TURN, 3)
+        xyz, rpy = self.rng.uniform(-0.5, 0.5, 3), self.rng.uniform(-np.pi, np.pi, 3)
         SubElement(parent, "origin", xyz=_text(xyz), rpy=_text(rpy))
 
     def link(self, name: str) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from conftest import HERE
 from random_urdfs import RandomUrdf, make_urdf
 
 from build_fmu import main as build_main
@@ -54,7 +56,7 @@ def ours(chain: Chain, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, pin.S
 
 
 def pinocchios(
-    file: Path, names: list[str], theta: np.ndarray
+    file: Path, names: list[str], theta: np.ndarray, tip: str = "tool"
 ) -> tuple[np.ndarray, np.ndarray, pin.SE3]:
     """The same from Pinocchio's own model of a URDF, other joints at zero."""
     model = pin.buildModelFromUrdf(str(file))
@@ -67,7 +69,7 @@ def pinocchios(
     mass = np.triu(mass) + np.triu(mass, 1).T
     gravity = pin.computeGeneralizedGravity(model, data, q)[rows]
     pin.framesForwardKinematics(model, data, q)
-    return mass[np.ix_(rows, rows)], gravity, data.oMf[model.getFrameId("tool")]
+    return mass[np.ix_(rows, rows)], gravity, data.oMf[model.getFrameId(tip)]
 
 
 def largest_difference(a, b) -> float:
@@ -159,6 +161,24 @@ def test_tcp_and_payload_are_given_in_the_tip_links_frame(tmp_path):
     theta = np.random.default_rng(4).uniform(-3.0, 3.0, chain.model.nv)
     other = pinocchios(tmp_path / "welded.urdf", chain_names(urdf), theta)
     assert largest_difference(ours(chain, theta), other) < 1e-12
+
+
+def test_a_kuka_kr210_is_pinocchios_model_of_its_urdf(tmp_path):
+    pytest.importorskip(
+        "rtbdata", reason="needs the package rtb-data, which is in the extra 'test'"
+    )
+    # Without scale, spindle and tool length, so that only the URDF is left.
+    file = HERE.parent / "examples" / "robots" / "kuka_kr210.toml"
+    bare = tmp_path / "kuka.toml"
+    text = file.read_text().replace("position = [0.30, 0.0, 0.0]", "").replace("= 0.27", "= 1.0")
+    bare.write_text(text[: text.index("[payload]")])
+    chain = build_chain(load_robot(bare))
+    urdf = find_urdf(tomllib.loads(text)["urdf"]["file"], file.parent)
+    names = [joint.name for joint in load_robot(bare).joints]
+    rng = np.random.default_rng(0)
+    for theta in rng.uniform(-3.0, 3.0, (20, 6)):
+        other = pinocchios(urdf, names, theta, tip="tool0")
+        assert largest_difference(ours(chain, theta), other) < 1e-12
 
 
 def test_names_limits_rates_and_elasticities_arrive(tmp_path):
