@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import runpy
+import tomllib
 
 import numpy as np
 import pytest
 from conftest import HERE
 
 from coupling.case import load_case
+from coupling.path import ToolPath
 
 EXAMPLES = HERE.parent / "examples"
 
@@ -32,6 +34,37 @@ def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     compliance = robot.compliance()[2, 2]
     assert depth == pytest.approx(2e-3 / (1.0 + 1e6 * compliance), rel=1e-3)
     assert force == pytest.approx(1e6 * depth, rel=1e-4)
+
+
+def test_robot_from_urdf_deviates_by_the_compliance_of_pinocchios_own_model():
+    """J diag(1/k) J^T F with J of the URDF as Pinocchio reads it; gravity adds less than 0.5 %."""
+    import pinocchio as pin
+
+    from coupling.planning import Planner
+    from elastic_robot.robot_file import load_robot
+    from elastic_robot.urdf_path import find_urdf
+
+    names = runpy.run_path(str(EXAMPLES / "robot_from_urdf.py"))
+    pushed = names["deviations"]()
+    settings = tomllib.loads(names["ROBOT"].read_text())
+    compliance = [1.0 / joint["stiffness"] for joint in settings["joint"]]
+    model = pin.buildModelFromUrdf(str(find_urdf(settings["urdf"]["file"], names["ROBOT"].parent)))
+    flange_from_tool = pin.SE3(np.eye(3), np.array(settings["tcp"]["position"]))
+    flange = model.frames[model.getFrameId("tool0")]
+    tool = model.addFrame(
+        pin.Frame("tool", flange.parentJoint, flange.placement * flange_from_tool, flange.type)
+    )
+    data = model.createData()
+    for k in (0, len(names["reach"]) - 1):
+        target = np.array([names["reach"][k], 0.0, names["height"]])
+        pose = np.append(target, names["DOWN"])
+        line = ToolPath(np.array([0.0, 1.0]), np.array([pose, pose]))
+        q = Planner(load_robot(names["ROBOT"]), names["HOME"]).plan(line).q[0]
+        jacobian = pin.computeFrameJacobian(model, data, q, tool, pin.LOCAL_WORLD_ALIGNED)[:3]
+        pin.updateFramePlacements(model, data)
+        np.testing.assert_allclose(data.oMf[tool].translation, target, atol=1e-9)
+        expected = jacobian * compliance @ jacobian.T * names["FORCE"]
+        np.testing.assert_allclose(pushed[:, k], expected, atol=5e-3 * np.abs(expected).max())
 
 
 def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):

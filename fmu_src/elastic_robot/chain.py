@@ -123,7 +123,7 @@ def build_chain(robot: Robot) -> Chain:
         elastic_joint=np.array(elastic_joint, dtype=int),
         elastic_tilt=np.array(elastic_tilt, dtype=int),
     )
-    _require_inertia(chain)
+    _require_inertia(chain, robot)
     return chain
 
 
@@ -132,7 +132,7 @@ def _append_body(model: pin.Model, joint: int, body: Body) -> None:
     model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
 
 
-def _require_inertia(chain: Chain) -> None:
+def _require_inertia(chain: Chain, robot: Robot) -> None:
     if chain.elastic_count == 0:
         return
     mass = pin.crba(chain.model, chain.model.createData(), np.zeros(chain.model.nv))
@@ -140,9 +140,10 @@ def _require_inertia(chain: Chain) -> None:
     values, vectors = np.linalg.eigh(mass)
     if values[0] <= _MASS_RATIO * mass.diagonal().max():
         worst = int(np.argmax(np.abs(vectors[:, 0])))
-        joint = chain.elastic_joint[worst] + 1
-        tilt = chain.elastic_tilt[worst]
-        part = f"tilt {tilt} of joint {joint}" if tilt else f"the elastic joint {joint}"
+        number, tilt = chain.elastic_joint[worst], chain.elastic_tilt[worst]
+        name = robot.joints[number].name
+        joint = f"joint {number + 1}" + (f" ({name!r})" if name else "")
+        part = f"tilt {tilt} of {joint}" if tilt else f"the elastic {joint}"
         raise ElasticRobotError(
             f"{part} moves no inertia of its own; needed are mass and inertia behind it, and tilt"
             " axes that differ from the joint's axis and from each other"

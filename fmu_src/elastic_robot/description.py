@@ -86,11 +86,37 @@ class Body:
                 f"mass is 0 with inertia {list(self.inertia)}; needed is a mass > 0 [kg]"
             )
 
+    @classmethod
+    def from_matrix(cls, mass: float, com: np.ndarray, matrix: np.ndarray) -> Body:
+        """Return the body of an inertia tensor about the centre of mass, (3, 3)."""
+        six = matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        return cls(float(mass), tuple(com.tolist()), tuple(six.tolist()))
+
     @property
     def inertia_matrix(self) -> np.ndarray:
         """Inertia tensor about the centre of mass [kg m^2], (3, 3)."""
         xx, yy, zz, xy, xz, yz = (*self.inertia, 0.0, 0.0, 0.0)[:6]
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+    def scaled(self, factor: float) -> Body:
+        """Return the body with its density multiplied by a factor."""
+        return Body(self.mass * factor, self.com, tuple(i * factor for i in self.inertia))
+
+    def placed(self, rotation: np.ndarray, position: np.ndarray) -> Body:
+        """Return the body in another frame, of which this body's frame has the given placement.
+
+        Args:
+            rotation: From this body's axes to the other frame's, (3, 3).
+            position: Of this body's origin in the other frame [m], (3,).
+
+        Example:
+            >>> quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+            >>> rod = Body(mass=1.0, com=(0.5, 0.0, 0.0), inertia=(0.0, 2.0, 2.0))
+            >>> rod.placed(quarter, np.array([0.0, 0.0, 1.0])).com
+            (0.0, 0.5, 1.0)
+        """
+        com = rotation @ self.com + position
+        return Body.from_matrix(self.mass, com, rotation @ self.inertia_matrix @ rotation.T)
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,27 @@
-"""robot.toml -> Robot, for the desk and the build; inside the FMU the robot arrives as JSON."""
+"""robot.toml -> Robot, for the desk and the build; inside the FMU the robot arrives as JSON.
+
+A robot file either describes the rigid robot itself or names a URDF that does, and adds what gives
+way: stiffness, damping, backlash and tilts.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+import pinocchio as pin
 from pydantic import Field
 
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
-from elastic_robot.toml_file import Schema, nearest, read_toml
+from elastic_robot.toml_file import Positive, Schema, load_toml, nearest, validate
+from elastic_robot.urdf_file import UrdfChain, read_urdf
+from elastic_robot.urdf_path import find_urdf
 
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -34,17 +42,22 @@ class _Tilt(Schema):
     damping: float = 0.0
 
 
-class _Joint(_Body):
-    name: str = ""
-    origin: Vector3
-    axis: Vector3
+class _Elasticity(Schema):
+    """What gives way in a joint, and what its drive can do."""
+
     stiffness: float | None = None
     damping: float = 0.0
     backlash: float = 0.0
     tilt: list[_Tilt] = []
+    torque_table: list[Pair] | None = None
     limits: Pair | None = None
     max_rate: float | None = None
-    torque_table: list[Pair] | None = None
+
+
+class _Joint(_Body, _Elasticity):
+    name: str = ""
+    origin: Vector3
+    axis: Vector3
 
 
 class _Tcp(Schema):
@@ -53,10 +66,39 @@ class _Tcp(Schema):
 
 
 class _RobotFile(Schema):
+    """A robot file that describes the whole robot."""
+
     name: str
     gravity: Vector3 = [0.0, 0.0, -9.81]
     tcp: _Tcp
     joint: Annotated[list[_Joint], Field(min_length=1)]
+    payload: _Body | None = None
+
+
+class _Urdf(Schema):
+    file: str
+    base: str | None = None
+    mass_scale: Positive = 1.0
+
+
+class _UrdfJoint(_Elasticity):
+    name: str
+
+
+class _UrdfTcp(Schema):
+    link: str
+    position: Vector3 = [0.0, 0.0, 0.0]
+    rpy: Vector3 = [0.0, 0.0, 0.0]
+
+
+class _UrdfRobotFile(Schema):
+    """A robot file that adds elasticities to a URDF."""
+
+    name: str
+    gravity: Vector3 = [0.0, 0.0, -9.81]
+    urdf: _Urdf
+    tcp: _UrdfTcp
+    joint: list[_UrdfJoint] = []
     payload: _Body | None = None
 
 
@@ -101,53 +143,118 @@ def load_robot(path: str | Path) -> Robot:
         'icme2008-example'
     """
     path = Path(path)
-    file = read_toml(path, _RobotFile, RobotFileError)
-    joints = []
-    for number, joint in enumerate(file.joint, start=1):
-        where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
-        joints.append(_joint(joint, where))
+    data = load_toml(path, RobotFileError)
     try:
-        payload = file.payload.body() if file.payload else None
-    except ValueError as cause:
-        raise RobotFileError(f"{path}: payload: {cause}") from cause
-    try:
-        robot = Robot(
-            name=file.name,
-            joints=tuple(joints),
-            gravity=tuple(file.gravity),
-            tcp_position=tuple(file.tcp.position),
-            tcp_rpy=tuple(file.tcp.rpy),
-            payload=payload,
-        )
+        robot = _with_urdf(path, data) if "urdf" in data else _complete(path, data)
         build_chain(robot)  # finds elastic coordinates that move no inertia
+    except RobotFileError:
+        raise
     except (ValueError, ElasticRobotError) as cause:
         raise RobotFileError(f"{path}: {cause}") from cause
     return robot
 
 
-def _joint(joint: _Joint, where: str) -> Joint:
-    tilts = []
-    for number, tilt in enumerate(joint.tilt, start=1):
+def _complete(path: Path, data: dict[str, Any]) -> Robot:
+    """Return the robot that a file describes by itself."""
+    file = validate(data, _RobotFile, RobotFileError, str(path))
+    joints = []
+    for number, joint in enumerate(file.joint, start=1):
+        where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
         try:
-            tilts.append(Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping))
+            rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
+        except ValueError as cause:
+            raise RobotFileError(f"{where}: {cause}") from cause
+        joints.append(_elastic(rigid, joint, np.eye(3), where))
+    return Robot(
+        name=file.name,
+        joints=tuple(joints),
+        gravity=tuple(file.gravity),
+        tcp_position=tuple(file.tcp.position),
+        tcp_rpy=tuple(file.tcp.rpy),
+        payload=_payload(file.payload, pin.SE3.Identity(), path),
+    )
+
+
+def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
+    """Return the robot of a URDF with the elasticities of a file."""
+    file = validate(data, _UrdfRobotFile, RobotFileError, str(path))
+    try:
+        chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
+    except RobotFileError as cause:
+        raise RobotFileError(f"{path}: {cause}") from cause
+    keys = _by_name(file.joint, chain, path)
+    joints = []
+    for rigid, base_from_joint in zip(chain.joints, chain.base_from_joint, strict=True):
+        heavy = replace(rigid, body=rigid.body.scaled(file.urdf.mass_scale))
+        where = f"{path}: joint {rigid.name!r}"
+        rotation = base_from_joint.rotation
+        joints.append(
+            _elastic(heavy, keys[rigid.name], rotation, where) if rigid.name in keys else heavy
+        )
+    # The last body's frame has its origin on the last axis and is parallel to the base.
+    last_from_base = pin.SE3(np.eye(3), -chain.base_from_joint[-1].translation)
+    last_from_tip = last_from_base * chain.base_from_tip
+    tip_from_tool = pin.SE3(pin.rpy.rpyToMatrix(*file.tcp.rpy), np.array(file.tcp.position))
+    last_from_tool = last_from_tip * tip_from_tool
+    return Robot(
+        name=file.name,
+        joints=tuple(joints),
+        gravity=tuple(file.gravity),
+        tcp_position=tuple(last_from_tool.translation.tolist()),
+        tcp_rpy=tuple(pin.rpy.matrixToRpy(last_from_tool.rotation).tolist()),
+        payload=_payload(file.payload, last_from_tip, path),
+    )
+
+
+def _by_name(joints: list[_UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, _UrdfJoint]:
+    """Return the tables of the joints by their names in the URDF."""
+    known = [joint.name for joint in chain.joints]
+    keys: dict[str, _UrdfJoint] = {}
+    for joint in joints:
+        if joint.name not in known:
+            raise RobotFileError(
+                f"{path}: joint {joint.name!r} is not between base and TCP; {nearest(joint.name, known)}"
+            )
+        if joint.name in keys:
+            raise RobotFileError(
+                f"{path}: joint {joint.name!r} is given twice; needed is one table"
+            )
+        keys[joint.name] = joint
+    return keys
+
+
+def _elastic(rigid: Joint, keys: _Elasticity, base_from_file: np.ndarray, where: str) -> Joint:
+    """Return a joint that gives way; `base_from_file` turns the axes of the file's tilts."""
+    tilts = []
+    for number, tilt in enumerate(keys.tilt, start=1):
+        try:
+            given = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
         except ValueError as cause:
             raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
+        tilts.append(replace(given, axis=tuple((base_from_file @ given.axis).tolist())))
     try:
-        described = Joint(
-            origin=tuple(joint.origin),
-            axis=tuple(joint.axis),
-            body=joint.body(),
-            stiffness=joint.stiffness,
-            damping=joint.damping,
-            backlash=joint.backlash,
+        elastic = replace(
+            rigid,
+            stiffness=keys.stiffness,
+            damping=keys.damping,
+            backlash=keys.backlash,
             tilt=tuple(tilts),
-            limits=(joint.limits[0], joint.limits[1]) if joint.limits else None,
-            max_rate=joint.max_rate,
-            torque_table=tuple((a, t) for a, t in joint.torque_table or []) or None,
-            name=joint.name,
+            limits=(keys.limits[0], keys.limits[1]) if keys.limits else rigid.limits,
+            max_rate=rigid.max_rate if keys.max_rate is None else keys.max_rate,
+            torque_table=tuple((a, t) for a, t in keys.torque_table or []) or None,
         )
-        if described.torque_table:
-            akima(*np.array(described.torque_table).T)  # refuses a curve that falls in between
-        return described
+        if elastic.torque_table:
+            akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between
     except ValueError as cause:
         raise RobotFileError(f"{where}: {cause}") from cause
+    return elastic
+
+
+def _payload(given: _Body | None, last_from_file: pin.SE3, path: Path) -> Body | None:
+    """Return the payload in the last body's frame."""
+    if given is None:
+        return None
+    try:
+        return given.body().placed(last_from_file.rotation, last_from_file.translation)
+    except ValueError as cause:
+        raise RobotFileError(f"{path}: payload: {cause}") from cause

@@ -28,21 +28,6 @@ Positive = Annotated[float, Field(gt=0.0)]
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 
 
-def read_toml(path: Path, schema: type[SchemaT], error: type[Exception]) -> SchemaT:
-    """Read and validate a TOML file.
-
-    Args:
-        path: The file.
-        schema: What it must contain.
-        error: Exception class for every problem; its message names the file, the place, the value
-            found and what is needed.
-
-    Returns:
-        The validated content.
-    """
-    return validate(load_toml(path, error), schema, error, str(path))
-
-
 def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
     """Parse a TOML file; `error` is raised with the file's name if that fails."""
     try:
@@ -57,7 +42,18 @@ def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
 def validate(
     data: dict[str, Any], schema: type[SchemaT], error: type[Exception], where: str
 ) -> SchemaT:
-    """Validate parsed data against a schema; `error` is raised with all problems found."""
+    """Validate parsed data against a schema.
+
+    Args:
+        data: From `load_toml`, or a table of it.
+        schema: What it must contain.
+        error: Exception class for every problem; its message names the file, the place, the value
+            found and what is needed.
+        where: What the message begins with, such as the file's name.
+
+    Returns:
+        The validated content.
+    """
     try:
         return schema.model_validate(data)
     except ValidationError as cause:
