@@ -18,6 +18,8 @@ NEUTRAL_TORQUE = 1e-6
 # Newton's method ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
 _STEP_TOLERANCE = 1e-14
 _MAX_ITERATIONS = 60
+# A step longer than this share of the one before calls for a new matrix: a smooth curve bends.
+_SLOW = 0.1
 
 
 def equilibrium(
@@ -55,7 +57,7 @@ def equilibrium(
     neutral = switching & (np.abs(torque) < NEUTRAL_TORQUE)
     x = np.where(neutral, 0.0, curve.deflection(torque))
     region = np.where(neutral, 0, curve.region(x))
-    solve, settled = None, False
+    solve, settled, last = None, False, np.inf
     for _ in range(_MAX_ITERATIONS):
         branch = curve.in_region(region)
         theta = rigid.copy()
@@ -77,6 +79,9 @@ def equilibrium(
             if settled or lighter is region:
                 return x
             region, solve, settled = lighter, None, True
+        elif largest > _SLOW * last:
+            solve = None
+        last = largest
     raise EquilibriumError(
         f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
         f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
