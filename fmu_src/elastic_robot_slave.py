@@ -23,7 +23,7 @@ from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
-# The symmetric compliance is given by its upper triangle: xx xy xz yy yz zz.
+# Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
 
 

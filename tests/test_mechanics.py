@@ -20,7 +20,8 @@ from elastic_robot.errors import ElasticRobotError, EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_force_gradient, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.statics import equilibrium, tcp_compliance
+from elastic_robot.static_sensitivity import static_sensitivities
+from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
 from elastic_robot.trajectory import HeldCommand
 
@@ -179,7 +180,7 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
     curve = LinearCurve(parameters.stiffness)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), 300.0 * rng.normal(size=6)
     x = equilibrium(dynamics, curve, q, wrench)
-    compliance = tcp_compliance(dynamics, curve, q, x, wrench)
+    compliance = static_sensitivities(dynamics, curve, q, x, wrench).tcp.wrench[:3]
     for k in range(3):
         ends = []
         for sign in (1.0, -1.0):
@@ -289,7 +290,7 @@ def test_rigid_robot_has_no_elastic_coordinates_and_no_deviation():
     rigid.step(0.1, held([0.5]), np.full(6, 100.0))
     assert rigid.deflection().size == 0
     assert np.array_equal(rigid.tcp(), rigid.rigid())
-    assert np.array_equal(rigid.compliance(), np.zeros((3, 3)))
+    assert np.array_equal(rigid.compliance(), np.zeros((6, 6)))
 
 
 def test_massless_tip_is_refused():

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.interpolate import Akima1DInterpolator
+from scipy.optimize import brentq
 
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.errors import RobotFileError
@@ -116,6 +117,19 @@ def test_equilibrium_on_the_rounded_corner_is_its_closed_form():
     assert robot.deflection()[0] == pytest.approx(2e-3 + 50.0 / 1e4, rel=1e-12)
     robot.reset(0.0, REST, moment(0.0))
     assert robot.deflection()[0] == 0.0
+
+
+def test_an_arm_that_almost_hangs_in_its_play_finds_its_rest_on_the_corner():
+    """k (e - B/2)^2 / (2 B) = m g l sin(delta - e) with delta just beyond B/2: a nearly flat curve."""
+    hanging = replace(arm(), gravity=(0.0, 0.0, -9.81))
+    robot, delta = ElasticRobot(hanging, "spline"), 1.05e-3
+    q = np.array([np.pi / 2 - delta])
+    robot.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), np.zeros(6))
+    corner, weight = 1e4 / (2 * 2e-3), 50 * 9.81
+    expected = brentq(
+        lambda e: corner * (e - 1e-3) ** 2 - weight * np.sin(delta - e), 1e-3, delta, xtol=1e-16
+    )
+    assert robot.deflection()[0] == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize("table", [None, "own"])

@@ -53,6 +53,17 @@ class Chain:
         selection[np.arange(self.joint_count), self.drive] = 1.0
         return selection
 
+    @cached_property
+    def elastic_names(self) -> tuple[str, ...]:
+        """joint[i] or joint[i].tilt[k] for every elastic coordinate, in the order of x."""
+        pairs = zip(self.elastic_joint + 1, self.elastic_tilt, strict=True)
+        return tuple(f"joint[{i}].tilt[{k}]" if k else f"joint[{i}]" for i, k in pairs)
+
+    @cached_property
+    def twists(self) -> np.ndarray:
+        """The elastic coordinates that may have backlash: all but the tilts."""
+        return np.flatnonzero(self.elastic_tilt == 0)
+
     @property
     def joint_count(self) -> int:
         """Number of driven joints n."""

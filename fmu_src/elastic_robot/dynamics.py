@@ -7,11 +7,32 @@ M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
 from elastic_robot.chain import Chain
 from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian
+
+
+@dataclass(frozen=True)
+class LoadDerivatives:
+    """Derivatives of the loads M theta'' + h - J^T w in the rows of x, for k states at once.
+
+    Attributes:
+        angle: By theta [N m/rad], (k, m, angles).
+        rate: By theta' [N m s/rad], (k, m, angles).
+        acceleration: By theta'', the rows of x of the mass matrix [kg m^2], (k, m, angles).
+        wrench: By the wrench [m, 1], (k, m, 6).
+        gravity: By gravity [kg m], (k, m, 3).
+    """
+
+    angle: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+    wrench: np.ndarray
+    gravity: np.ndarray
 
 
 class Dynamics:
@@ -57,6 +78,31 @@ class Dynamics:
             if wrench is not None:
                 torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
         return torque.take(self.chain.elastic, axis=1)
+
+    def load_derivatives(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> LoadDerivatives:
+        """Return the derivatives of `loads`; the arguments are the same.
+
+        Those of M theta'' + h are Pinocchio's (Carpentier and Mansard 2018); those of J^T w are
+        `tcp_force_gradient`; that by gravity is -m J_c^T with the mass m and the Jacobian J_c of the
+        centre of mass of the whole robot (docs/derivatives.md).
+        """
+        model, data, chain = self.chain.model, self.data, self.chain
+        rows, count, loaded = chain.elastic, len(theta), wrench.any()
+        by_angle, by_rate, by_acceleration = np.empty((3, count, len(rows), model.nv))
+        by_wrench = np.empty((count, len(rows), 6))
+        by_gravity = np.empty((count, len(rows), 3))
+        for k in range(count):
+            inertial = pin.computeRNEADerivatives(model, data, theta[k], rate[k], acceleration[k])
+            by_angle[k], by_rate[k], by_acceleration[k] = (matrix[rows] for matrix in inertial)
+            jacobian = tcp_jacobian(chain, data, theta[k])
+            if loaded:
+                by_angle[k] -= tcp_force_gradient(jacobian, wrench)[rows]
+            by_wrench[k] = -jacobian[:, rows].T
+            centre = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
+            by_gravity[k] = -data.mass[0] * centre[:, rows].T
+        return LoadDerivatives(by_angle, by_rate, by_acceleration, by_wrench, by_gravity)
 
     def mass_matrix(self, theta: np.ndarray) -> np.ndarray:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""

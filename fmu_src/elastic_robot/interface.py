@@ -57,8 +57,7 @@ def blocks(robot: Robot) -> dict[str, Block]:
     n = len(robot.joints)
     chain = build_chain(robot)
     parameters = Parameters.of(robot)
-    names = elastic_names(robot)
-    twist = [k for k in range(len(names)) if chain.elastic_tilt[k] == 0]
+    names = chain.elastic_names
 
     def inputs(*variables: Variable) -> Block:
         return Block("input", "continuous", variables)
@@ -78,11 +77,11 @@ def blocks(robot: Robot) -> dict[str, Block]:
         ]
 
     def elastic(
-        key: str, unit: str, text: str, values: np.ndarray, rows: list[int]
+        key: str, unit: str, text: str, values: np.ndarray, rows: np.ndarray
     ) -> list[Variable]:
         return [Variable(f"{names[k]}.{key}", unit, text, float(values[k])) for k in rows]
 
-    every = list(range(len(names)))
+    every, twists = np.arange(len(names)), chain.twists
     on_tool = "on the tool at the TCP, base axes"
     return {
         "wrench": inputs(
@@ -129,7 +128,7 @@ def blocks(robot: Robot) -> dict[str, Block]:
         ),
         "damping": tunable(*elastic("damping", "N.m.s/rad", "Damper", parameters.damping, every)),
         "backlash": tunable(
-            *elastic("backlash", "rad", "Half width of the dead band", parameters.backlash, twist)
+            *elastic("backlash", "rad", "Half width of the dead band", parameters.backlash, twists)
         ),
         "strings": Block(
             "parameter",
@@ -144,13 +143,3 @@ def blocks(robot: Robot) -> dict[str, Block]:
             ),
         ),
     }
-
-
-def elastic_names(robot: Robot) -> list[str]:
-    """Return joint[i] or joint[i].tilt[k] for every elastic coordinate, in the order of x."""
-    names = []
-    for i, joint in enumerate(robot.joints, start=1):
-        if joint.stiffness is not None:
-            names.append(f"joint[{i}]")
-        names += [f"joint[{i}].tilt[{k}]" for k in range(1, len(joint.tilt) + 1)]
-    return names

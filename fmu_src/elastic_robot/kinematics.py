@@ -47,6 +47,28 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     return np.where(upper, turning, turning.T) + below * tilting
 
 
+def tcp_velocity_gradient(jacobian: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Return d(J theta')/d(theta): how the TCP's velocity at fixed rates follows the angles.
+
+    The formulas of `tcp_force_gradient`, summed over the rates instead of the wrench.  (Pinocchio's
+    getFrameVelocityDerivatives turns the axes of its answer with the tool.)
+
+    Args:
+        jacobian: From `tcp_jacobian`, (6, angles).
+        rate: theta' [rad/s], (angles,).
+
+    Returns:
+        Rows velocity [m/s/rad], angular velocity [1/s]; base axes, (6, angles).
+    """
+    lever, axis = jacobian[:3], jacobian[3:]
+    velocity, spin = lever * rate, axis * rate
+    from_here_on = np.cumsum(velocity[:, ::-1], axis=1)[:, ::-1]  # of the joints i >= j
+    above = np.cumsum(spin, axis=1) - spin  # of the joints i < j
+    below = spin.sum(axis=1, keepdims=True) - above - spin
+    linear = np.cross(axis, from_here_on, axis=0) + np.cross(above, lever, axis=0)
+    return np.vstack([linear, np.cross(axis, below, axis=0)])
+
+
 @functools.cache
 def _triangles(size: int) -> tuple[np.ndarray, np.ndarray]:
     """Masks of the upper triangle with the diagonal, and of the strictly lower one."""

@@ -13,9 +13,17 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import ParameterError
 from elastic_robot.integrator import GaussStepper, State
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
+from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives
 from elastic_robot.parameters import Parameters
-from elastic_robot.statics import equilibrium, tcp_compliance
+from elastic_robot.residual import (
+    OperatingPoint,
+    ResidualDerivatives,
+    free_acceleration,
+    residual_derivatives,
+)
+from elastic_robot.static_sensitivity import StaticSensitivities, static_sensitivities
+from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
 
 # The error of the TCP [m] over a long path per allowed local error [rad].  On the ISO 9283 path of
@@ -119,12 +127,12 @@ class ElasticRobot:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        q, qd, _ = (values[0] for values in drives.at(np.array([time])))
+        q, qd, qdd = (values[0] for values in drives.at(np.array([time])))
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, q, wrench)
         self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
-        self._q, self._qd, self._wrench = q, qd, wrench
+        self._q, self._qd, self._qdd, self._wrench = q, qd, qdd, wrench
 
     def step(self, end: float, drives: Drives, wrench: np.ndarray) -> None:
         """Move on to a time under a held wrench.
@@ -133,16 +141,16 @@ class ElasticRobot:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
         state = self._now()
-        q, qd, _ = (values[0] for values in drives.at(np.array([end])))
+        q, qd, qdd = (values[0] for values in drives.at(np.array([end])))
         if self._quasistatic:
             x = equilibrium(self._dynamics, self._curve, q, wrench)
-            self._state = replace(state, time=end, x=x)
+            self._state = replace(state, time=end, x=x, region=self._curve.region(x))
         elif self.chain.elastic_count == 0:
             self._state = replace(state, time=end)
         else:
             self._motion.hold(drives, wrench)
             self._state = self._stepper.advance(self._motion, state, end)
-        self._q, self._qd, self._wrench = q, qd, wrench
+        self._q, self._qd, self._qdd, self._wrench = q, qd, qdd, wrench
 
     def tcp(self) -> np.ndarray:
         """Return the pose of the elastic robot's TCP, (7,)."""
@@ -179,8 +187,58 @@ class ElasticRobot:
         return base_from_tool(self.chain, self._dynamics.data, theta)
 
     def compliance(self) -> np.ndarray:
-        """Return the static translational compliance at the present state [m/N], (3, 3)."""
-        return tcp_compliance(self._dynamics, self._curve, self._q, self._now().x, self._wrench)
+        """Return the static compliance of the TCP at the present state, (6, 6).
+
+        Displacement [m] and small rotation [rad] per N and per N m, base axes.
+        """
+        return self.static_sensitivities().tcp.wrench
+
+    def static_sensitivities(self) -> StaticSensitivities:
+        """Return how equilibrium and TCP follow wrench, drives and parameters at the present state.
+
+        Example:
+            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from elastic_robot.trajectory import HeldCommand
+            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), quasistatic=True)
+            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+            >>> robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench=np.zeros(6))
+            >>> by = robot.static_sensitivities().tcp.parameters
+            >>> bool(by["joint[2].stiffness"][2] > 0.0)  # stiffer, it sags less: the TCP is higher
+            True
+        """
+        x = self._now().x
+        return static_sensitivities(self._dynamics, self._curve, self._q, x, self._wrench)
+
+    def linearise(self) -> Linearisation:
+        """Return the linear robot around the present state; in quasi-static mode, at rest there.
+
+        Example:
+            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from elastic_robot.trajectory import HeldCommand
+            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
+            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+            >>> robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench=np.zeros(6))
+            >>> modes = robot.linearise().modes
+            >>> bool(7.0 < modes.frequency[0] < 12.0)  # the slowest eigenfrequency [Hz]
+            True
+        """
+        damping = self._parameters.damping
+        return linearise(self._dynamics, self._curve, damping, self._operating_point())
+
+    def residual_derivatives(self) -> ResidualDerivatives:
+        """Return the derivatives of the equation of motion's residual at the present state."""
+        damping = self._parameters.damping
+        return residual_derivatives(self._dynamics, self._curve, damping, self._operating_point())
+
+    def _operating_point(self) -> OperatingPoint:
+        state = self._now()
+        drives, motion = np.zeros((3, len(self._q))), np.zeros((3, len(state.x)))
+        drives[0], motion[0] = self._q, state.x
+        if not self._quasistatic:
+            drives[1:], motion[1] = (self._qd, self._qdd), state.v
+        point = OperatingPoint(drives, motion, self._wrench, state.region)
+        motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
+        return point
 
     def _now(self) -> State:
         if self._state is None:

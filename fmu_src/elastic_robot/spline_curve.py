@@ -122,6 +122,19 @@ class SplineCurve:
         c, t = self._piece(x)
         return self.active * (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3]))
 
+    def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dk = S/k [rad]; 0 for a table, which takes the place of the stiffness."""
+        return np.where(self._tabulated, 0.0, self.torque(x) / self._end_slope)
+
+    def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dB = (S - x dS/dx) / B [N m/rad]: the curve is k B times a function of x / B.
+
+        -k sign(x), that of a play that opens, for a straight line; 0 for a table.
+        """
+        scaled = (self.torque(x) - x * self.slope(x)) / (2.0 * self.half_width)
+        opening = np.where(self._tabulated, 0.0, -self._end_slope * np.sign(x))
+        return np.where(np.isfinite(self.half_width), scaled, opening)
+
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad]; inside a flat middle that of the upper end."""
         slope = self.slope(x)
@@ -164,6 +177,11 @@ class SplineCurve:
         """Slope beyond the last knot of each coordinate."""
         last = np.sum(np.isfinite(self.knots), axis=1)
         return self.cubics[np.arange(len(last)), last, 1]
+
+    @cached_property
+    def _tabulated(self) -> np.ndarray:
+        """True for a coordinate with its own table: it has knots, but no flat middle."""
+        return np.isfinite(self.knots).any(axis=1) & np.isinf(self.half_width)
 
     @cached_property
     def _knot_torques(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Static equilibrium of the elastic coordinates and the static compliance of the TCP."""
+"""Static equilibrium of the elastic coordinates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
-from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.torque_curves import TorqueCurve
 
 # Below this torque [N m] a gear with play counts as unloaded and rests in the middle of its gap.
@@ -18,6 +17,8 @@ NEUTRAL_TORQUE = 1e-6
 # Newton's method ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
 _STEP_TOLERANCE = 1e-14
 _MAX_ITERATIONS = 60
+# A step longer than this share of the one before calls for a new matrix: a smooth curve bends.
+_SLOW = 0.1
 
 
 def equilibrium(
@@ -55,7 +56,7 @@ def equilibrium(
     neutral = switching & (np.abs(torque) < NEUTRAL_TORQUE)
     x = np.where(neutral, 0.0, curve.deflection(torque))
     region = np.where(neutral, 0, curve.region(x))
-    solve, settled = None, False
+    solve, settled, last = None, False, np.inf
     for _ in range(_MAX_ITERATIONS):
         branch = curve.in_region(region)
         theta = rigid.copy()
@@ -77,6 +78,9 @@ def equilibrium(
             if settled or lighter is region:
                 return x
             region, solve, settled = lighter, None, True
+        elif largest > _SLOW * last:
+            solve = None
+        last = largest
     raise EquilibriumError(
         f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
         f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
@@ -136,20 +140,3 @@ def _lighter_flanks(
     across = torque - 2.0 * width * region * softening.diagonal()
     lighter = (region * across < 0.0) & (np.abs(across) < np.abs(torque)) & (width > 0.0)
     return np.where(lighter, -region, region) if lighter.any() else region
-
-
-def tcp_compliance(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
-) -> np.ndarray:
-    """Return the static translational compliance d(TCP position)/d(force) [m/N], (3, 3).
-
-    J (diag(S') - d(J^T w - g)/dx)^-1 J^T at the present state.  A gear inside its play counts with
-    the stiffness of its flank: the gap is a jump, not a compliance.
-    """
-    theta = dynamics.chain.theta(q, x)
-    matrix = -dynamics.static_torque_gradient(theta, wrench)
-    matrix[np.diag_indices_from(matrix)] += curve.flank_slope(x)
-    jacobian = tcp_jacobian(dynamics.chain, dynamics.data, theta)[:3, dynamics.chain.elastic]
-    if jacobian.shape[1] == 0:
-        return np.zeros((3, 3))
-    return jacobian @ np.linalg.solve(matrix, jacobian.T)

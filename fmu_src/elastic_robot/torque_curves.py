@@ -3,6 +3,7 @@
 A curve serves all coordinates at once: its parameters are arrays with one entry per coordinate,
 tilts having no backlash.  The family's verbs are `torque`, `slope`, `deflection` and `region`;
 `in_region` gives a stepper one smooth law to integrate, so that it can stop where the law changes.
+`stiffness_gradient` and `backlash_gradient` say how the torque at a given angle follows its parameters.
 """
 
 from __future__ import annotations
@@ -17,20 +18,32 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
 
-class TorqueCurve(Protocol):
-    """What a curve does; every array has one entry per elastic coordinate in its last axis."""
-
-    @property
-    def half_width(self) -> np.ndarray:
-        """Where the law changes: at +-half_width [rad]; infinite for a smooth curve."""
-        ...
+class Branch(Protocol):
+    """One smooth law; every array has one entry per elastic coordinate in its last axis."""
 
     def torque(self, x: np.ndarray) -> np.ndarray:
-        """Restoring torque S(x) [N m], odd and rising in x."""
+        """Restoring torque S(x) [N m]."""
         ...
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad]."""
+        ...
+
+    def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dk at fixed x [rad]."""
+        ...
+
+    def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dB at fixed x [N m/rad]; without play that of a play that opens."""
+        ...
+
+
+class TorqueCurve(Branch, Protocol):
+    """What a curve does, whichever branch x lies on; odd and rising in x."""
+
+    @property
+    def half_width(self) -> np.ndarray:
+        """Where the law changes: at +-half_width [rad]; infinite for a smooth curve."""
         ...
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
@@ -45,7 +58,7 @@ class TorqueCurve(Protocol):
         """Which branch x lies on: -1, 0 (inside the play) or 1; 1 everywhere if smooth."""
         ...
 
-    def in_region(self, region: np.ndarray) -> TorqueCurve:
+    def in_region(self, region: np.ndarray) -> Branch:
         """Return the branch of the law that holds in `region`, continued beyond its ends."""
         ...
 
@@ -60,11 +73,10 @@ class CurveClass(Protocol):
 
 @dataclass(frozen=True)
 class LinearCurve:
-    """Torque k x - offset of a spring without play.
+    """Torque k x of a spring without play.
 
     Attributes:
-        stiffness: k [N m/rad], >= 0.
-        offset: [N m]; nonzero on a branch of a curve with play.
+        stiffness: k [N m/rad], > 0.
 
     Example:
         >>> LinearCurve(np.array([1e4])).torque(np.array([2e-3]))
@@ -72,7 +84,6 @@ class LinearCurve:
     """
 
     stiffness: np.ndarray
-    offset: np.ndarray | float = 0.0
 
     @classmethod
     def build(cls, parameters: Parameters) -> LinearCurve:
@@ -85,12 +96,20 @@ class LinearCurve:
         return np.full(np.shape(self.stiffness), np.inf)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
-        """S(x) = k x - offset [N m]."""
-        return self.stiffness * x - self.offset
+        """S(x) = k x [N m]."""
+        return self.stiffness * x
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """Return k [N m/rad]."""
         return np.broadcast_to(self.stiffness, np.shape(x))
+
+    def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dk = x [rad]."""
+        return x
+
+    def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
+        """Return 0 [N m/rad]: the backlash is left out."""
+        return np.zeros(np.shape(x))
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """Return k [N m/rad]."""
@@ -98,7 +117,7 @@ class LinearCurve:
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
         """Return x = torque / k [rad]."""
-        return (torque + self.offset) / self.stiffness
+        return torque / self.stiffness
 
     def region(self, x: np.ndarray) -> np.ndarray:
         """Return 1: there is one branch."""
@@ -149,6 +168,14 @@ class BacklashCurve:
         """Return k outside the gap, 0 inside [N m/rad]."""
         return self.stiffness * ((np.abs(x) > self.backlash) | (self.backlash == 0.0))
 
+    def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dk = sign(x) max(|x| - B, 0) [rad]."""
+        return self.in_region(self.region(x)).stiffness_gradient(x)
+
+    def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dB = -k sign(x) outside the gap, 0 inside [N m/rad]."""
+        return self.in_region(self.region(x)).backlash_gradient(x)
+
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """Return k [N m/rad], inside the gap too."""
         return np.broadcast_to(self.stiffness, np.shape(x))
@@ -162,10 +189,57 @@ class BacklashCurve:
         side = np.sign(x).astype(int) * (np.abs(x) > self.backlash)
         return np.where(self.backlash > 0.0, side, 1)
 
-    def in_region(self, region: np.ndarray) -> LinearCurve:
+    def in_region(self, region: np.ndarray) -> BacklashBranch:
         """Return the straight line of the branch: k (x - B region), or zero inside the gap."""
-        stiffness = self.stiffness * (region != 0)
-        return LinearCurve(stiffness, stiffness * self.backlash * region)
+        return BacklashBranch(self.stiffness, self.backlash, region)
+
+
+@dataclass(frozen=True)
+class BacklashBranch:
+    """One branch of `BacklashCurve`, a straight line: k (x - B region), or zero inside the gap.
+
+    Attributes:
+        stiffness: k [N m/rad], > 0.
+        backlash: B [rad], >= 0.
+        region: As returned by `BacklashCurve.region`.
+
+    Example:
+        >>> flank = BacklashBranch(np.array([1e4]), np.array([1e-3]), np.array([-1]))
+        >>> flank.torque(np.array([-3e-3])), flank.backlash_gradient(np.array([-3e-3]))
+        (array([-20.]), array([10000.]))
+    """
+
+    stiffness: np.ndarray
+    backlash: np.ndarray
+    region: np.ndarray
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """S(x) [N m], shape of x."""
+        return self._slope * x - self._offset
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """Return k, or 0 inside the gap [N m/rad]."""
+        return np.broadcast_to(self._slope, np.shape(x))
+
+    def stiffness_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dk = x - B region, or 0 inside the gap [rad]."""
+        return self._engaged * (x - self.backlash * self.region)
+
+    def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dS/dB = -k region [N m/rad]; -k sign(x), that of a play that opens, where B = 0."""
+        return -self.stiffness * np.where(self.backlash > 0.0, self.region, np.sign(x))
+
+    @cached_property
+    def _engaged(self) -> np.ndarray:
+        return self.region != 0
+
+    @cached_property
+    def _slope(self) -> np.ndarray:
+        return self.stiffness * self._engaged
+
+    @cached_property
+    def _offset(self) -> np.ndarray:
+        return self.stiffness * self.backlash * self.region
 
 
 TORQUE_CURVES: dict[str, CurveClass] = {

@@ -1,0 +1,60 @@
+"""Names of the tunable parameters, in the order of the FMU, and arrays with one column for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.chain import Chain
+from elastic_robot.errors import ParameterError
+
+
+def parameter_names(chain: Chain) -> tuple[str, ...]:
+    """Return gravity.x .y .z, then every stiffness, every damping and every backlash.
+
+    Example:
+        >>> from elastic_robot.chain import build_chain
+        >>> from elastic_robot.robot_file import load_robot, shipped_robots
+        >>> names = parameter_names(build_chain(load_robot(shipped_robots()["icme2008"])))
+        >>> len(names), names[2], names[4], names[-1]
+        (30, 'gravity.z', 'joint[1].tilt[1].stiffness', 'joint[5].backlash')
+    """
+    elastic = chain.elastic_names
+    return (
+        *(f"gravity.{axis}" for axis in "xyz"),
+        *(f"{name}.stiffness" for name in elastic),
+        *(f"{name}.damping" for name in elastic),
+        *(f"{elastic[row]}.backlash" for row in chain.twists),
+    )
+
+
+@dataclass(frozen=True)
+class ByParameter:
+    """Derivatives of a quantity with respect to every parameter.
+
+    Attributes:
+        names: From `parameter_names`, p of them.
+        values: One column for each name, (..., p); the quantity's unit per unit of the parameter:
+            m/s^2 (gravity), N m/rad (stiffness), N m s/rad (damping), rad (backlash).
+
+    Example:
+        >>> ByParameter(("gravity.x", "gravity.y"), np.array([[1.0, 2.0], [3.0, 4.0]]))["gravity.y"]
+        array([2., 4.])
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the derivative with respect to one parameter, (...).
+
+        Raises:
+            ParameterError: If the robot has no such parameter.
+        """
+        if name not in self.names:
+            raise ParameterError(
+                f"{name!r} is no parameter of this robot; needed is one of {', '.join(self.names)}"
+            )
+        values: np.ndarray = self.values[..., self.names.index(name)]
+        return values

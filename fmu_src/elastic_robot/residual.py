@@ -1,0 +1,146 @@
+"""The equation of motion as a residual, and its derivatives with respect to all it depends on.
+
+    r = M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x'        rows of x
+
+`docs/derivatives.md` tells the formulas and where they come from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastic_robot.chain import Chain
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.parameter_names import ByParameter, parameter_names
+from elastic_robot.torque_curves import Branch, TorqueCurve
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where the equation of motion is evaluated: one state, or k states at once.
+
+    Attributes:
+        drives: q, q', q'' [rad, rad/s, rad/s^2], (3, n) or (3, k, n).
+        motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
+        wrench: On the robot at the TCP, base axes, (6,).
+        region: Branch of the torque curve of each coordinate, as `TorqueCurve.region` says, (m,).
+    """
+
+    drives: np.ndarray
+    motion: np.ndarray
+    wrench: np.ndarray
+    region: np.ndarray
+
+
+@dataclass(frozen=True)
+class ResidualDerivatives:
+    """Derivatives of the residual; of k states, every array has k as its first axis.
+
+    Attributes:
+        x, rate, acceleration: By x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
+        drive, drive_rate, drive_acceleration: By q, q', q'', units as for x, (m, n) each.
+        wrench: By the wrench [m, 1], (m, 6).
+        parameters: By every parameter [N m per its unit], (m, p).
+    """
+
+    x: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+    drive: np.ndarray
+    drive_rate: np.ndarray
+    drive_acceleration: np.ndarray
+    wrench: np.ndarray
+    parameters: ByParameter
+
+
+def residual(
+    dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint
+) -> np.ndarray:
+    """Return r [N m], (m,) or (k, m).
+
+    Args:
+        dynamics: Forces of the robot.
+        curve: Torque curve S.
+        damping: d [N m s/rad], (m,).
+        point: Where to evaluate.
+    """
+    x, rate, _ = point.motion
+    theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
+    loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.wrench)
+    torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
+    return torque + loads.reshape(x.shape)
+
+
+def residual_derivatives(
+    dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint
+) -> ResidualDerivatives:
+    """Return the derivatives of `residual`; the arguments are the same.
+
+    A state on the edge of a play has the derivatives of the branch that `point.region` names.
+    """
+    chain, branch = dynamics.chain, curve.in_region(point.region)
+    theta, theta_rate, theta_acceleration = _states(chain, point)
+    loads = dynamics.load_derivatives(theta, theta_rate, theta_acceleration, point.wrench)
+    x, rate, _ = point.motion
+    leading = x.shape[:-1]
+
+    def columns(matrix: np.ndarray, index: np.ndarray) -> np.ndarray:
+        return matrix[..., index].reshape(*leading, chain.elastic_count, len(index))
+
+    by_x = columns(loads.angle, chain.elastic)
+    by_rate = columns(loads.rate, chain.elastic)
+    diagonal = np.arange(chain.elastic_count)
+    by_x[..., diagonal, diagonal] += branch.slope(x)
+    by_rate[..., diagonal, diagonal] += damping
+    return ResidualDerivatives(
+        x=by_x,
+        rate=by_rate,
+        acceleration=columns(loads.acceleration, chain.elastic),
+        drive=columns(loads.angle, chain.drive),
+        drive_rate=columns(loads.rate, chain.drive),
+        drive_acceleration=columns(loads.acceleration, chain.drive),
+        wrench=columns(loads.wrench, np.arange(6)),
+        parameters=by_parameter(chain, branch, x, rate, columns(loads.gravity, np.arange(3))),
+    )
+
+
+def by_parameter(
+    chain: Chain, curve: Branch, x: np.ndarray, rate: np.ndarray, of_gravity: np.ndarray
+) -> ByParameter:
+    """Return the columns of the parameters: a spring's or damper's own only act on its coordinate.
+
+    Args:
+        chain: The robot's chain.
+        curve: Torque curve, or a branch of it.
+        x, rate: [rad, rad/s], (..., m).
+        of_gravity: The columns of gravity, (..., m, 3).
+    """
+    names, m, twists = parameter_names(chain), chain.elastic_count, chain.twists
+    values, rows = np.zeros((*x.shape, len(names))), np.arange(m)
+    values[..., :3] = of_gravity
+    values[..., rows, 3 + rows] = curve.stiffness_gradient(x)
+    values[..., rows, 3 + m + rows] = rate
+    values[..., twists, 3 + 2 * m + np.arange(len(twists))] = curve.backlash_gradient(x)[
+        ..., twists
+    ]
+    return ByParameter(names, values)
+
+
+def free_acceleration(
+    dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, point: OperatingPoint
+) -> np.ndarray:
+    """Return the x'' [rad/s^2] of one state that makes its residual zero, (m,).
+
+    The arguments are those of `residual`; the x'' of the point is not used.
+    """
+    x, rate, _ = point.motion
+    without = replace(point, motion=np.stack([x, rate, np.zeros_like(x)]))
+    mass = dynamics.mass_matrix(dynamics.chain.theta(point.drives[0], x))
+    return np.linalg.solve(mass, -residual(dynamics, curve, damping, without))
+
+
+def _states(chain: Chain, point: OperatingPoint) -> np.ndarray:
+    """Return theta, theta', theta'' of all states, (3, k, angles)."""
+    return chain.theta(point.drives, point.motion).reshape(3, -1, chain.model.nv)

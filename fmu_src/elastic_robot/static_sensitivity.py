@@ -1,0 +1,83 @@
+"""How the static equilibrium follows the wrench, the drives and every parameter.
+
+The equilibrium satisfies F(x; w, q, p) = S(x; p) + g(theta) - J(theta)^T w = 0.  By the implicit
+function theorem dx/dy = -K^-1 dF/dy with K = dF/dx, for y the wrench w, the drives q or a parameter p
+(docs/derivatives.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.kinematics import tcp_jacobian
+from elastic_robot.parameter_names import ByParameter
+from elastic_robot.residual import by_parameter
+from elastic_robot.torque_curves import TorqueCurve
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of one quantity of the equilibrium with r entries.
+
+    Attributes:
+        wrench: Per N and per N m, (r, 6).
+        drives: Per rad, (r, n).
+        parameters: Per unit of each parameter, (r, p).
+    """
+
+    wrench: np.ndarray
+    drives: np.ndarray
+    parameters: ByParameter
+
+
+@dataclass(frozen=True)
+class StaticSensitivities:
+    """Derivatives of the equilibrium and of the TCP's pose there.
+
+    Attributes:
+        x: Of the elastic coordinates [rad], r = m.
+        tcp: Of the TCP: displacement [m], then small rotation [rad], base axes, r = 6.
+            `tcp.wrench` is the static compliance: [m/N, m/(N m)] over [rad/N, rad/(N m)].
+    """
+
+    x: Sensitivity
+    tcp: Sensitivity
+
+
+def static_sensitivities(
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+) -> StaticSensitivities:
+    """Return the derivatives of the equilibrium at the present state.
+
+    A gear inside its play counts with the stiffness of its flank: the gap is a jump, not a
+    compliance.
+
+    Args:
+        dynamics: Forces of the robot.
+        curve: Torque curve S.
+        q: Drive angles [rad], (n,).
+        x: Elastic coordinates at rest [rad], (m,).
+        wrench: On the robot at the TCP, base axes, (6,).
+    """
+    chain = dynamics.chain
+    theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
+    loads = dynamics.load_derivatives(theta, rest, rest, wrench)
+    stiffness = loads.angle[0][:, chain.elastic]
+    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x)
+    parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0])
+    forces = [loads.wrench[0], loads.angle[0][:, chain.drive], parameters.values]
+    moved = -np.linalg.solve(stiffness, np.hstack(forces))
+    by_wrench, by_drives, by_parameters = np.split(moved, [6, 6 + chain.joint_count], axis=1)
+    jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
+    elastic = jacobian[:, chain.elastic]
+    return StaticSensitivities(
+        x=Sensitivity(by_wrench, by_drives, ByParameter(parameters.names, by_parameters)),
+        tcp=Sensitivity(
+            elastic @ by_wrench,
+            elastic @ by_drives + jacobian[:, chain.drive],
+            ByParameter(parameters.names, elastic @ by_parameters),
+        ),
+    )

@@ -1,0 +1,150 @@
+"""The robot by Newton's and Euler's laws in base axes, in complex arithmetic: an independent model.
+
+Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) without cancellation
+(docs/references.md, Martins2003).  It reads the description itself and shares no code with the project.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.description import Body, Robot
+
+STEP = 1e-40
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`."""
+
+    drives: np.ndarray
+    motion: np.ndarray
+    wrench: np.ndarray
+    gravity: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    backlash: np.ndarray
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Loads M theta'' + h - J^T w in the rows of x; the TCP's position, axes and velocities."""
+
+    loads: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+
+
+def evaluate(robot: Robot, given: Numbers) -> Answer:
+    """Walk the chain once: velocities and accelerations outwards, forces of all bodies on all axes."""
+    turn, point = np.eye(3, dtype=complex), np.zeros(3, dtype=complex)
+    velocity, acceleration, spin, spin_rate = np.zeros((4, 3), dtype=complex)
+    axes, points, elastic, bodies = [], [], [], []
+    free = iter(given.motion.T)
+
+    def shifted(arm):
+        centripetal = np.cross(spin, np.cross(spin, arm))
+        return (
+            point + arm,
+            velocity + np.cross(spin, arm),
+            acceleration + np.cross(spin_rate, arm) + centripetal,
+        )
+
+    def rotate(axis, motion, is_elastic):
+        nonlocal turn, spin, spin_rate
+        angle, rate, rate_of_rate = motion
+        z = turn @ axis
+        spin_rate = spin_rate + z * rate_of_rate + np.cross(spin, z) * rate
+        spin = spin + z * rate
+        turn = turn @ rodrigues(np.array(axis), angle)
+        axes.append(z), points.append(point), elastic.append(is_elastic)
+
+    def load(body: Body):
+        place, _, of_centre = shifted(turn @ np.array(body.com))
+        inertia = turn @ body.inertia_matrix @ turn.T
+        moment = inertia @ spin_rate + np.cross(spin, inertia @ spin)
+        bodies.append((len(axes), place, body.mass * (of_centre - given.gravity), moment))
+
+    for joint, drive in zip(robot.joints, given.drives.T, strict=True):
+        point, velocity, acceleration = shifted(turn @ np.array(joint.origin))
+        twists = joint.stiffness is not None
+        rotate(joint.axis, drive + next(free) if twists else drive, twists)
+        for tilt in joint.tilt:
+            rotate(tilt.axis, next(free), True)
+        load(joint.body)
+    if robot.payload is not None:
+        load(robot.payload)
+    tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
+    bodies.append((len(axes), tcp, -given.wrench[:3], -given.wrench[3:]))
+    torques = [
+        sum(
+            z @ (np.cross(place - origin, force) + moment)
+            for carried_by, place, force, moment in bodies
+            if carried_by > i
+        )
+        for i, (z, origin) in enumerate(zip(axes, points, strict=True))
+    ]
+    return Answer(np.array(torques)[np.array(elastic)], tcp, turn, tcp_velocity, spin)
+
+
+def rodrigues(axis: np.ndarray, angle: complex) -> np.ndarray:
+    x, y, z = axis
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
+
+
+def torque(curve: str, given: Numbers) -> np.ndarray:
+    """Closed forms of the torque curves on the piece where the real part of x lies."""
+    x, k, b = given.motion[0], given.stiffness, given.backlash
+    side, size = np.sign(x.real), np.abs(x.real)
+    if curve == "linear":
+        return k * x
+    line = k * (x - side * b)
+    if curve == "backlash":
+        return np.where(size > b.real, line, 0.0)
+    beyond = x - side * b / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        corner = side * k * beyond**2 / (2 * b)
+    return np.where(size > 1.5 * b.real, line, np.where(size > 0.5 * b.real, corner, 0.0))
+
+
+def residual(robot: Robot, curve: str, given: Numbers) -> np.ndarray:
+    return evaluate(robot, given).loads + torque(curve, given) + given.damping * given.motion[1]
+
+
+def acceleration(robot: Robot, curve: str, given: Numbers) -> np.ndarray:
+    """The x'' that makes the residual zero; the residual is affine in x''."""
+    x, rate, _ = given.motion
+
+    def at(x_acceleration):
+        return residual(robot, curve, changed(given, motion=np.stack([x, rate, x_acceleration])))
+
+    bias = at(np.zeros(len(x)))
+    mass = np.array([at(unit) - bias for unit in np.eye(len(x))]).reshape(len(x), len(x)).T
+    return np.linalg.solve(mass, -bias)
+
+
+def changed(given: Numbers, **values: np.ndarray) -> Numbers:
+    return Numbers(**{**vars(given), **values})
+
+
+def along(given: Numbers, **directions: np.ndarray) -> Numbers:
+    """Return the numbers, an imaginary step further in a direction."""
+    return changed(
+        given, **{name: vars(given)[name] + 1j * STEP * d for name, d in directions.items()}
+    )
+
+
+def derivative(value: np.ndarray) -> np.ndarray:
+    """Return the directional derivative that a value after `along` carries."""
+    return value.imag / STEP
+
+
+def small_rotation(rotation: np.ndarray) -> np.ndarray:
+    """Return the derivative of an orientation as a rotation vector, base axes."""
+    skew = derivative(rotation) @ rotation.real.T
+    return np.array([skew[2, 1], skew[0, 2], skew[1, 0]])

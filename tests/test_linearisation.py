@@ -1,0 +1,211 @@
+"""The linearised robot: closed forms, an independent model, and the nonlinear robot in time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from complex_robot import acceleration, along, derivative, evaluate, small_rotation
+from conftest import reference
+from hypothesis import given
+from random_robots import make_robot, robots
+from scipy.linalg import expm
+from scipy.signal import StateSpace
+from scipy.spatial.transform import Rotation
+from test_derivatives import CURVES, SEEDS, Case, assert_close
+
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.errors import ParameterError
+from elastic_robot.linearisation import Linearisation, linearise
+from elastic_robot.parameters import Parameters
+from elastic_robot.residual import free_acceleration
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.trajectory import HeldCommand
+
+
+def arm(**joint) -> Robot:
+    """Return a 1 m arm about the y axis with 50 kg at its end, k = 1e4 N m/rad, d = 50 N m s/rad."""
+    link = Body(mass=50.0, com=(1.0, 0.0, 0.0), inertia=(0.0, 0.0, 0.0))
+    values = {"stiffness": 1e4, "damping": 50.0, **joint}
+    axis = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, **values)
+    return Robot("arm", (axis,), tcp_position=(1.0, 0.0, 0.0))
+
+
+def at_rest(robot: Robot, q, curve: str = "linear", wrench=(0.0,) * 6, **options) -> ElasticRobot:
+    q = np.asarray(q, dtype=float)
+    elastic = ElasticRobot(robot, curve, **options)
+    elastic.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), np.array(wrench, dtype=float))
+    return elastic
+
+
+@given(robots(), SEEDS, CURVES)
+def test_state_space_is_that_of_complex_steps_in_motion_too(robot, seed, curve):
+    """x'' and the TCP's pose and velocity, differentiated along random changes of states and inputs."""
+    case = Case(robot, curve, seed)
+    case.point.motion[2] = free_acceleration(*case.model())
+    a, b, c, d = linearise(*case.model()).state_space
+    m, directions = case.chain.elastic_count, case.directions()
+    states, change = directions["motion"][:2].ravel(), directions["motion"] * [[1.0], [1.0], [0.0]]
+    inputs = np.append(directions["wrench"], directions["drives"])
+    moved = along(
+        case.numbers, motion=change, drives=directions["drives"], wrench=directions["wrench"]
+    )
+    expected = derivative(acceleration(robot, curve, moved))
+    scale = 1.0 + np.abs(a[m:] * states).max(initial=0.0) + np.abs(b[m:] * inputs).max(initial=0.0)
+    assert_close((a @ states + b @ inputs)[m:], expected, scale, 1e-10)
+    assert np.array_equal((a @ states + b @ inputs)[:m], states[m:])
+    tcp = evaluate(robot, moved)
+    pose = np.append(derivative(tcp.position), small_rotation(tcp.rotation))
+    rates = np.append(derivative(tcp.velocity), derivative(tcp.spin))
+    scale = 1.0 + np.abs(c).max(initial=0.0) + np.abs(d).max()
+    assert_close(c @ states + d @ inputs, np.append(pose, rates), scale, 1e-12)
+
+
+def test_one_joint_has_the_closed_form_eigenvalues():
+    """I s^2 + d s + k + m g l sin(theta) = 0 with I = m l^2 and the height -l sin(theta)."""
+    robot = at_rest(arm(), [0.7])
+    stiffness = 1e4 + 50.0 * 9.81 * np.sin(0.7 + robot.deflection()[0])
+    modes = robot.linearise().modes
+    omega = np.sqrt(stiffness / 50.0)
+    assert modes.frequency == pytest.approx([omega / (2.0 * np.pi)], rel=1e-12)
+    assert modes.damping_ratio == pytest.approx([50.0 / (2.0 * 50.0 * omega)], rel=1e-12)
+    assert modes.eigenvalue.imag == pytest.approx([np.sqrt(omega**2 - 0.25)], rel=1e-12)
+    # One radian turns the TCP about y and moves it downwards and back on a circle of 1 m.
+    theta = 0.7 + robot.deflection()[0]
+    circle = [-np.sin(theta), 0.0, -np.cos(theta), 0.0, 1.0, 0.0]
+    np.testing.assert_allclose(modes.tcp[:, 0], circle, rtol=0, atol=1e-12)
+
+
+def test_a_gear_inside_its_play_has_a_zero_eigenvalue():
+    """Gravity along the axis: neither spring nor weight, only the damper d / I = 1 1/s is left."""
+    free = replace(arm(backlash=1e-3), gravity=(0.0, -9.81, 0.0))
+    linear = at_rest(free, [0.3], "backlash").linearise()
+    np.testing.assert_allclose(linear.modes.eigenvalue, [0.0, -1.0], rtol=0, atol=1e-12)
+    assert linear.modes.damping_ratio[1] == 1.0
+    with pytest.raises(ParameterError, match="inside its play"):
+        linear.dynamic_compliance(np.array([0.0]))
+
+
+def test_example_robot_has_the_eigenvalues_of_mujocos_matrices(example):
+    """Stiffness by central differences of MuJoCo's bias forces: 1e-8 of the springs is left of them.
+
+    The figures known beforehand: 46 to 2600 1/s, slowest modes 7 to 12 Hz with damping ratios of
+    0.013 to 0.018, fastest oscillation 235 Hz with 0.39; rounded, and of a few postures.
+    """
+    mujoco_robot = pytest.importorskip("mujoco_robot")
+    other = mujoco_robot.MujocoRobot(example)
+    chain, parameters = build_chain(example), Parameters.of(example)
+    rows = np.ix_(chain.elastic, chain.elastic)
+    for q in np.vstack([np.zeros(6), reference("poses")[:, 1:]]):
+        elastic = at_rest(example, q)
+        theta, bias = chain.theta(q, elastic.deflection()), []
+        for angle in [*(theta + 1e-5 * np.eye(12)), *(theta - 1e-5 * np.eye(12))]:
+            other.set(angle, np.zeros(12))
+            bias.append(other.bias())
+        gradient = (np.array(bias[:12]) - np.array(bias[12:])).T / 2e-5
+        other.set(theta, np.zeros(12))
+        stiffness = gradient[rows] + np.diag(parameters.stiffness)
+        matrix = np.block(
+            [[0.0 * stiffness, np.eye(11)], [-stiffness, -np.diag(parameters.damping)]]
+        )
+        matrix[11:] = np.linalg.solve(other.mass_matrix()[rows], matrix[11:])
+        expected = np.linalg.eigvals(matrix)
+        expected = expected[expected.imag >= 0.0]
+        modes = elastic.linearise().modes
+        np.testing.assert_allclose(
+            modes.eigenvalue, expected[np.argsort(np.abs(expected))], rtol=1e-7
+        )
+        swinging = np.flatnonzero(modes.eigenvalue.imag > 0.0)
+        slowest, fastest = swinging[0], swinging[-1]
+        assert 46.0 < np.abs(modes.eigenvalue).min() < np.abs(modes.eigenvalue).max() < 2600.0
+        assert 7.0 < modes.frequency[slowest] < 12.5
+        assert 0.012 < modes.damping_ratio[slowest] < 0.02
+        assert modes.frequency[fastest] == pytest.approx(235.0, rel=0.05)
+        assert modes.damping_ratio[fastest] == pytest.approx(0.39, rel=0.1)
+
+
+def answer_of(linear: Linearisation, drive: np.ndarray, wrench: np.ndarray, time: float):
+    """Return y after a constant change of the wrench and of q'' from rest, by one exponential.
+
+    The inputs q' and q are integrals of q'', so they are states of the enlarged system.
+    """
+    a, b, c, d = linear.state_space
+    n, m = len(drive), len(a)
+    enlarged = np.zeros((m + 2 * n + 1, m + 2 * n + 1))
+    by_wrench, by_q, by_rate, by_acceleration = np.split(b, [6, 6 + n, 6 + 2 * n], axis=1)
+    constant = by_wrench @ wrench + by_acceleration @ drive
+    enlarged[:m] = np.hstack([a, by_q, by_rate, constant[:, None]])
+    enlarged[m : m + n, m + n : m + 2 * n] = np.eye(n)
+    enlarged[m + n : m + 2 * n, -1] = drive
+    z = expm(enlarged * time)[:, -1]
+    inputs = np.concatenate([wrench, z[m : m + n], z[m + n : m + 2 * n], drive])
+    return c @ z[:m] + d @ inputs
+
+
+@pytest.mark.parametrize("kind", ["wrench", "drives"])
+@pytest.mark.parametrize("curve", ["linear", "backlash"])
+@pytest.mark.parametrize("seed", [1, 2, 4])
+def test_simulated_robot_departs_from_the_linear_one_with_the_square(seed, curve, kind):
+    """Half the perturbation, a quarter of the difference in pose and velocity 80 ms later."""
+    described, rng = make_robot(seed, 4), np.random.default_rng(seed)
+    q, load = rng.uniform(-2, 2, 4), 1000.0 * rng.normal(size=6)
+    wrench, drive = 2000.0 * rng.normal(size=6), 2.0 * rng.normal(size=4)
+    wrench, drive = (wrench, 0 * drive) if kind == "wrench" else (0 * wrench, drive)
+    differences, sizes = [], []
+    for size in (0.04, 0.02, 0.01):
+        robot = at_rest(described, q, curve, load, tolerance=1e-11)
+        linear, before = robot.linearise(), robot.tcp()
+        robot.step(0.08, HeldCommand(0.0, q, 0 * q, size * drive), load + size * wrench)
+        turned = Rotation.from_quat(robot.tcp()[3:]) * Rotation.from_quat(before[3:]).inv()
+        found = np.concatenate([robot.tcp()[:3] - before[:3], turned.as_rotvec(), robot.velocity()])
+        expected = answer_of(linear, size * drive, size * wrench, 0.08)[:9]
+        differences.append(np.abs(found - expected).max())
+        sizes.append(np.abs(found).max())
+    assert differences[0] < 0.01 * sizes[0]
+    ratios = np.array(differences[:-1]) / differences[1:]
+    np.testing.assert_allclose(ratios, 4.0, rtol=0.01)
+
+
+def test_rigid_robot_follows_its_drives_alone():
+    """No states: y is the Jacobian times the drives."""
+    linear = at_rest(arm(stiffness=None, damping=0.0), [0.0]).linearise()
+    a, b, c, d = linear.state_space
+    assert a.shape == (0, 0)
+    assert (b.shape, c.shape) == ((0, 9), (12, 0))
+    assert linear.modes.eigenvalue.size == 0
+    assert linear.inputs[6:] == ("q_cmd[1]", "qd_cmd[1]", "qdd_cmd[1]")
+    assert linear.outputs[:3] == ("tcp.x", "tcp.y", "tcp.z")
+    np.testing.assert_allclose(d[:6, 6], [0.0, 0.0, -1.0, 0.0, 1.0, 0.0], atol=1e-15)
+
+
+@given(robots(backlash=0.0), SEEDS)
+def test_modes_satisfy_the_equation_of_motion(robot, seed):
+    rng = np.random.default_rng(seed)
+    linear = at_rest(robot, rng.uniform(-3, 3, len(robot.joints))).linearise()
+    modes = linear.modes
+    for value, shape in zip(modes.eigenvalue, modes.shape.T, strict=True):
+        terms = [value**2 * linear.mass @ shape, value * linear.damping @ shape]
+        terms.append(linear.stiffness @ shape)
+        assert_close(sum(terms), np.zeros(len(shape)), np.abs(terms).max(), 1e-8)
+        assert np.abs(shape).max() == pytest.approx(1.0, rel=1e-15)
+    pairs = np.sum(modes.eigenvalue.imag > 0.0)
+    assert 2 * pairs + np.sum(modes.eigenvalue.imag == 0.0) == 2 * len(linear.mass)
+
+
+@given(robots(backlash=0.0), SEEDS)
+def test_dynamic_compliance_is_the_frequency_response_and_at_zero_the_static_one(robot, seed):
+    rng = np.random.default_rng(seed)
+    elastic = at_rest(robot, rng.uniform(-3, 3, len(robot.joints)), wrench=300 * rng.normal(size=6))
+    linear, frequency = elastic.linearise(), np.array([0.0, 3.0, 40.0])
+    found = linear.dynamic_compliance(frequency)
+    static = elastic.compliance()
+    assert_close(found[0], static, np.abs(static).max(), 1e-10)
+    if len(linear.mass) == 0:
+        return
+    system = StateSpace(*linear.state_space)
+    for response, f in zip(found, frequency, strict=True):
+        pole = 2j * np.pi * f * np.eye(len(system.A)) - system.A
+        expected = (system.C @ np.linalg.solve(pole, system.B) + system.D)[:6, :6]
+        assert_close(response, expected, np.abs(expected).max(), 1e-8)
