@@ -7,6 +7,7 @@ step; where the collocation polynomial leaves a region the step is ended there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Protocol
@@ -129,6 +130,9 @@ class Step:
     newton: NewtonMatrix | None
 
 
+Watch = Callable[[State, Step], None]
+
+
 class GaussStepper:
     """Steps a system through time.
 
@@ -164,28 +168,31 @@ class GaussStepper:
         """Return the state at the beginning of an integration."""
         return State(time, x, v, region, self.first)
 
-    def advance(self, system: System, state: State, end: float) -> State:
+    def advance(
+        self, system: System, state: State, end: float, watch: Watch | None = None
+    ) -> State:
         """Integrate to a time.
+
+        Args:
+            system: What is integrated.
+            state: Where to start.
+            end: [s].
+            watch: Told of every step taken: the state before it, and the step.
 
         Raises:
             IntegrationError: If the motion grows beyond all bounds or needs too short steps.
         """
         # What is left after a crossing just before the end may be less than any step.
-        negligible = self.negligible(end)
+        negligible = max(self.SHORTEST * self.longest, 8.0 * float(np.spacing(abs(end))))
         while end - state.time > negligible:
-            state, _ = self.step(system, state, end)
+            after, step = self._step(system, state, end)
+            if watch is not None:
+                watch(state, step)
+            state = after
         return state if state.time == end else replace(state, time=end)
 
-    def negligible(self, end: float) -> float:
-        """Return the rest of an integration to `end` that rounding leaves [s]."""
-        return max(self.SHORTEST * self.longest, 8.0 * float(np.spacing(abs(end))))
-
-    def step(self, system: System, state: State, end: float) -> tuple[State, Step]:
-        """Take one step, at most to `end`; return the state after it and the step.
-
-        Raises:
-            IntegrationError: As `advance`.
-        """
+    def _step(self, system: System, state: State, end: float) -> tuple[State, Step]:
+        """Take one step, at most to `end`; return the state after it and the step."""
         kink = system.next_kink(state.time)
         target = end if end <= kink else kink
         left = target - state.time

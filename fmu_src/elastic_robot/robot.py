@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -15,7 +16,13 @@ from elastic_robot.integrator import GaussStepper, State
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives
+from elastic_robot.parameter_names import ByParameter, parameter_names
 from elastic_robot.parameters import Parameters
+from elastic_robot.path_sensitivity import (
+    ForwardSensitivity,
+    PathSensitivity,
+    equilibrium_sensitivity,
+)
 from elastic_robot.residual import (
     OperatingPoint,
     ResidualDerivatives,
@@ -37,6 +44,21 @@ _FIRST_STEP = 1e-3
 # A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
 # by about J h^3 / 100; where that is more than the local error allowed, a step ends at the jump.
 _JUMP_PER_LOCAL_ERROR = 100.0 / _LONGEST_STEP**3  # [1/s^3]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What acts on the robot at the present time: q, q', q'' of the drives, and the wrench."""
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+    wrench: np.ndarray
+
+    @classmethod
+    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> _Held:
+        q, qd, qdd = drives.at(np.array([time]))[:, 0]
+        return cls(q, qd, qdd, wrench)
 
 
 class ElasticRobot:
@@ -127,12 +149,12 @@ class ElasticRobot:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        q, qd, qdd = (values[0] for values in drives.at(np.array([time])))
+        held = _Held.at(time, drives, wrench)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
-            x = equilibrium(self._dynamics, self._curve, q, wrench)
+            x = equilibrium(self._dynamics, self._curve, held.q, wrench)
         self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
-        self._q, self._qd, self._qdd, self._wrench = q, qd, qdd, wrench
+        self._held = held
 
     def step(self, end: float, drives: Drives, wrench: np.ndarray) -> None:
         """Move on to a time under a held wrench.
@@ -140,17 +162,71 @@ class ElasticRobot:
         Raises:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
-        state = self._now()
-        q, qd, qdd = (values[0] for values in drives.at(np.array([end])))
+        state, held = self._now(), _Held.at(end, drives, wrench)
         if self._quasistatic:
-            x = equilibrium(self._dynamics, self._curve, q, wrench)
+            x = equilibrium(self._dynamics, self._curve, held.q, wrench)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
         elif self.chain.elastic_count == 0:
             self._state = replace(state, time=end)
         else:
             self._motion.hold(drives, wrench)
             self._state = self._stepper.advance(self._motion, state, end)
-        self._q, self._qd, self._qdd, self._wrench = q, qd, qdd, wrench
+        self._held = held
+
+    def path_sensitivity(
+        self, times: np.ndarray, drives: Drives, wrench: np.ndarray
+    ) -> PathSensitivity:
+        """Return how the path from the present state on follows every parameter, in dynamic mode.
+
+        The start is taken as an equilibrium, as `reset` leaves it; the robot ends at the last time.
+
+        Args:
+            times: Rising [s], (k,); the first is the present time.
+            drives: Motion of the drives.
+            wrench: On the robot at the TCP, base axes; row k is held over the step that ends at
+                times[k], (k, 6).
+
+        Raises:
+            ParameterError: If the first time is not the present one.
+            IntegrationError, TrajectoryError: As `step`.
+
+        Example:
+            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from elastic_robot.trajectory import HeldCommand
+            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
+            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+            >>> drives, wrench = HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), np.zeros((2, 6))
+            >>> wrench[1, 2] = -2000.0
+            >>> robot.reset(0.0, drives, wrench[0])
+            >>> sensitivity = robot.path_sensitivity(np.array([0.0, 0.05]), drives, wrench)
+            >>> bool(sensitivity.tcp["joint[2].stiffness"][1, 2] > 0.0)  # stiffer: bends down less
+            True
+        """
+        state = self._now()
+        if self._quasistatic:
+            raise ParameterError("the robot is quasi-static; path_sensitivity needs dynamic mode")
+        if times[0] != state.time:
+            raise ParameterError(
+                f"times start at {times[0]:.9g} s; needed is the present time {state.time:.9g} s"
+            )
+        start = equilibrium_sensitivity(
+            self._dynamics, self._curve, self._held.q, state.x, self._held.wrench
+        )
+        forward = ForwardSensitivity(self._dynamics, self._curve, self._parameters.damping, start)
+        by_x, by_tcp = [], []
+        for time, row in zip(times, wrench, strict=True):
+            self._motion.hold(drives, row)
+            follow = partial(forward.follow, drives=drives, wrench=row)
+            self._state = self._stepper.advance(self._motion, self._now(), time, follow)
+            self._held = _Held.at(time, drives, row)
+            theta = self.chain.theta(self._held.q, self._now().x)
+            jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
+            by_x.append(forward.x)
+            by_tcp.append(jacobian[:, self.chain.elastic] @ forward.x)
+        names = parameter_names(self.chain)
+        return PathSensitivity(
+            times, ByParameter(names, np.array(by_tcp)), ByParameter(names, np.array(by_x))
+        )
 
     def tcp(self) -> np.ndarray:
         """Return the pose of the elastic robot's TCP, (7,)."""
@@ -160,8 +236,8 @@ class ElasticRobot:
         """Return the TCP's velocity [m/s], (3,); in quasi-static mode that of the rigid robot."""
         chain, state = self.chain, self._now()
         x, v = (None, None) if self._quasistatic else (state.x, state.v)
-        jacobian = tcp_jacobian(chain, self._dynamics.data, chain.theta(self._q, x))
-        velocity: np.ndarray = jacobian[:3] @ chain.theta(self._qd, v)
+        jacobian = tcp_jacobian(chain, self._dynamics.data, chain.theta(self._held.q, x))
+        velocity: np.ndarray = jacobian[:3] @ chain.theta(self._held.qd, v)
         return velocity
 
     def rigid(self) -> np.ndarray:
@@ -180,10 +256,10 @@ class ElasticRobot:
         return self._now().x
 
     def _rigid_placement(self) -> pin.SE3:
-        return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._q))
+        return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._held.q))
 
     def _elastic_placement(self) -> pin.SE3:
-        theta = self.chain.theta(self._q, self._now().x)
+        theta = self.chain.theta(self._held.q, self._now().x)
         return base_from_tool(self.chain, self._dynamics.data, theta)
 
     def compliance(self) -> np.ndarray:
@@ -207,7 +283,7 @@ class ElasticRobot:
             True
         """
         x = self._now().x
-        return static_sensitivities(self._dynamics, self._curve, self._q, x, self._wrench)
+        return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.wrench)
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there.
@@ -232,11 +308,11 @@ class ElasticRobot:
 
     def _operating_point(self) -> OperatingPoint:
         state = self._now()
-        drives, motion = np.zeros((3, len(self._q))), np.zeros((3, len(state.x)))
-        drives[0], motion[0] = self._q, state.x
+        drives, motion = np.zeros((3, len(self._held.q))), np.zeros((3, len(state.x)))
+        drives[0], motion[0] = self._held.q, state.x
         if not self._quasistatic:
-            drives[1:], motion[1] = (self._qd, self._qdd), state.v
-        point = OperatingPoint(drives, motion, self._wrench, state.region)
+            drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
+        point = OperatingPoint(drives, motion, self._held.wrench, state.region)
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

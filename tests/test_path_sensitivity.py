@@ -1,0 +1,99 @@
+"""Forward sensitivities of a path against central differences of the nonlinear simulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from random_robots import make_robot
+
+from elastic_robot.errors import ParameterError
+from elastic_robot.parameter_names import parameter_names
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.trajectory import Trajectory
+
+# Tolerance of the simulations that are subtracted from each other [m].
+TOLERANCE = 1e-10
+
+
+def drives(n: int) -> Trajectory:
+    time = np.linspace(0.0, 0.4, 9)
+    phase = 0.7 * np.arange(n)
+    return Trajectory(time, 0.3 + 0.4 * np.sin(5.0 * time[:, None] + phase))
+
+
+def path(robot: ElasticRobot, n: int, times: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    robot.reset(0.0, drives(n), wrench[0])
+    positions = [robot.tcp()[:3]]
+    for time, held in zip(times[1:], wrench[1:], strict=True):
+        robot.step(time, drives(n), held)
+        positions.append(robot.tcp()[:3])
+    return np.array(positions)
+
+
+def changed(robot: ElasticRobot, name: str, by: float) -> None:
+    """Add to one parameter, through the same arrays as the FMU's setter."""
+    names, m = parameter_names(robot.chain), robot.chain.elastic_count
+    k, old = names.index(name), robot.parameters
+    twists = robot.chain.twists
+    fields = ["gravity"] * 3 + ["stiffness"] * m + ["damping"] * m + ["backlash"] * len(twists)
+    rows = [*range(3), *range(m), *range(m), *twists]
+    values = getattr(old, fields[k]).copy()
+    values[rows[k]] += by
+    robot.parameters = replace(old, **{fields[k]: values})
+
+
+@pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed):
+    """One parameter of each kind, with a step of the force that drives gears through their play."""
+    description = make_robot(seed, 3)
+    n = len(description.joints)
+    times = np.linspace(0.0, 0.1, 5)
+    wrench = np.zeros((5, 6))
+    wrench[2:] = [150.0, -100.0, 400.0, 5.0, -10.0, 8.0]
+
+    def robot() -> ElasticRobot:
+        return ElasticRobot(description, curve, tolerance=TOLERANCE)
+
+    follower = robot()
+    follower.reset(0.0, drives(n), wrench[0])
+    sensitivity = follower.path_sensitivity(times, drives(n), wrench)
+    names = sensitivity.tcp.names
+    kinds = [name.rsplit(".", 1)[-1] for name in names]
+    for kind in ("z", "stiffness", "damping", "backlash"):
+        index = seed % 2 + kinds.index(kind) if kind != "z" else 2
+        name = names[index]
+        size = 9.81 if name.startswith("gravity") else _size(follower, index)
+        if size == 0.0:
+            continue
+        step = 1e-4 * size
+        plus, minus = robot(), robot()
+        changed(plus, name, step)
+        changed(minus, name, -step)
+        difference = path(plus, n, times, wrench) - path(minus, n, times, wrench)
+        exact = sensitivity.tcp[name][:, :3] * 2.0 * step
+        # Differences are of the order of 1e-8 m; the step's own error is 1e-8 of the effect.
+        np.testing.assert_allclose(
+            exact, difference, atol=1e-5 * np.abs(difference).max() + 20.0 * TOLERANCE, err_msg=name
+        )
+
+
+def _size(robot: ElasticRobot, index: int) -> float:
+    p = robot.parameters
+    flat = np.concatenate([p.gravity, p.stiffness, p.damping, p.backlash[robot.chain.twists]])
+    return float(flat[index])
+
+
+def test_the_start_and_the_mode_are_checked():
+    description = make_robot(3, 4)
+    n = len(description.joints)
+    robot = ElasticRobot(description)
+    robot.reset(0.0, drives(n), np.zeros(6))
+    with pytest.raises(ParameterError, match="present time 0 s"):
+        robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), np.zeros((2, 6)))
+    still = ElasticRobot(description, quasistatic=True)
+    still.reset(0.0, drives(n), np.zeros(6))
+    with pytest.raises(ParameterError, match="dynamic mode"):
+        still.path_sensitivity(np.array([0.0, 0.2]), drives(n), np.zeros((2, 6)))
