@@ -214,9 +214,9 @@ def test_one_joint_is_the_closed_form_oscillator():
         assert robot.deflection()[0] == pytest.approx(1e-3 * (1 - swing), abs=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_energy_of_a_free_undamped_robot_is_conserved(seed):
-    """Two seconds from rest under gravity, linear springs; relative to the energy that moves."""
+    """Ten seconds from rest under gravity, linear springs; relative to the energy that moves."""
     described = make_robot(seed, 4, backlash=0.0)
     bare = tuple(
         replace(j, damping=0.0, tilt=tuple(replace(t, damping=0.0) for t in j.tilt))
@@ -237,8 +237,8 @@ def test_energy_of_a_free_undamped_robot_is_conserved(seed):
 
     start, largest, drift = sum(energies()), 0.0, 0.0
     mgl = 9.81 * sum(joint.body.mass for joint in described.joints)  # scale of the energies [J/m]
-    for k in range(1, 201):
-        robot.step(0.01 * k, held(q), np.zeros(6))
+    for k in range(1, 501):
+        robot.step(0.02 * k, held(q), np.zeros(6))
         kinetic, potential, spring = energies()
         largest = max(largest, kinetic)
         drift = max(drift, abs(kinetic + potential + spring - start))

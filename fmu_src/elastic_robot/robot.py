@@ -42,8 +42,8 @@ _TCP_PER_LOCAL_ERROR_WITH_PLAY = 20.0
 _LONGEST_STEP = 0.02
 _FIRST_STEP = 1e-3
 # A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
-# by about J h^3 / 100; where that is more than the local error allowed, a step ends at the jump.
-_JUMP_PER_LOCAL_ERROR = 100.0 / _LONGEST_STEP**3  # [1/s^3]
+# by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at the jump.
+_JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
 
 
 @dataclass(frozen=True)
