@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures clean
+.PHONY: run test figures comparison performance clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -19,6 +19,12 @@ test: .venv/installed
 
 figures: .venv/installed
 	.venv/bin/python docs/make_figures.py
+
+comparison: .venv/installed
+	.venv/bin/python docs/make_comparison.py
+
+performance: .venv/installed
+	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
 
 .venv/installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv

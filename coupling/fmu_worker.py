@@ -64,7 +64,7 @@ class _Buffer:
         values[:] = self._array
 
 
-class _Worker:
+class Worker:
     """An unpacked FMU, its library loaded once."""
 
     def __init__(self, folder: Path) -> None:
@@ -114,7 +114,7 @@ def _serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
         answers.flush()
 
     try:
-        worker = _Worker(folder)
+        worker = Worker(folder)
     except Exception as error:  # whatever FMPy finds wrong with the file: the user's to read
         tell("error", f"is not a robot FMU that runs here: {error}")
         return
