@@ -22,7 +22,11 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
-from elastic_robot.static_sensitivity import StaticSensitivities, static_sensitivities
+from elastic_robot.static_sensitivity import (
+    StaticSensitivities,
+    static_sensitivities,
+    tcp_compliance,
+)
 from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
 
@@ -179,7 +183,7 @@ class ElasticRobot:
 
         Displacement [m] and small rotation [rad] per N and per N m, base axes.
         """
-        return self.static_sensitivities().tcp.wrench
+        return tcp_compliance(self._dynamics, self._curve, self._q, self._now().x, self._wrench)
 
     def static_sensitivities(self) -> StaticSensitivities:
         """Return how equilibrium and TCP follow wrench, drives and parameters at the present state.
