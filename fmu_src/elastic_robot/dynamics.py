@@ -84,25 +84,28 @@ class Dynamics:
     ) -> LoadDerivatives:
         """Return the derivatives of `loads`; the arguments are the same.
 
-        Those of M theta'' + h are Pinocchio's (Carpentier and Mansard 2018); those of J^T w are
-        `tcp_force_gradient`; that by gravity is -m J_c^T with the mass m and the Jacobian J_c of the
-        centre of mass of the whole robot (docs/derivatives.md).
+        Those of M theta'' + h are Pinocchio's (Carpentier and Mansard 2018, docs/references.md);
+        those of J^T w are `tcp_force_gradient`; that by gravity is -m J_c^T with the mass m and the
+        Jacobian J_c of the centre of mass of the whole robot.
         """
-        model, data, chain = self.chain.model, self.data, self.chain
-        rows, count, loaded = chain.elastic, len(theta), wrench.any()
-        by_angle, by_rate, by_acceleration = np.empty((3, count, len(rows), model.nv))
-        by_wrench = np.empty((count, len(rows), 6))
-        by_gravity = np.empty((count, len(rows), 3))
+        model, data, rows, count = self.chain.model, self.data, self.chain.elastic, len(theta)
+        by_angle, by_rate, by_acceleration = np.empty((3, count, model.nv, model.nv))
+        jacobian, centre = np.empty((count, 6, model.nv)), np.empty((count, 3, model.nv))
         for k in range(count):
-            inertial = pin.computeRNEADerivatives(model, data, theta[k], rate[k], acceleration[k])
-            by_angle[k], by_rate[k], by_acceleration[k] = (matrix[rows] for matrix in inertial)
-            jacobian = tcp_jacobian(chain, data, theta[k])
-            if loaded:
-                by_angle[k] -= tcp_force_gradient(jacobian, wrench)[rows]
-            by_wrench[k] = -jacobian[:, rows].T
-            centre = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
-            by_gravity[k] = -data.mass[0] * centre[:, rows].T
-        return LoadDerivatives(by_angle, by_rate, by_acceleration, by_wrench, by_gravity)
+            by_angle[k], by_rate[k], by_acceleration[k] = pin.computeRNEADerivatives(
+                model, data, theta[k], rate[k], acceleration[k]
+            )
+            jacobian[k] = tcp_jacobian(self.chain, data, theta[k])
+            centre[k] = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
+        if wrench.any():
+            by_angle -= tcp_force_gradient(jacobian, wrench)
+        return LoadDerivatives(
+            angle=by_angle[:, rows],
+            rate=by_rate[:, rows],
+            acceleration=by_acceleration[:, rows],
+            wrench=-jacobian[:, :, rows].swapaxes(1, 2),
+            gravity=-data.mass[0] * centre[:, :, rows].swapaxes(1, 2),
+        )
 
     def mass_matrix(self, theta: np.ndarray) -> np.ndarray:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""

@@ -32,19 +32,19 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     dJ_v,i/dtheta_j = z_i x J_v,j (Bruyninckx and De Schutter 1996, docs/references.md).
 
     Args:
-        jacobian: From `tcp_jacobian`, (6, angles).
+        jacobian: From `tcp_jacobian`, of one state or of k, (..., 6, angles).
         wrench: (6,).
 
     Returns:
-        Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (angles, angles).
+        Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (..., angles, angles).
     """
-    lever, axis = jacobian[:3], jacobian[3:]
+    lever, axis = jacobian[..., :3, :], jacobian[..., 3:, :]
     # (z_min(i,j) x J_v,max(i,j)) . f = z_min . (J_v,max x f), symmetric in i and j.
-    turning = axis.T @ (pin.skew(-wrench[:3]) @ lever)
+    turning = axis.swapaxes(-1, -2) @ (pin.skew(-wrench[:3]) @ lever)
     # (z_j x z_i) . m = z_j . (z_i x m) for j < i only.
-    tilting = (pin.skew(-wrench[3:]) @ axis).T @ axis
-    upper, below = _triangles(len(axis.T))
-    return np.where(upper, turning, turning.T) + below * tilting
+    tilting = (pin.skew(-wrench[3:]) @ axis).swapaxes(-1, -2) @ axis
+    upper, below = _triangles(axis.shape[-1])
+    return np.where(upper, turning, turning.swapaxes(-1, -2)) + below * tilting
 
 
 def tcp_velocity_gradient(jacobian: np.ndarray, rate: np.ndarray) -> np.ndarray:

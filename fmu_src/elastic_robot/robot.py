@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import pinocchio as pin
@@ -29,13 +29,18 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
-from elastic_robot.static_sensitivity import StaticSensitivities, static_sensitivities
+from elastic_robot.static_sensitivity import (
+    StaticSensitivities,
+    static_sensitivities,
+    tcp_compliance,
+)
 from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
 
 # The error of the TCP [m] over a long path per allowed local error [rad].  On the ISO 9283 path of
-# the example robot, with room for longer paths; there play enlarges errors several hundred times.
-_TCP_PER_LOCAL_ERROR = 1.0
+# the example robot 0.003 without and 4 with backlash, where the path enlarges errors several hundred
+# times; the rest is room for other robots and longer paths.
+_TCP_PER_LOCAL_ERROR = 0.1
 _TCP_PER_LOCAL_ERROR_WITH_PLAY = 20.0
 # Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
 # gear changes flank [s]: the scale of the fastest oscillation (235 Hz).
@@ -48,17 +53,31 @@ _JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
 
 @dataclass(frozen=True)
 class _Held:
-    """What acts on the robot at the present time: q, q', q'' of the drives, and the wrench."""
+    """What acts on the robot at the present time; the drives are evaluated when asked for."""
 
-    q: np.ndarray
-    qd: np.ndarray
-    qdd: np.ndarray
+    time: float
+    drives: Drives
     wrench: np.ndarray
 
-    @classmethod
-    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> _Held:
-        q, qd, qdd = drives.at(np.array([time]))[:, 0]
-        return cls(q, qd, qdd, wrench)
+    @cached_property
+    def _motion(self) -> np.ndarray:
+        motion: np.ndarray = self.drives.at(np.array([self.time]))[:, 0]
+        return motion
+
+    @property
+    def q(self) -> np.ndarray:
+        """Drive angles [rad], (n,)."""
+        return self._motion[0]
+
+    @property
+    def qd(self) -> np.ndarray:
+        """Their rates [rad/s], (n,)."""
+        return self._motion[1]
+
+    @property
+    def qdd(self) -> np.ndarray:
+        """Their accelerations [rad/s^2], (n,)."""
+        return self._motion[2]
 
 
 class ElasticRobot:
@@ -149,7 +168,7 @@ class ElasticRobot:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = _Held.at(time, drives, wrench)
+        held = _Held(time, drives, wrench)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
@@ -162,12 +181,10 @@ class ElasticRobot:
         Raises:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
-        state, held = self._now(), _Held.at(end, drives, wrench)
-        if self._quasistatic:
+        state, held = self._now(), _Held(end, drives, wrench)
+        if self._quasistatic or self.chain.elastic_count == 0:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
-        elif self.chain.elastic_count == 0:
-            self._state = replace(state, time=end)
         else:
             self._motion.hold(drives, wrench)
             self._state = self._stepper.advance(self._motion, state, end)
@@ -218,7 +235,7 @@ class ElasticRobot:
             self._motion.hold(drives, row)
             follow = partial(forward.follow, drives=drives, wrench=row)
             self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = _Held.at(time, drives, row)
+            self._held = _Held(time, drives, row)
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)
@@ -267,7 +284,9 @@ class ElasticRobot:
 
         Displacement [m] and small rotation [rad] per N and per N m, base axes.
         """
-        return self.static_sensitivities().tcp.wrench
+        return tcp_compliance(
+            self._dynamics, self._curve, self._held.q, self._now().x, self._held.wrench
+        )
 
     def static_sensitivities(self) -> StaticSensitivities:
         """Return how equilibrium and TCP follow wrench, drives and parameters at the present state.

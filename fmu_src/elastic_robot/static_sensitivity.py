@@ -65,11 +65,9 @@ def static_sensitivities(
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
     loads = dynamics.load_derivatives(theta, rest, rest, wrench)
-    stiffness = loads.angle[0][:, chain.elastic]
-    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x)
     parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0])
     forces = [loads.wrench[0], loads.angle[0][:, chain.drive], parameters.values]
-    moved = -np.linalg.solve(stiffness, np.hstack(forces))
+    moved = -np.linalg.solve(_stiffness(dynamics, curve, q, x, wrench), np.hstack(forces))
     by_wrench, by_drives, by_parameters = np.split(moved, [6, 6 + chain.joint_count], axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
     elastic = jacobian[:, chain.elastic]
@@ -81,3 +79,21 @@ def static_sensitivities(
             ByParameter(parameters.names, elastic @ by_parameters),
         ),
     )
+
+
+def tcp_compliance(
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+) -> np.ndarray:
+    """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone, (6, 6)."""
+    chain = dynamics.chain
+    jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
+    return jacobian @ np.linalg.solve(_stiffness(dynamics, curve, q, x, wrench), jacobian.T)
+
+
+def _stiffness(
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+) -> np.ndarray:
+    """Return K = dF/dx [N m/rad], (m, m)."""
+    stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), wrench)
+    stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x)
+    return stiffness
