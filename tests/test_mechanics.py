@@ -222,7 +222,7 @@ def test_energy_of_a_free_undamped_robot_is_conserved(seed):
         replace(j, damping=0.0, tilt=tuple(replace(t, damping=0.0) for t in j.tilt))
         for j in described.joints
     )
-    robot = ElasticRobot(replace(described, joints=bare), "linear", tolerance=1e-10)
+    robot = ElasticRobot(replace(described, joints=bare), "linear", tolerance=1e-12)
     q = np.linspace(-1, 1, 4)
     robot.reset(0.0, held(q), np.zeros(6), undeflected=True)
     chain, parameters = robot.chain, robot.parameters

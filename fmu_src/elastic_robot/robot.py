@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -53,31 +53,17 @@ _JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
 
 @dataclass(frozen=True)
 class _Held:
-    """What acts on the robot at the present time; the drives are evaluated when asked for."""
+    """What acts on the robot at the present time: q, q', q'' of the drives, and the wrench."""
 
-    time: float
-    drives: Drives
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
     wrench: np.ndarray
 
-    @cached_property
-    def _motion(self) -> np.ndarray:
-        motion: np.ndarray = self.drives.at(np.array([self.time]))[:, 0]
-        return motion
-
-    @property
-    def q(self) -> np.ndarray:
-        """Drive angles [rad], (n,)."""
-        return self._motion[0]
-
-    @property
-    def qd(self) -> np.ndarray:
-        """Their rates [rad/s], (n,)."""
-        return self._motion[1]
-
-    @property
-    def qdd(self) -> np.ndarray:
-        """Their accelerations [rad/s^2], (n,)."""
-        return self._motion[2]
+    @classmethod
+    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> _Held:
+        q, qd, qdd = drives.at(np.array([time]))[:, 0]
+        return cls(q, qd, qdd, wrench)
 
 
 class ElasticRobot:
@@ -168,7 +154,7 @@ class ElasticRobot:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = _Held(time, drives, wrench)
+        held = _Held.at(time, drives, wrench)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
@@ -181,7 +167,7 @@ class ElasticRobot:
         Raises:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
-        state, held = self._now(), _Held(end, drives, wrench)
+        state, held = self._now(), _Held.at(end, drives, wrench)
         if self._quasistatic or self.chain.elastic_count == 0:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
@@ -235,7 +221,7 @@ class ElasticRobot:
             self._motion.hold(drives, row)
             follow = partial(forward.follow, drives=drives, wrench=row)
             self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = _Held(time, drives, row)
+            self._held = _Held.at(time, drives, row)
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)
