@@ -23,6 +23,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
+from examples.mujoco_robot import MujocoRobot
 
 
 def arm(**joint) -> Robot:
@@ -87,8 +88,7 @@ def test_example_robot_has_the_eigenvalues_of_mujocos_matrices(example):
     The figures known beforehand: 46 to 2600 1/s, slowest modes 7 to 12 Hz with damping ratios of
     0.013 to 0.018, fastest oscillation 235 Hz with 0.39; rounded, and of a few postures.
     """
-    mujoco_robot = pytest.importorskip("mujoco_robot")
-    other = mujoco_robot.MujocoRobot(example)
+    other = MujocoRobot(example)
     chain, parameters = build_chain(example), Parameters.of(example)
     rows = np.ix_(chain.elastic, chain.elastic)
     for q in np.vstack([np.zeros(6), reference("poses")[:, 1:]]):
