@@ -7,6 +7,7 @@ that belongs to an instance is read from its own `resources` in `__init__`, and 
 
 import functools
 import sys
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
+# Lists of variables of which the places are kept.
+_LISTS_KEPT = 100
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
 
@@ -60,6 +63,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._tolerance = 1e-6
         self._initialised = False  # the state belongs to the present inputs and parameters
         self._stepped = False
+        self._lists = {}  # lists of variables that were asked for
         self._fresh = set()  # output blocks computed for the present state
         self._parameters_changed = False
 
@@ -119,7 +123,7 @@ class ElasticRobotSlave(Fmi2Slave):
     @_reported
     def do_step(self, current_time, step_size):
         """Move on by a communication step; inputs are held over it."""
-        if not np.isfinite(step_size) or step_size < 0.0:
+        if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
         if abs(current_time - self._time) > _TIME_SLACK:
             raise ParameterError(
@@ -139,32 +143,33 @@ class ElasticRobotSlave(Fmi2Slave):
     @_reported
     def get_real(self, vrs):
         """Return values; an output is computed when it is read."""
-        stale = {self._output_of[vr] for vr in vrs if vr in self._output_of} - self._fresh
+        if not vrs:
+            return []
+        rows, outputs = self._asked(tuple(vrs))
+        stale = outputs - self._fresh
         if stale:
             self._initialise()
         for key in stale:
             value = getattr(self._model, key)()
             self._values[self._slices[key]] = value[_UPPER] if key == "compliance" else value
             self._fresh.add(key)
-        return self._values[vrs].tolist()
+        return self._values[rows].tolist()
 
     @_reported
     def set_real(self, vrs, values):
         """Set inputs and parameters."""
         if not vrs:
             return
-        finite = np.isfinite(values)
-        if not finite.all():
-            vr, value = next(
-                (vr, v) for vr, v in zip(vrs, values, strict=True) if not np.isfinite(v)
-            )
+        if not all(map(isfinite, values)):
+            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not isfinite(v))
             raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
+        rows, outputs = self._asked(tuple(vrs))
+        if outputs:
+            first = next(vr for vr in vrs if vr in self._output_of)
+            raise ParameterError(f"{self._names[first]} is an output and cannot be set")
         if max(vrs) not in self._inputs:
-            outputs = [self._names[vr] for vr in vrs if vr in self._output_of]
-            if outputs:
-                raise ParameterError(f"{outputs[0]} is an output and cannot be set")
             self._parameters_changed = True
-        self._values[vrs] = values
+        self._values[rows] = values
         if not self._stepped:
             self._initialised = False
 
@@ -180,6 +185,23 @@ class ElasticRobotSlave(Fmi2Slave):
     def get_string(self, vrs):
         """Return the fixed parameters."""
         return [self._strings[self._string_names[vr - len(self._values)]] for vr in vrs]
+
+    def _asked(self, vrs):
+        """Return an index of these variables and the names of the output blocks among them.
+
+        Masters ask for the same few lists over and over; the answer is kept, and where they follow
+        one another the index is a slice.
+        """
+        known = self._lists.get(vrs)
+        if known is None:
+            if vrs == tuple(range(vrs[0], vrs[0] + len(vrs))):
+                rows = slice(vrs[0], vrs[0] + len(vrs))
+            else:
+                rows = list(vrs)
+            known = rows, {self._output_of[vr] for vr in vrs if vr in self._output_of}
+            if len(self._lists) < _LISTS_KEPT:
+                self._lists[vrs] = known
+        return known
 
     def _initialise(self):
         if self._initialised:

@@ -156,6 +156,14 @@ def test_times_that_differ_by_rounding_only_are_no_steps():
     assert np.array_equal(later.x, state.x)
 
 
+def test_rest_is_kept_over_steps_of_any_length():
+    """At rest Newton's corrections are rounding only and do not fall."""
+    system = Oscillator(k=1e4, force=lambda t: 1e4 / 3.0)
+    for length in (1e-7, 1e-4, 1.0):
+        state = run(system, length, tolerance=1e-12, x=1.0 / 3.0)
+        assert state.x[0] == pytest.approx(1.0 / 3.0, abs=1e-15)
+
+
 def test_an_unstable_motion_is_an_error_not_a_hang():
     with pytest.raises(IntegrationError, match="needs steps below"), np.errstate(all="ignore"):
         run(Oscillator(force=lambda t: np.nan), 1.0)

@@ -332,10 +332,10 @@ class GaussStepper:
             if passes > 1:
                 # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
                 rate = size / last if last > 0.0 else 0.0
+                if size <= target or size * rate <= target * (1.0 - rate):
+                    break
                 if not rate < 1.0:
                     return None
-                if size * rate <= target * (1.0 - rate):
-                    break
             last = size
         else:
             return None
