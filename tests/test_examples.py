@@ -77,6 +77,42 @@ def test_hammer_test_finds_the_compliance_of_the_linearised_robot():
     assert np.min(np.abs(linear.modes.frequency - resonance)) < 0.01 * resonance
 
 
+@pytest.fixture(scope="module")
+def comparison():
+    pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
+    return runpy.run_path(str(EXAMPLES / "compare_implementations.py"))
+
+
+def test_both_implementations_stand_alike(comparison):
+    """(a) and (b): ten postures, equal to rounding; the load is seen at all."""
+    kinematics = comparison["kinematics"]()
+    assert max(kinematics.distance.max(), kinematics.angle.max()) < 1e-13
+    unloaded, loaded = (
+        comparison["at_rest"](comparison["robot"], "backlash", comparison[load])
+        for load in ("NO_LOAD", "LOAD")
+    )
+    for both in (unloaded, loaded):
+        assert max(both.distance.max(), both.angle.max()) < 1e-13
+    assert loaded.ours.distance_to(unloaded.ours).min() > 1e-4
+
+
+@pytest.mark.parametrize(("curve", "limit"), [("linear", 1e-10), ("backlash", 1e-8)])
+def test_both_implementations_start_alike_along_the_path(comparison, curve, limit):
+    """(c): the first 0.6 s, in which the tool moves by centimetres and sways by millimetres."""
+    both = comparison["iso_path"](curve, end=0.6).both()
+    assert both.distance.max() < limit
+    assert np.linalg.norm(np.ptp(both.ours.position, axis=0)) > 0.05
+
+
+def test_settling_time_of_a_decay(comparison):
+    """exp(-t) falls below 5 % at ln 20."""
+    time = np.linspace(0.0, 40.0, 4001)
+    pose = np.zeros((4001, 7))
+    pose[:, 0], pose[:, 6] = np.exp(-time), 1.0
+    settled = comparison["settling_time"](ToolPath(time, pose))
+    assert settled == pytest.approx(np.log(20.0), abs=0.011)
+
+
 def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):
     """The README's case down to 2 mm: above 300 N, process share above 0.1 mm, 10 um at the end."""
     from coupling.run import run_compensation
