@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -144,8 +144,12 @@ class Case:
         return SCHEMES[self.coupling.scheme](self.coupling.relaxation)
 
 
-def load_case(path: str | Path) -> Case:
+def load_case(path: str | Path, workspace: Path | None = None) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.
+
+    Args:
+        path: The file.
+        workspace: Folder for files that a process leaves; a new temporary one unless given.
 
     Raises:
         CaseError: With file, table, key, value found and what is needed.
@@ -164,8 +168,6 @@ def load_case(path: str | Path) -> Case:
             f" {len(robot.joints)}, one for each joint"
         )
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
-    if hasattr(tool_path, "file"):
-        tool_path = tool_path.model_copy(update={"file": (path.parent / tool_path.file).resolve()})
     process_table = _variant(path, "process", "model", file.process, PROCESSES)
     part = file.part.part()
     try:
@@ -177,6 +179,8 @@ def load_case(path: str | Path) -> Case:
             wall_angle=None if angle is None else float(np.deg2rad(angle)),
             step_down=getattr(tool_path, "step_down_m", None),
         )
+        if workspace is not None:
+            task = replace(task, workspace=workspace)
         process = process_table.process(task)
     except CaseError as cause:
         raise CaseError(f"{path}: {cause}") from cause
@@ -208,4 +212,4 @@ def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict
         raise CaseError(
             f"{path}: {table}: {key}: found {data[key]!r}; {nearest(str(data[key]), list(known))}"
         )
-    return validate(data, known[data[key]], CaseError, f"{path}: {table}")
+    return validate(data, known[data[key]], CaseError, f"{path}: {table}", path.parent)

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from coupling.acceleration import Scheme
 from coupling.deviation import Deviation, measure
-from coupling.errors import CouplingError
+from coupling.errors import CouplingError, ProcessError
 from coupling.iteration import Coupling, Evaluation, SimulatedRobot, Tolerance, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.planning import Planner
@@ -235,11 +235,21 @@ class Mirror:
     ) -> Compensation:
         """Run the best command once more with the process on the path that it really takes."""
         command, joints, coupling = best
-        wrench = self.process.wrench(coupling.path)
-        achieved = self.robot.simulate(joints, wrench)
+        achieved, wrench = coupling.path, coupling.wrench
+        consistency = coupling.evaluations[-1].path_change
+        validated = True
+        try:
+            wrench = self.process.wrench(coupling.path)
+            achieved = self.robot.simulate(joints, wrench)
+            consistency = float(achieved.distance_to(coupling.path).max())
+        except ProcessError as error:
+            validated = False
+            reason = f"{reason}; the process failed in the validation: {error}"
         deviation = measure(achieved, desired)
         return Compensation(
-            converged=coupling.converged and deviation.maximum <= self.settings.tolerance,
+            converged=validated
+            and coupling.converged
+            and deviation.maximum <= self.settings.tolerance,
             reason=reason,
             unloaded=unloaded,
             uncompensated=uncompensated,
@@ -247,9 +257,9 @@ class Mirror:
             joints=joints,
             achieved=achieved,
             wrench=wrench,
-            consistency=float(achieved.distance_to(coupling.path).max()),
+            consistency=consistency,
             passes=tuple(passes),
-            evaluations=1 + sum(len(entry.coupling) for entry in passes),
+            evaluations=validated + sum(len(entry.coupling) for entry in passes),
         )
 
 

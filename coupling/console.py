@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from coupling.case import Case
@@ -20,6 +23,21 @@ _HEADER = (
 )
 
 
+# What a process tells while it works, line by line.
+_PROCESS_LOG = logging.getLogger("coupling.process")
+
+
+class _Lines(logging.Handler):
+    """Hands the messages of a log to a function."""
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__()
+        self._show = show
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._show(record.getMessage())
+
+
 class RunView:
     """Shows a run while it goes on; a context manager that clears its progress bar.
 
@@ -32,17 +50,20 @@ class RunView:
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
-            TextColumn("{task.completed}/{task.total} steps"),
+            TextColumn("{task.fields[count]}"),
             TimeRemainingColumn(),
             console=console,
             transient=True,
         )
-        self._task = self._progress.add_task("", visible=False)
+        self._task = self._progress.add_task("", visible=False, count="")
+        self._lines = _Lines(self._process_says)
         self._count = 0
 
     def __enter__(self) -> RunView:
         self._console.print(_HEADER, style="bold", highlight=False, markup=False)
         self._progress.start()
+        _PROCESS_LOG.addHandler(self._lines)
+        _PROCESS_LOG.setLevel(logging.INFO)
         return self
 
     def __exit__(
@@ -51,6 +72,7 @@ class RunView:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        _PROCESS_LOG.removeHandler(self._lines)
         self._progress.stop()
 
     def watch(self) -> Watch:
@@ -63,7 +85,13 @@ class RunView:
             description=f"simulating the {mode} robot",
             completed=done,
             total=total,
+            count=f"{done}/{total} steps",
             visible=done < total,
+        )
+
+    def _process_says(self, line: str) -> None:
+        self._progress.update(
+            self._task, description=escape(f"process: {line}"), total=None, count="", visible=True
         )
 
     def _evaluated(self, evaluation: Evaluation, deviation: float) -> None:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from coupling.acceleration import Scheme
-from coupling.errors import SimulationError
+from coupling.errors import ProcessError, SimulationError
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.process import Process
 
@@ -112,6 +112,7 @@ def couple(
 
     Raises:
         SimulationError: If the robot cannot be simulated at all.
+        ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
     tolerance = tolerance or Tolerance()
     scheme.reset()
@@ -120,7 +121,13 @@ def couple(
     evaluations: list[Evaluation] = []
     reason = f"not converged within {max_evaluations} evaluations of the process"
     for number in range(1, max_evaluations + 1):
-        wrench = process.wrench(x)
+        try:
+            wrench = process.wrench(x)
+        except ProcessError as error:
+            if answer is None:
+                raise
+            reason = f"the process failed in evaluation {number}: {error}"
+            return _result(False, reason, answer, evaluations)
         try:
             g = robot.simulate(command, wrench)
         except SimulationError as error:

@@ -19,6 +19,7 @@ import tomli_w
 from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.process.base import EVALUATIONS
 from coupling.run import Run, as_figures
 from coupling.tables import (
     CORRECTION_COLUMNS,
@@ -61,7 +62,8 @@ class StoredRun:
 def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """Give a scratch folder that becomes `folder` if the block ends well, and vanishes if not.
 
-    It is made at once, so that a folder that cannot be written is found before the work is done.
+    Only what a process's programs computed in it is kept in any case, and a note on the error tells
+    where.  It is made at once, so that a folder that cannot be written is found before the work.
 
     Raises:
         ResultError: If `folder` exists and may not be replaced, or cannot be written.
@@ -69,7 +71,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     _require_free(folder, overwrite)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}-"))
+        scratch = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f"{folder.name}.unfinished-"))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
     try:
@@ -80,8 +82,13 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
         os.replace(scratch, folder)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+    except BaseException as error:
+        if (scratch / EVALUATIONS).exists():
+            error.add_note(f"what the process computed is kept in {scratch / EVALUATIONS}")
+        raise
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        if not (scratch / EVALUATIONS).exists():
+            shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _require_free(folder: Path, overwrite: bool) -> None:

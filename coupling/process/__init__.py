@@ -5,16 +5,27 @@ A process sees the whole actual tool path and returns the whole wrench history o
 
 from coupling.process.base import Process, Task
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
+from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
+from coupling.process.measured import Measured, MeasuredTable
 
-PROCESSES = {"elastic-wall": ElasticWallTable, "isf-force-law": IsfForceLawTable}
+PROCESSES = {
+    "elastic-wall": ElasticWallTable,
+    "external": ExternalTable,
+    "isf-force-law": IsfForceLawTable,
+    "measured": MeasuredTable,
+}
 
 __all__ = [
     "PROCESSES",
     "ElasticWall",
     "ElasticWallTable",
+    "External",
+    "ExternalTable",
     "IsfForceLaw",
     "IsfForceLawTable",
+    "Measured",
+    "MeasuredTable",
     "Process",
     "Task",
 ]
