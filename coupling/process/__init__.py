@@ -8,10 +8,12 @@ from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.measured import Measured, MeasuredTable
+from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 
 PROCESSES = {
     "elastic-wall": ElasticWallTable,
     "external": ExternalTable,
+    "fmu": ProcessFmuTable,
     "isf-force-law": IsfForceLawTable,
     "measured": MeasuredTable,
 }
@@ -27,5 +29,7 @@ __all__ = [
     "Measured",
     "MeasuredTable",
     "Process",
+    "ProcessFmu",
+    "ProcessFmuTable",
     "Task",
 ]
