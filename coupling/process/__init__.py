@@ -8,6 +8,7 @@ from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.measured import Measured, MeasuredTable
+from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 
 PROCESSES = {
@@ -16,6 +17,7 @@ PROCESSES = {
     "fmu": ProcessFmuTable,
     "isf-force-law": IsfForceLawTable,
     "measured": MeasuredTable,
+    "milling-force": MillingForceTable,
 }
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "IsfForceLawTable",
     "Measured",
     "MeasuredTable",
+    "MillingForceTable",
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",
