@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures comparison performance clean
+.PHONY: run test figures comparison milling performance clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -22,6 +22,9 @@ figures: .venv/installed
 
 comparison: .venv/installed
 	.venv/bin/python docs/make_comparison.py
+
+milling: .venv/installed
+	.venv/bin/python docs/make_milling.py
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md

@@ -16,7 +16,8 @@ from coupling.compensation import METHODS, MirrorSettings
 from coupling.errors import CaseError
 from coupling.iteration import Tolerance
 from coupling.path import ToolPath
-from coupling.process import PROCESSES, Process, Task
+from coupling.process import Process, Task
+from coupling.process.own import find_process
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Robot
@@ -168,7 +169,7 @@ def load_case(path: str | Path, workspace: Path | None = None) -> Case:
             f" {len(robot.joints)}, one for each joint"
         )
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
-    process_table = _variant(path, "process", "model", file.process, PROCESSES)
+    process_table = _process_table(path, file.process)
     part = file.part.part()
     try:
         desired = tool_path.path(part)
@@ -213,3 +214,14 @@ def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict
             f"{path}: {table}: {key}: found {data[key]!r}; {nearest(str(data[key]), list(known))}"
         )
     return validate(data, known[data[key]], CaseError, f"{path}: {table}", path.parent)
+
+
+def _process_table(path: Path, data: dict[str, Any]) -> Any:
+    """Validate [process], whose schema is shipped or the user's own."""
+    if "model" not in data:
+        raise CaseError(f"{path}: process: key 'model' is missing; it is needed")
+    try:
+        model, schema = find_process(str(data["model"]), path.parent)
+    except CaseError as cause:
+        raise CaseError(f"{path}: process: model: {cause}") from cause
+    return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
