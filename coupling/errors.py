@@ -23,3 +23,7 @@ class ProcessError(CouplingError):
 
 class ResultError(CouplingError):
     """A run folder cannot be read or written."""
+
+
+class BuildError(CouplingError):
+    """An FMU cannot be written."""

@@ -13,11 +13,11 @@ from types import TracebackType
 import fmpy
 import numpy as np
 
-from build_fmu import fingerprint
 from coupling.errors import SimulationError
 from coupling.fmu_worker import Job
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.worker import Progress, WorkerError, WorkerProcess
+from elastic_robot.fingerprint import fingerprint
 
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
