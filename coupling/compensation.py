@@ -143,7 +143,7 @@ class Mirror:
             SimulationError: If the robot cannot be simulated.
         """
         command, joints = desired, self.planner.plan(desired)
-        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time))
+        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time, len(desired.tools)))
         uncompensated = coupling = self._couple(joints, unloaded)
         passes = [Pass(0, measure(coupling.path, desired), coupling.evaluations)]
         self.observers.finished_pass(passes[0])
@@ -190,10 +190,17 @@ class Mirror:
             correction = low_pass(desired.time, correction, self.settings.cutoff)
         limited = limit_rate(desired.time, correction, self.settings.max_rate)
         count = int(np.count_nonzero(np.any(limited != correction, axis=1)))
-        steps = np.linalg.norm(np.diff(limited[:, :3], axis=0), axis=1)
+        corrected = desired.displaced(limited)
+        steps = np.max(
+            [
+                np.linalg.norm(np.diff(tool.position - d.position, axis=0), axis=1)
+                for tool, d in zip(corrected.tools, desired.tools, strict=True)
+            ],
+            axis=0,
+        )
         worst = int(np.argmax(steps))
         report = (float(steps[worst]), float(desired.time[worst]), count)
-        return desired.displaced(limited), report
+        return corrected, report
 
     def _verdict(self, passes: list[Pass], coupling: Coupling) -> str | None:
         """Return why the iteration ends, if it does."""

@@ -104,7 +104,8 @@ def couple(
         scheme: Relaxation; it is reset first.
         tolerance: When to stop.
         max_evaluations: Of the process.
-        start: First path shown to the process; the robot's path without load unless given.
+        start: First path shown to the process; the robot's path without load unless given (in a
+            cell it must be given).
         observe: Called after each evaluation.
 
     Returns:
@@ -198,7 +199,8 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
         distance = g.distance_to(x)
         worst = np.argsort(distance)[::-1][:3]
         places = "; ".join(
-            f"t = {g.time[k]:.3f} s at {np.round(g.position[k], 4).tolist()} m" for k in worst
+            f"t = {g.time[k]:.3f} s at {np.round(g.tools[0].position[k], 4).tolist()} m"
+            for k in worst
         )
         recent = changes[best + 1 :]
         kind = "a limit cycle" if max(recent) < 4.0 * min(recent) else "stagnation"
