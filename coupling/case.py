@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
 from coupling.acceleration import SCHEMES, Scheme
+from coupling.cell import Placement
 from coupling.compensation import METHODS, MirrorSettings
 from coupling.errors import CaseError
 from coupling.iteration import Tolerance
@@ -20,6 +21,7 @@ from coupling.process import Process, Task
 from coupling.process.own import find_process
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.support import STRATEGIES, Support, support_along
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.interface import MODES
@@ -47,6 +49,49 @@ class RobotTable(Schema):
     torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
     mode: Annotated[str, _one_of(MODES)] = "quasistatic"
     home_deg: list[float]
+
+
+class SupportTable(Schema):
+    """[support]: a second robot with a supporting tool at the sheet's back.
+
+    description, torque_curve and home_deg as in [robot]; base_position_m and base_rpy_deg place its
+    base in the base of the first robot, which is the world frame of the cell.
+    """
+
+    description: str
+    torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
+    home_deg: list[float]
+    base_position_m: Vector3
+    base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+    strategy: Annotated[str, _one_of(STRATEGIES)] = "following"
+    gap_m: Positive
+    tool_diameter_m: Positive
+
+    def placement(self) -> Placement:
+        """Return where the robot stands."""
+        rotation = Rotation.from_euler("xyz", self.base_rpy_deg, degrees=True)
+        return Placement(np.array(self.base_position_m), rotation)
+
+    def support(self, task: Task, forming_tool_diameter: float) -> Support:
+        """Return what the supporting tool is to do along a task's path.
+
+        Raises:
+            CaseError: If it should stay at the rim of a wall that the path does not have.
+        """
+        if task.wall_angle is None and self.strategy == "fixed-height":
+            raise CaseError(
+                "support: strategy is 'fixed-height' and the tool path has no wall; needed is a cone"
+                " or pyramid, or the strategy 'following'"
+            )
+        return support_along(
+            self.strategy,
+            task.part,
+            task.desired,
+            task.wall_angle or 0.0,
+            self.gap_m,
+            forming_tool_diameter,
+            self.tool_diameter_m,
+        )
 
 
 class PartTable(Schema):
@@ -102,6 +147,7 @@ class _CaseFile(Schema):
     """The whole file; the tables of a tool path and a process depend on their kind."""
 
     robot: RobotTable
+    support: SupportTable | None = None
     part: PartTable
     tool_path: dict[str, Any]
     process: dict[str, Any]
@@ -110,15 +156,35 @@ class _CaseFile(Schema):
 
 
 @dataclass(frozen=True)
+class PlacedRobot:
+    """A robot of a case.
+
+    Attributes:
+        name: "forming", or "support" for the second robot of a cell.
+        description: The robot.
+        torque_curve: "linear", "backlash" or "spline".
+        home: Joint angles where inverse kinematics starts [rad].
+        placement: Of its base in the world, which is the base of the first robot.
+    """
+
+    name: str
+    description: Robot
+    torque_curve: str
+    home: np.ndarray
+    placement: Placement
+
+
+@dataclass(frozen=True)
 class Case:
     """A validated case.
 
     Attributes:
         name: The file's name without ending.
-        robot: The robot.
+        robots: One robot, or forming and supporting robot of a cell.
         settings: Table [robot].
         part: Placement of the part.
-        desired: Desired tool path.
+        desired: Desired tool path; in a cell, those of both tools.
+        support: What the supporting tool is to do, in a cell.
         process: Process model.
         coupling: Table [coupling].
         compensation: Table [compensation].
@@ -126,19 +192,25 @@ class Case:
     """
 
     name: str
-    robot: Robot
+    robots: tuple[PlacedRobot, ...]
     settings: RobotTable
     part: Part
     desired: ToolPath
+    support: Support | None
     process: Process
     coupling: CouplingTable
     compensation: CompensationTable
     resolved: dict[str, Any]
 
     @property
+    def robot(self) -> Robot:
+        """The robot that holds the tool; in a cell, the forming tool."""
+        return self.robots[0].description
+
+    @property
     def home(self) -> np.ndarray:
-        """Joint angles where inverse kinematics starts [rad]."""
-        return np.deg2rad(self.settings.home_deg)
+        """Its joint angles where inverse kinematics starts [rad]."""
+        return self.robots[0].home
 
     def scheme(self) -> Scheme:
         """Return a new relaxation scheme."""
@@ -158,16 +230,9 @@ def load_case(path: str | Path, workspace: Path | None = None) -> Case:
     path = Path(path)
     data = load_toml(path, CaseError)
     file = validate(data, _CaseFile, CaseError, str(path))
-    try:
-        robot_file = find_robot(file.robot.description, path.parent)
-        robot = load_robot(robot_file)
-    except ElasticRobotError as cause:
-        raise CaseError(f"{path}: robot: description: {cause}") from cause
-    if len(file.robot.home_deg) != len(robot.joints):
-        raise CaseError(
-            f"{path}: robot: home_deg: found {len(file.robot.home_deg)} angles; needed are"
-            f" {len(robot.joints)}, one for each joint"
-        )
+    robots = [_placed_robot(path, "robot", file.robot, _AT_THE_ORIGIN)]
+    if file.support is not None:
+        robots.append(_placed_robot(path, "support", file.support, file.support.placement()))
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
     process_table = _process_table(path, file.process)
     part = file.part.part()
@@ -182,22 +247,27 @@ def load_case(path: str | Path, workspace: Path | None = None) -> Case:
         )
         if workspace is not None:
             task = replace(task, workspace=workspace)
-        process = process_table.process(task)
+        if file.support is None:
+            support, process = None, process_table.process(task)
+        else:
+            support = _support(file.support, task, process_table)
+            process = process_table.supported_process(task, support)
     except CaseError as cause:
         raise CaseError(f"{path}: {cause}") from cause
     resolved = file.model_dump(exclude_none=True)
-    shipped = file.robot.description == robot_file.stem and "/" not in file.robot.description
-    resolved["robot"]["description"] = (
-        file.robot.description if shipped else str(robot_file.resolve())
-    )
+    for table in ("robot", "support"):
+        if table in resolved:
+            description = resolved[table]["description"]
+            resolved[table]["description"] = _resolved(description, path.parent)
     resolved["tool_path"] = tool_path.model_dump(exclude_none=True, mode="json")
     resolved["process"] = process_table.model_dump(exclude_none=True, mode="json")
     return Case(
         name=path.stem,
-        robot=robot,
+        robots=tuple(robots),
         settings=file.robot,
         part=part,
-        desired=desired,
+        desired=desired if support is None else ToolPath.of_tools([desired, support.desired]),
+        support=support,
         process=process,
         coupling=file.coupling,
         compensation=file.compensation,
@@ -225,3 +295,40 @@ def _process_table(path: Path, data: dict[str, Any]) -> Any:
     except CaseError as cause:
         raise CaseError(f"{path}: process: model: {cause}") from cause
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
+
+
+_AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
+
+
+def _placed_robot(
+    path: Path, table: str, keys: RobotTable | SupportTable, placement: Placement
+) -> PlacedRobot:
+    """Read the robot that a table describes."""
+    try:
+        robot = load_robot(find_robot(keys.description, path.parent))
+    except ElasticRobotError as cause:
+        raise CaseError(f"{path}: {table}: description: {cause}") from cause
+    if len(keys.home_deg) != len(robot.joints):
+        raise CaseError(
+            f"{path}: {table}: home_deg: found {len(keys.home_deg)} angles; needed are"
+            f" {len(robot.joints)}, one for each joint"
+        )
+    name = "forming" if table == "robot" else table
+    return PlacedRobot(name, robot, keys.torque_curve, np.deg2rad(keys.home_deg), placement)
+
+
+def _resolved(description: str, folder: Path) -> str:
+    """Return a shipped robot's name as it is, another one's file as an absolute path."""
+    file = find_robot(description, folder)
+    shipped = description == file.stem and "/" not in description
+    return description if shipped else str(file.resolve())
+
+
+def _support(table: SupportTable, task: Task, process_table: Any) -> Support:
+    """Return what the supporting tool is to do, where the process knows two tools."""
+    if not hasattr(process_table, "supported_process"):
+        raise CaseError(
+            f"process: model {process_table.model!r} knows one tool; needed with [support] is one"
+            " that knows two, as isf-force-law"
+        )
+    return table.support(task, process_table.tool_diameter_m)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -13,8 +14,15 @@ from coupling.deviation import Deviation, measure
 from coupling.errors import CouplingError, ProcessError
 from coupling.iteration import Coupling, Evaluation, SimulatedRobot, Tolerance, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
-from coupling.planning import Planner
 from coupling.process import Process
+
+
+class PathPlanner(Protocol):
+    """Inverse kinematics, of one robot or of a cell."""
+
+    def plan(self, path: ToolPath) -> JointPath:
+        """Return the joint angles along a path."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ class Mirror:
 
     robot: SimulatedRobot
     process: Process
-    planner: Planner
+    planner: PathPlanner
     scheme: Scheme
     settings: MirrorSettings = field(default_factory=MirrorSettings)
     tolerance: Tolerance = field(default_factory=Tolerance)

@@ -15,6 +15,7 @@ from coupling.case import Case
 from coupling.compensation import Pass
 from coupling.deviation import Deviation
 from coupling.iteration import Evaluation
+from coupling.results import runs_of_robots
 from coupling.run import Run, Watch
 
 _HEADER = (
@@ -136,6 +137,16 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
             "The corrected command simulated in dynamic mode, under the same wrench:",
             f"                                       {_figures(run.shares.dynamic)}",
         ]
+    if run.gap is not None:
+        gap = run.gap.as_dict()
+        lines += [
+            f"Gap between the tools, commanded {1e3 * run.gap.commanded:.3f} mm:"
+            f" {1e3 * gap['narrowest_before']:.3f} to {1e3 * gap['widest_before']:.3f} mm before,"
+            f" {1e3 * gap['narrowest_after']:.3f} to {1e3 * gap['widest_after']:.3f} mm after.",
+        ]
+        for name, own in runs_of_robots(case, run).items():
+            lines.append(f"  {name} robot before: {_figures(own.before)}")
+            lines.append(f"  {name} robot after:  {_figures(own.after)}")
     lines += [
         f"Peak force {run.wrench.peak_force:.1f} N; {run.process_evaluations} evaluations of the"
         f" process; {sum(run.durations.values()):.1f} s.",
