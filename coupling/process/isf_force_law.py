@@ -124,7 +124,7 @@ class IsfForceLaw:
 
 
 class IsfForceLawTable(Schema):
-    """Keys of the material and the tool; see docs/processes.md.
+    """Keys of the material and the tool; see docs/case_file.md.
 
     wall_angle_deg and step_down_m are those of the tool path unless given here; ramp_depth_m is
     four step-downs unless given.  In a cell support_share is the share of the forming force that the

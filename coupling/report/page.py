@@ -117,7 +117,9 @@ _DEVIATION_TEXT = (
     "Distance between actual and desired TCP at equal times. After compensation it is measured in a"
     " simulation of the FMU with the process evaluated on the path that the tool really takes."
 )
-_GAP_TEXT = "Between the surfaces of both tools, across the sheet. It moves with the deviations of both robots."
+_GAP_TEXT = (
+    "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
+)
 _CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
 _WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
 
