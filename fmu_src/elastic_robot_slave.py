@@ -112,6 +112,8 @@ class ElasticRobotSlave(Fmi2Slave):
         self._units = [variable.unit for variable in reals]
         self._values = np.array([variable.start or 0.0 for variable in reals])
         self._inputs = range(self._slices["tcp"].start)
+        # The three blocks of the drives follow one another.
+        self._drive_rows = slice(self._slices["q_cmd"].start, self._slices["qdd_cmd"].stop)
 
     def _block(self, key):
         return self._values[self._slices[key]]
@@ -313,7 +315,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = (self._block(key).copy() for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        q, qd, qdd = self._values[self._drive_rows].reshape(3, -1).copy()
         return HeldCommand(self._time, q, qd, qdd)
 
     def _checked_parameters(self):
