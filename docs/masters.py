@@ -31,7 +31,7 @@ _SNIPPET = re.compile(
 # What a system's snippet steps by, to be replaced by other steps.
 _STEPS = "STEP, STOP = 0.01, 1.1"
 # Seconds after which a master counts as stuck.
-_PATIENCE = 120
+_PATIENCE = 300
 
 
 class MasterError(Exception):

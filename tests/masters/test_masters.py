@@ -117,5 +117,5 @@ def test_the_toolboxs_checker_has_no_complaint(example_fmu):
 
 def _command(*arguments: str, folder: Path | None = None) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, *arguments], cwd=folder, text=True, capture_output=True, timeout=120
+        [sys.executable, *arguments], cwd=folder, text=True, capture_output=True, timeout=300
     )

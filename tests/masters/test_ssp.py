@@ -170,7 +170,7 @@ def test_a_program_without_python_runs_it_after_the_two_lines_of_the_page(system
         env=environment,
         text=True,
         capture_output=True,
-        timeout=120,
+        timeout=300,
     )
     with (system.folder / "system.csv").open() as table:
         header, *rows = csv.reader(table, skipinitialspace=True)
