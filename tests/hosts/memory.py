@@ -3,10 +3,10 @@
 import resource
 import sys
 
-from fmu import Fmu, leave, push
+from fmu import POSE, Fmu, leave, push
 
 fmu, steps = Fmu(sys.argv[1]), int(sys.argv[2])
-instance = fmu.instance().start(strings={"mode": "quasistatic"})
+instance = fmu.instance().start()
 forces = [push(k) for k in range(50)]
 
 
@@ -19,7 +19,7 @@ def run(count):
     for k in range(count):
         instance.set(forces[k % 50])
         instance.step(0.004)
-        instance.get()
+        instance.get(POSE)
         if k % 100 == 0:
             instance.slave.freeFMUstate(instance.slave.getFMUstate())
 
