@@ -10,20 +10,21 @@ from conftest import HERE
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from test_coupling import SpringRobot, upright
+from spring_robot import SpringPlanner, SpringRobot, upright
 from test_run import FILES
 
 from coupling.acceleration import SCHEMES
 from coupling.case import load_case
 from coupling.cell import Cell, Member, Placement
 from coupling.deviation import measure
-from coupling.errors import CaseError
+from coupling.errors import BuildError, CaseError
 from coupling.iteration import Tolerance, couple
-from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.path import ToolPath, WrenchHistory
 from coupling.process.supported_forming import SupportedForming
 from coupling.report import write_report
 from coupling.results import read_cell, write_run
 from coupling.run import run_compensation
+from coupling.ssp import write_ssp
 from coupling.toolpaths import Cone
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Support, support_along
@@ -85,15 +86,6 @@ def test_a_path_of_two_tools_has_no_single_position():
         ToolPath(TIME, np.zeros((20, 13)))
 
 
-class ThreeDrives:
-    """A planner of SpringRobot: its drives are x, y, z."""
-
-    joint_count = 3
-
-    def plan(self, path: ToolPath) -> JointPath:
-        return JointPath(path.time, path.position)
-
-
 class ConstantForce:
     """A forming force of 400 N against +z, wherever the tool is."""
 
@@ -118,7 +110,7 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     }
     cell = Cell(
         tuple(
-            Member(name, placements[name], SpringRobot(c * np.eye(3)), ThreeDrives())
+            Member(name, placements[name], SpringRobot(c * np.eye(3)), SpringPlanner())
             for name, c in compliance.items()
         )
     )
@@ -331,6 +323,11 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
     (tmp_path / "case.toml").write_text(text[:begin] + wall + text[end:])
     with pytest.raises(CaseError, match="'elastic-wall' knows one tool"):
         load_case(tmp_path / "case.toml")
+
+
+def test_a_cell_is_no_system_of_one_robot(tmp_path):
+    with pytest.raises(BuildError, match="a cell of two robots"):
+        write_ssp(load_case(CASE), tmp_path / "cell.ssp")
 
 
 def test_fixed_height_needs_a_wall(tmp_path):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from pythonfmu.builder import FmuBuilder
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from spring_robot import SpringRobot
 
 from build_fmu import build
 from coupling.acceleration import SCHEMES, Aitken, Constant
@@ -23,21 +24,6 @@ from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
 
 TIGHT = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
-
-
-def upright(points: np.ndarray) -> np.ndarray:
-    return np.hstack([points, np.tile([0.0, 0.0, 0.0, 1.0], (len(points), 1))])
-
-
-class SpringRobot:
-    """A tool on springs: position = commanded position + compliance force.  The drives are x, y, z."""
-
-    def __init__(self, compliance: np.ndarray) -> None:
-        self.compliance = compliance  # (3, 3) or (n, 3, 3) [m/N]
-
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
-        give = np.einsum("...ij,...j->...i", self.compliance, wrench.wrench[:, :3])
-        return ToolPath(command.time, upright(command.q + give))
 
 
 def moving_command(n: int = 50) -> JointPath:

@@ -12,13 +12,18 @@ import numpy as np
 import pytest
 from conftest import HERE
 from scipy.spatial.transform import Rotation
+from spring_robot import SpringPlanner, SpringRobot, upright
 from test_run import command
 
+from coupling.acceleration import Anderson
 from coupling.case import load_case
+from coupling.compensation import Compensation, Mirror, MirrorSettings
 from coupling.errors import CaseError, ProcessError
-from coupling.process import ExternalTable, MeasuredTable, Task
+from coupling.iteration import couple
+from coupling.path import ToolPath
+from coupling.process import External, ExternalTable, MeasuredTable, Task
 from coupling.process.measured import distance_along
-from coupling.run import run_compensation, run_coupling
+from coupling.run import run_coupling
 from coupling.tables import WRENCH_COLUMNS, write_table
 from coupling.toolpaths.part import Part
 
@@ -185,23 +190,46 @@ def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
     assert (kept / "path.csv").is_file()
 
 
-@pytest.mark.parametrize(("work", "limit"), [(run_coupling, 2), (run_compensation, 5)])
-def test_a_later_failure_is_a_result_with_what_was_computed(tmp_path, work, limit):
-    """Within the first coupling, and in the second pass of a compensation."""
-    run = work(load_case(failing_case(tmp_path, limit), tmp_path))
-    assert not run.converged
-    assert "licence lost" in run.reason
-    assert run.process_evaluations <= limit
-    assert len(list((tmp_path / "evaluations").glob("*/wrench.csv"))) == limit
+def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, External]:
+    """Return springs of gain 0.1, a path 2 mm deep, and a program that fails after `limit` runs."""
+    time = np.linspace(0.0, 1.0, 30)
+    depth = -2e-3 * np.sin(np.pi * time) ** 2
+    desired = ToolPath(time, upright(np.column_stack([0.1 * time, 0.0 * time, depth])))
+    at_the_origin = Part(np.zeros(3), Rotation.identity())
+    process = ExternalTable.model_validate(
+        {"model": "external", "command": ["{python}", "-c", counted(limit)], "time_limit_s": 30.0}
+    ).process(Task(at_the_origin, desired, workspace=workspace))
+    return SpringRobot(5e-7 * np.eye(3)), desired, process
 
 
-def test_a_failure_in_the_validation_leaves_the_best_command(tmp_path):
-    evaluations = run_compensation(load_case(failing_case(tmp_path, 99))).process_evaluations
-    run = run_compensation(load_case(failing_case(tmp_path, evaluations - 1), tmp_path))
-    assert not run.converged
-    assert "failed in the validation: evaluation" in run.reason
-    assert run.process_evaluations == evaluations - 1
-    assert run.after.maximum <= 1e-5
+def mirrored(workspace: Path, limit: int) -> Compensation:
+    """Return the compensation of that path."""
+    robot, desired, process = pressing(workspace, limit)
+    settings = MirrorSettings(tolerance=1e-5)
+    return Mirror(robot, process, SpringPlanner(), Anderson(1.0), settings).run(desired)
+
+
+def test_a_later_failure_of_a_coupling_is_a_result_with_what_was_computed(tmp_path):
+    robot, desired, process = pressing(tmp_path, 2)
+    result = couple(robot, process, SpringPlanner().plan(desired), Anderson(1.0))
+    assert not result.converged
+    assert result.reason.startswith("the process failed in evaluation 3: evaluation 0003")
+    assert "licence lost" in result.reason
+    answered = np.genfromtxt(tmp_path / "evaluations/0002/wrench.csv", delimiter=",", names=True)
+    assert np.array_equal(result.wrench.wrench[:, 2], answered["fz"])
+
+
+def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
+    """In a later pass, and in the validation alone."""
+    whole = mirrored(tmp_path / "whole", 99)
+    assert whole.converged
+    for limit in (len(whole.passes[0].coupling) + 1, whole.evaluations - 1):
+        result = mirrored(tmp_path / str(limit), limit)
+        assert not result.converged
+        assert "licence lost" in result.reason
+        assert result.evaluations <= limit
+    assert "failed in the validation: evaluation" in result.reason
+    assert np.array_equal(result.command.pose, whole.command.pose)
 
 
 def test_the_template_case_runs_by_name_and_resolves_its_command(tmp_path):

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.process import ElasticWallTable, ProcessFmuTable, Task
+from coupling.process_fmu import build_process_fmu
 from coupling.run import run_coupling
 from coupling.toolpaths.part import Part
 
@@ -82,6 +83,21 @@ def test_wall_fmu_is_the_wall_in_python(standard, request):
     expected = wall.wrench(path).wrench
     assert np.abs(expected).max() > 300.0
     np.testing.assert_allclose(answer.wrench, expected, rtol=0, atol=1e-9)
+
+
+def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
+    """The FMU that this project writes of a process, read back as one."""
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    path = task().desired
+    file = build_process_fmu(wall, path, tmp_path / "Wall.fmu")
+    answer = process(
+        file,
+        frame="base",
+        inputs={name: f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
+        outputs={f"f{axis}": f"force.{axis}" for axis in "xyz"},
+        parameters={},
+    ).wrench(path)
+    np.testing.assert_allclose(answer.wrench, wall.wrench(path).wrench, rtol=0, atol=1e-9)
 
 
 def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):
