@@ -164,6 +164,9 @@ class Mirror:
                 # The process sees at first what it saw last, moved with the command.
                 shift = corrected.deviation_from(command)
                 coupling = self._couple(joints, coupling.path.displaced(shift))
+            except ProcessError as error:
+                reason = f"the process failed in pass {len(passes)}: {error}"
+                break
             except CouplingError as error:
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
                 break

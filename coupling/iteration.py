@@ -199,8 +199,7 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
         distance = g.distance_to(x)
         worst = np.argsort(distance)[::-1][:3]
         places = "; ".join(
-            f"t = {g.time[k]:.3f} s at {np.round(g.tools[0].position[k], 4).tolist()} m"
-            for k in worst
+            f"t = {g.time[k]:.3f} s at {np.round(_farthest(g, x, k), 4).tolist()} m" for k in worst
         )
         recent = changes[best + 1 :]
         kind = "a limit cycle" if max(recent) < 4.0 * min(recent) else "stagnation"
@@ -209,3 +208,9 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
             f" {1e6 * max(recent):.3g} um for {_PATIENCE} evaluations, most at {places}{_ADVICE}"
         )
     return None
+
+
+def _farthest(g: ToolPath, x: ToolPath, sample: int) -> np.ndarray:
+    """Return where the tool is that has moved farthest between two paths [m], (3,)."""
+    pairs = zip(g.tools, x.tools, strict=True)
+    return max(pairs, key=lambda pair: pair[0].distance_to(pair[1])[sample])[0].position[sample]

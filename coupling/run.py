@@ -142,19 +142,20 @@ class _Desk:
 def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     durations: dict[str, float] = {}
     start = time.perf_counter()
-    mode = case.settings.mode
+    fmus: list[RobotFmu] = []
 
     def progress(done: int, total: int) -> None:
-        watch.progress(mode, done, total)
+        watch.progress(fmus[0].mode, done, total)
 
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         members = []
-        fmus = []
         for placed in case.robots:
             planner = Planner(placed.description, placed.home)
             file = build(placed.description, folder / f"{placed.name}.fmu")
-            fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, mode, progress))
+            fmu = stack.enter_context(
+                RobotFmu(file, placed.torque_curve, case.settings.mode, progress)
+            )
             fmus.append(fmu)
             members.append(Member(placed.name, placed.placement, fmu, planner))
         durations["build"] = time.perf_counter() - start

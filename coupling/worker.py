@@ -19,11 +19,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from coupling.errors import CouplingError
+
 Progress = Callable[[int, int], None]
 Work = Callable[[Any, Progress], Any]
 
 
-class WorkerError(Exception):
+class WorkerError(CouplingError):
     """A job failed, with the reason in the worker's words, or the worker has died."""
 
 
