@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures comparison milling performance masters masters-table clean
+.PHONY: run test figures comparison milling two-robots performance masters masters-table clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -25,6 +25,9 @@ comparison: .venv/installed
 
 milling: .venv/installed
 	.venv/bin/python docs/make_milling.py
+
+two-robots: .venv/installed
+	.venv/bin/python docs/make_two_robots.py
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
