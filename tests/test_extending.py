@@ -9,13 +9,14 @@ import sys
 
 import numpy as np
 import pytest
+import tomli_w
 from conftest import HERE
-from test_run import command
 
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path import ToolPath, WrenchHistory
 from coupling.process.check import check_process
+from coupling.run import run_coupling
 
 PAGE = HERE.parent / "docs" / "extending.md"
 
@@ -52,10 +53,14 @@ def test_the_printed_process_has_about_twenty_lines(printed):
     assert len(code) <= 20
 
 
-def test_the_printed_case_couples_and_its_resolved_case_finds_the_process(printed):
-    done = command("couple", "rubber_pad.toml", "-o", "out", cwd=printed)
-    assert done.returncode == 0, done.stdout + done.stderr
-    again = load_case(printed / "out" / "case.toml").process
+def test_the_printed_case_couples_and_its_resolved_case_finds_the_process(printed, tmp_path):
+    case = load_case(printed / "rubber_pad.toml")
+    run = run_coupling(case)
+    assert run.converged, run.reason
+    (tmp_path / "elsewhere").mkdir()
+    resolved = tmp_path / "elsewhere" / "case.toml"
+    resolved.write_text(tomli_w.dumps(case.resolved))
+    again = load_case(resolved).process
     assert (again.stiffness, again.thickness) == (1e5, 0.01)
 
 
