@@ -109,33 +109,22 @@ static int piece_at(const er_spline *s, double x)
     return piece;
 }
 
-double er_curve_torque(const er_curve *curve, int k, int region, double x)
+double er_spline_torque(const er_curve *curve, int k, double x)
 {
     const er_spline *s = &curve->spline[k];
-    if (region == 0)
-        return 0.0;
-    if (s->points > 0) {
-        int piece = piece_at(s, x);
-        const double *c = s->cubic[piece];
-        double t = x - s->start[piece];
-        return c[0] + t * (c[1] + t * (c[2] + t * c[3]));
-    }
-    /* Without play the region is 1 and the backlash zero. */
-    return curve->stiffness[k] * (x - region * curve->backlash[k]);
+    int piece = piece_at(s, x);
+    const double *c = s->cubic[piece];
+    double t = x - s->start[piece];
+    return c[0] + t * (c[1] + t * (c[2] + t * c[3]));
 }
 
-double er_curve_slope(const er_curve *curve, int k, int region, double x)
+double er_spline_slope(const er_curve *curve, int k, double x)
 {
     const er_spline *s = &curve->spline[k];
-    if (region == 0)
-        return 0.0;
-    if (s->points > 0) {
-        int piece = piece_at(s, x);
-        const double *c = s->cubic[piece];
-        double t = x - s->start[piece];
-        return c[1] + t * (2.0 * c[2] + 3.0 * t * c[3]);
-    }
-    return curve->stiffness[k];
+    int piece = piece_at(s, x);
+    const double *c = s->cubic[piece];
+    double t = x - s->start[piece];
+    return c[1] + t * (2.0 * c[2] + 3.0 * t * c[3]);
 }
 
 double er_curve_flank_slope(const er_curve *curve, int k, double x)

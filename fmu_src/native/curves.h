@@ -7,7 +7,7 @@
 #ifndef ER_CURVES_H
 #define ER_CURVES_H
 
-#include "loads.h"
+#include "kernel.h"
 #include "robot_data.h"
 
 typedef enum { ER_LINEAR, ER_BACKLASH, ER_SPLINE } er_curve_kind;
@@ -34,9 +34,28 @@ typedef struct {
 void er_curve_build(er_curve *curve, er_curve_kind kind, const er_robot *robot,
                     const er_parameters *parameters);
 
-/* S(x) [N m] and dS/dx [N m/rad] of coordinate k on the branch of a region. */
-double er_curve_torque(const er_curve *curve, int k, int region, double x);
-double er_curve_slope(const er_curve *curve, int k, int region, double x);
+/* S(x) [N m] and dS/dx [N m/rad] of coordinate k along its spline. */
+double er_spline_torque(const er_curve *curve, int k, double x);
+double er_spline_slope(const er_curve *curve, int k, double x);
+
+/* S(x) [N m] of coordinate k on the branch of a region. */
+static inline double er_curve_torque(const er_curve *curve, int k, int region, double x)
+{
+    if (region == 0)
+        return 0.0;
+    if (curve->spline[k].points > 0)
+        return er_spline_torque(curve, k, x);
+    /* Without play the region is 1 and the backlash zero. */
+    return curve->stiffness[k] * (x - region * curve->backlash[k]);
+}
+
+/* dS/dx [N m/rad] of coordinate k on the branch of a region. */
+static inline double er_curve_slope(const er_curve *curve, int k, int region, double x)
+{
+    if (region == 0)
+        return 0.0;
+    return curve->spline[k].points > 0 ? er_spline_slope(curve, k, x) : curve->stiffness[k];
+}
 
 /* dS/dx [N m/rad], of the nearest flank where the gear is inside its play. */
 double er_curve_flank_slope(const er_curve *curve, int k, double x);

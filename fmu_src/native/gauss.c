@@ -58,8 +58,6 @@ const double er_gauss_end_acceleration[ER_STAGES] = {
     -0.81363244948692726056, 1.526788125457266787,
 };
 
-const double er_gauss_filter = 0.1653841162183127563;
-
 const double er_gauss_eigen_re[ER_PAIRS] = {0.15843375973428236397, 0.091566240265717636034};
 
 const double er_gauss_eigen_im[ER_PAIRS] = {0.047441012571108437007, 0.11566261301312760659};

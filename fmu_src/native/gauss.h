@@ -24,10 +24,7 @@ extern const double er_gauss_end_rate[ER_STAGES];
 extern const double er_gauss_end_position[ER_STAGES];
 extern const double er_gauss_end_acceleration[ER_STAGES];
 
-/* Modulus of the eigenvalues of A1 next to the real axis: filters the error estimate. */
-extern const double er_gauss_filter;
-
-/* Eigenvalues of A1 with a positive imaginary part, and A1 = T diag(..) T^-1: row p of `to` is that
+/* Eigenvalues of A1 with a positive imaginary part, that next to the real axis first, and A1 = T diag(..) T^-1: row p of `to` is that
  * of T^-1, row p of `back` the column of T that belongs to eigenvalue p; the other eigenvalues,
  * rows and columns are their conjugates. */
 extern const double er_gauss_eigen_re[ER_PAIRS], er_gauss_eigen_im[ER_PAIRS];

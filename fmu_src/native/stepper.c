@@ -86,14 +86,24 @@ static void find_residual(const run *r, const er_nodes *nodes, const er_lanes *a
     const er_system *system = r->system;
     const er_robot *robot = system->robot;
     er_workspace *w = r->work;
-    for (int i = 0; i < robot->angles; i++) {
-        int d = robot->rotation[i].drive, k = robot->rotation[i].elastic;
+    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
+    memset(w->change, 0, lanes);
+    memset(w->motion.rate, 0, lanes);
+    memset(w->motion.acceleration, 0, lanes);
+    for (int d = 0; d < robot->joints; d++) {
+        int i = robot->drive_angle[d];
         for (int l = 0; l < ER_LANES; l++) {
-            w->change[i][l] = (d < 0 ? 0.0 : nodes->q[d][l] - w->reference[d]) +
-                              (k < 0 ? 0.0 : w->x[k][l]);
-            w->motion.rate[i][l] = (d < 0 ? 0.0 : nodes->qd[d][l]) + (k < 0 ? 0.0 : w->v[k][l]);
-            w->motion.acceleration[i][l] =
-                (d < 0 ? 0.0 : nodes->qdd[d][l]) + (k < 0 ? 0.0 : acceleration[k][l]);
+            w->change[i][l] = nodes->q[d][l] - w->reference[d];
+            w->motion.rate[i][l] = nodes->qd[d][l];
+            w->motion.acceleration[i][l] = nodes->qdd[d][l];
+        }
+    }
+    for (int k = 0; k < r->m; k++) {
+        int i = robot->elastic_angle[k];
+        for (int l = 0; l < ER_LANES; l++) {
+            w->change[i][l] += w->x[k][l];
+            w->motion.rate[i][l] += w->v[k][l];
+            w->motion.acceleration[i][l] += acceleration[k][l];
         }
     }
     r->settings->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
@@ -104,23 +114,6 @@ static void find_residual(const run *r, const er_nodes *nodes, const er_lanes *a
         for (int l = 0; l < states; l++)
             w->residual[k][l] += er_curve_torque(system->curve, k, region[k], w->x[k][l]) +
                                  system->parameters->damping[k] * w->v[k][l];
-}
-
-/* Positions and rates at the stages from the accelerations. */
-static void place_stages(const run *r, const er_state *state, double h,
-                         const er_lanes *acceleration)
-{
-    er_workspace *w = r->work;
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_STAGES; l++) {
-            double once = 0.0, twice = 0.0;
-            for (int j = 0; j < ER_STAGES; j++) {
-                once += er_gauss_once[l][j] * acceleration[k][j];
-                twice += er_gauss_twice[l][j] * acceleration[k][j];
-            }
-            w->x[k][l] = state->x[k] + h * (er_gauss_node[l] * state->v[k] + h * twice);
-            w->v[k][l] = state->v[k] + h * once;
-        }
 }
 
 static void place_end(const run *r, const er_state *state, er_step *step)
@@ -151,64 +144,32 @@ static void find_mass(const run *r, const double *x)
     r->work->has_mass = true;
 }
 
-/* Factors of M + l h D + (l h)^2 K for the eigenvalues l of A1, and of the filter's matrix.
+/* Factors of M + l h D + (l h)^2 K for the eigenvalues l of A1.
  *
  * In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
 static bool factorise(const run *r, const er_state *state, double h)
 {
     er_workspace *w = r->work;
     int m = r->m;
-    double filter = er_gauss_filter * h;
     if (!w->has_mass)
         find_mass(r, state->x);
     for (int i = 0; i < m; i++)
         for (int j = 0; j <= i; j++) {
             double mass = w->mass[i * m + j];
-            w->stage_factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
-            w->end_factors[i * m + j] = mass;
+            w->factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
         }
     for (int k = 0; k < m; k++) {
         double slope = er_curve_slope(r->system->curve, k, state->region[k], state->x[k]);
         double damping = r->system->parameters->damping[k];
-        er_complex_pair *diagonal = &w->stage_factors[k * m + k];
+        er_complex_pair *diagonal = &w->factors[k * m + k];
         for (int p = 0; p < ER_PAIRS; p++) {
             double re = h * er_gauss_eigen_re[p], im = h * er_gauss_eigen_im[p];
             diagonal->re[p] += re * damping + (re * re - im * im) * slope;
             diagonal->im[p] += im * damping + 2.0 * re * im * slope;
         }
-        w->end_factors[k * m + k] += filter * (damping + filter * slope);
     }
     w->matrix_step = h;
-    return er_pair_factor(m, w->stage_factors) && er_ldl_factor(m, w->end_factors);
-}
-
-/* One pass of Newton's method: improves the accelerations; returns the size of the correction. */
-static double improve(const run *r, er_lanes *acceleration)
-{
-    er_workspace *w = r->work;
-    er_complex_pair b[MOST];
-    double square = 0.0;
-    for (int k = 0; k < r->m; k++)
-        for (int p = 0; p < ER_PAIRS; p++) {
-            double re = 0.0, im = 0.0;
-            for (int j = 0; j < ER_STAGES; j++) {
-                re += er_gauss_to_re[p][j] * w->residual[k][j];
-                im += er_gauss_to_im[p][j] * w->residual[k][j];
-            }
-            b[k].re[p] = re;
-            b[k].im[p] = im;
-        }
-    er_pair_solve(r->m, w->stage_factors, b);
-    for (int k = 0; k < r->m; k++)
-        for (int j = 0; j < ER_STAGES; j++) {
-            double correction = 0.0;
-            for (int p = 0; p < ER_PAIRS; p++)
-                correction += 2.0 * (er_gauss_back_re[p][j] * b[k].re[p] -
-                                     er_gauss_back_im[p][j] * b[k].im[p]);
-            acceleration[k][j] -= correction;
-            square += correction * correction;
-        }
-    return sqrt(square);
+    return r->settings->kernel.factor(m, w->factors);
 }
 
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
@@ -217,7 +178,7 @@ static double estimate_error(const run *r, const er_state *state, const er_step 
 {
     er_workspace *w = r->work;
     ER_ALIGNED er_lanes acceleration[MOST];
-    double defect[MOST], square = 0.0;
+    double defect[MOST];
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_LANES; l++) {
             w->x[k][l] = step->x[k];
@@ -227,10 +188,7 @@ static double estimate_error(const run *r, const er_state *state, const er_step 
     find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    er_ldl_solve(r->m, w->end_factors, defect);
-    for (int k = 0; k < r->m; k++)
-        square += defect[k] * defect[k];
-    return step->length * step->length * sqrt(square);
+    return step->length * step->length * r->settings->kernel.filter(r->m, w->factors, defect);
 }
 
 /* Solves the collocation equations of a step from the accelerations in it; false if that fails.
@@ -238,6 +196,7 @@ static double estimate_error(const run *r, const er_state *state, const er_step 
 static bool solve(const run *r, const er_state *state, double h, double accuracy, er_step *step)
 {
     er_workspace *w = r->work;
+    const er_kernel *kernel = &r->settings->kernel;
     /* An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
      * time scale of the motion later; the longest step stands for the latter. */
     double target = accuracy / (h * fmax(h, r->settings->longest)), last = 0.0;
@@ -250,10 +209,11 @@ static bool solve(const run *r, const er_state *state, double h, double accuracy
     }
     for (step->passes = 1; step->passes <= MAX_PASSES && !converged; step->passes++) {
         double size, rate;
-        place_stages(r, state, h, (const er_lanes *)step->acceleration);
+        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x, w->v);
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, state->region,
                       ER_STAGES);
-        size = improve(r, step->acceleration);
+        size = kernel->improve(r->m, w->factors, (const er_lanes *)w->residual,
+                               step->acceleration);
         /* At least two passes: after one, errors that the extrapolation enlarges could pass unseen. */
         if (step->passes > 1) {
             rate = last > 0.0 ? size / last : 0.0;

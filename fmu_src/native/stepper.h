@@ -10,8 +10,7 @@
 
 #include "chain.h"
 #include "crossings.h"
-#include "linear.h"
-#include "loads.h"
+#include "kernel.h"
 #include "trajectory.h"
 
 /* State of an integration, all of it: a copy of its bytes continues identically. */
@@ -71,8 +70,7 @@ typedef struct {
     bool has_mass;      /* `mass` is that of this motion */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double matrix_step; /* length of the step that the factors belong to [s]; 0: there are none */
-    er_complex_pair stage_factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
-    double end_factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
 } er_workspace;
 

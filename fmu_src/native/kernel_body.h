@@ -1,7 +1,7 @@
-/* The recursive Newton-Euler algorithm, once for every width of `er_real`.
+/* The functions of kernel.h, once for every width of `er_real`.
  *
- * Included by loads_plain.c and loads_avx2.c, which define er_real (a double, or a vector of one
- * double for each state), ER_WIDTH (states in it) and ER_NAME (names of the two functions).
+ * Included by kernel_plain.c and kernel_avx2.c, which define er_real (a double, or a vector of one
+ * double for each state), ER_WIDTH (states in it) and ER_NAME (names of the functions).
  */
 
 /* Beyond this change [rad] sines come from libm; below it the series are exact to rounding. */
@@ -77,7 +77,7 @@ static inline vec out_of(const turned *R, vec v)
                  r[2].x * v.x + r[2].y * v.y + r[2].z * v.z};
 }
 
-/* ER_WIDTH states from `first` on. */
+/* The recursive Newton-Euler algorithm in the bodies' frames: ER_WIDTH states from `first` on. */
 static void loads_from(const er_robot *robot, const er_motion *motion, int first,
                        const double gravity[3], const double *wrench, er_lanes *result)
 {
@@ -161,11 +161,11 @@ static void ER_NAME(loads)(const er_robot *robot, const er_motion *motion, int s
 
 static bool is_small(int angles, const er_lanes *change)
 {
-    double largest = 0.0;
+    bool small = true;
     for (int i = 0; i < angles; i++)
         for (int l = 0; l < ER_LANES; l++)
-            largest = fmax(largest, fabs(change[i][l]));
-    return largest <= SMALL_CHANGE;
+            small &= fabs(change[i][l]) <= SMALL_CHANGE;
+    return small;
 }
 
 static void ER_NAME(turn)(int angles, const double *reference_sine, const double *reference_cosine,
@@ -193,6 +193,142 @@ static void ER_NAME(turn)(int angles, const double *reference_sine, const double
             *(er_real *)&motion->cosine[i][first] = reference_cosine[i] * c - reference_sine[i] * s;
         }
     }
+}
+
+/* sum_j column_j value_j, from lane `first` on. */
+static inline er_real mix(const er_lanes *columns, const double *values, int first)
+{
+    er_real sum = load(&columns[0][first]) * values[0];
+    for (int j = 1; j < ER_LANES; j++)
+        sum += load(&columns[j][first]) * values[j];
+    return sum;
+}
+
+static void ER_NAME(stages)(int count, double h, const double *x, const double *v,
+                            const er_lanes *acceleration, er_lanes *stage_x, er_lanes *stage_v)
+{
+    ER_ALIGNED er_lanes once[ER_STAGES], twice[ER_STAGES], node;
+    for (int i = 0; i < ER_STAGES; i++) {
+        node[i] = h * er_gauss_node[i];
+        for (int j = 0; j < ER_STAGES; j++) {
+            once[j][i] = h * er_gauss_once[i][j];
+            twice[j][i] = h * h * er_gauss_twice[i][j];
+        }
+    }
+    for (int k = 0; k < count; k++)
+        for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
+            *(er_real *)&stage_x[k][first] =
+                x[k] + load(&node[first]) * v[k] + mix((const er_lanes *)twice, acceleration[k], first);
+            *(er_real *)&stage_v[k][first] = v[k] + mix((const er_lanes *)once, acceleration[k], first);
+        }
+}
+
+static inline er_complex_pair product(er_complex_pair b, er_complex_pair c)
+{
+    er_complex_pair out;
+    for (int p = 0; p < ER_PAIRS; p++) {
+        out.re[p] = b.re[p] * c.re[p] - b.im[p] * c.im[p];
+        out.im[p] = b.re[p] * c.im[p] + b.im[p] * c.re[p];
+    }
+    return out;
+}
+
+/* a - b c */
+static inline er_complex_pair less_product(er_complex_pair a, er_complex_pair b, er_complex_pair c)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        a.re[p] = a.re[p] - b.re[p] * c.re[p] + b.im[p] * c.im[p];
+        a.im[p] = a.im[p] - b.re[p] * c.im[p] - b.im[p] * c.re[p];
+    }
+    return a;
+}
+
+/* Overwrites d with 1 / d; false where that is not finite. */
+static inline bool invert(er_complex_pair *d)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        double size = d->re[p] * d->re[p] + d->im[p] * d->im[p];
+        if (!(size > 0.0 && size < INFINITY))
+            return false;
+        d->re[p] /= size;
+        d->im[p] /= -size;
+    }
+    return true;
+}
+
+static bool ER_NAME(factor)(int n, er_complex_pair *a)
+{
+    for (int j = 0; j < n; j++) {
+        er_complex_pair scaled_column[ER_MAX_ANGLES];
+        if (!invert(&a[j * n + j]))
+            return false;
+        for (int i = j + 1; i < n; i++)
+            scaled_column[i] = product(a[i * n + j], a[j * n + j]);
+        for (int i = j + 1; i < n; i++)
+            for (int k = j + 1; k <= i; k++)
+                a[i * n + k] = less_product(a[i * n + k], scaled_column[i], a[k * n + j]);
+        for (int i = j + 1; i < n; i++)
+            a[i * n + j] = scaled_column[i];
+    }
+    return true;
+}
+
+static void solve_pair(int n, const er_complex_pair *a, er_complex_pair *b)
+{
+    for (int i = 0; i < n; i++) {
+        er_complex_pair sum = b[i];
+        for (int j = 0; j < i; j++)
+            sum = less_product(sum, a[i * n + j], b[j]);
+        b[i] = sum;
+    }
+    for (int j = n - 1; j >= 0; j--) {
+        er_complex_pair value = product(b[j], a[j * n + j]);
+        b[j] = value;
+        for (int i = j + 1; i < n; i++)
+            b[j] = less_product(b[j], a[i * n + j], b[i]);
+    }
+}
+
+static double ER_NAME(improve)(int n, const er_complex_pair *factors, const er_lanes *residual,
+                               er_lanes *acceleration)
+{
+    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes to[ER_STAGES], back[2 * ER_PAIRS];
+    double square = 0.0;
+    /* A pair of complex numbers is four lanes too: two real parts, two imaginary ones. */
+    for (int j = 0; j < ER_STAGES; j++)
+        for (int p = 0; p < ER_PAIRS; p++) {
+            to[j][p] = er_gauss_to_re[p][j];
+            to[j][ER_PAIRS + p] = er_gauss_to_im[p][j];
+            back[p][j] = 2.0 * er_gauss_back_re[p][j];
+            back[ER_PAIRS + p][j] = -2.0 * er_gauss_back_im[p][j];
+        }
+    for (int k = 0; k < n; k++)
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+            *(er_real *)((double *)&b[k] + first) = mix((const er_lanes *)to, residual[k], first);
+    solve_pair(n, factors, b);
+    for (int k = 0; k < n; k++)
+        for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
+            er_lanes correction;
+            er_real change = mix((const er_lanes *)back, (const double *)&b[k], first);
+            *(er_real *)&acceleration[k][first] = load(&acceleration[k][first]) - change;
+            memcpy(correction, &change, sizeof change);
+            for (int l = 0; l < ER_WIDTH; l++)
+                square += correction[l] * correction[l];
+        }
+    return sqrt(square);
+}
+
+static double ER_NAME(filter)(int n, const er_complex_pair *factors, const double *defect)
+{
+    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
+    double square = 0.0;
+    for (int k = 0; k < n; k++)
+        b[k] = (er_complex_pair){{defect[k], defect[k]}, {0.0, 0.0}};
+    solve_pair(n, factors, b);
+    for (int k = 0; k < n; k++)
+        square += b[k].re[0] * b[k].re[0] + b[k].im[0] * b[k].im[0];
+    return sqrt(square);
 }
 
 #undef SMALL_CHANGE

@@ -7,7 +7,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "loads.h"
+#include "gauss.h"
+#include "kernel.h"
 
 #if defined(__GNUC__) && defined(__x86_64__)
 
@@ -24,7 +25,7 @@ typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #define ER_WIDTH ER_LANES
 #define ER_NAME(name) avx2_##name
 
-#include "loads_kernel.h"
+#include "kernel_body.h"
 
 #if defined(__clang__)
 #pragma clang attribute pop
@@ -47,7 +48,8 @@ static bool has_avx2(void)
 
 er_kernel er_best_kernel(void)
 {
-    return has_avx2() ? (er_kernel){avx2_turn, avx2_loads} : er_plain_kernel();
+    return has_avx2() ? (er_kernel){avx2_turn, avx2_loads, avx2_stages, avx2_factor, avx2_improve,
+                       avx2_filter} : er_plain_kernel();
 }
 
 #else
