@@ -8,6 +8,12 @@
 #include "number.h"
 #include "text_file.h"
 
+/* What a message may show of a file that may be anything. */
+static char printable(char c)
+{
+    return c >= ' ' && c <= '~' ? c : '?';
+}
+
 static const char *skip_blanks(const char *c)
 {
     while (*c == ' ' || *c == '\t' || *c == '\r')
@@ -34,9 +40,9 @@ static bool read_names(er_data_table *table, const char *c, const char *end, er_
         name = table->name[table->columns++];
         for (c = skip_blanks(c); c < end && *c != ','; c++)
             if (length + 1 < ER_MAX_NAME)
-                name[length++] = *c;
-        while (length > 0 && strchr(" \t\r\"", name[length - 1]) != NULL)
-            length--;
+                name[length++] = printable(*c);
+        while (length > 0 && (name[length - 1] == ' ' || name[length - 1] == '?'))
+            length--; /* a carriage return shows as '?' */
         name[length] = '\0';
         if (c >= end)
             return true;
@@ -51,11 +57,12 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         double value;
         c = skip_blanks(c);
         if (!er_read_number(&c, &value)) {
-            const char *stop = c;
-            while (stop < end && *stop != ',' && stop - c < 40)
-                stop++;
-            return er_fail(failure, "line %d: found '%.*s'; needed is a finite number", line,
-                           (int)(stop - c), c);
+            char found[40];
+            size_t length = 0;
+            for (; c < end && *c != ',' && length + 1 < sizeof found; c++)
+                found[length++] = printable(*c);
+            found[length] = '\0';
+            return er_fail(failure, "line %d: found '%s'; needed is a finite number", line, found);
         }
         if (k < table->columns)
             row[k] = value;
@@ -68,7 +75,7 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         }
         if (*c != ',')
             return er_fail(failure, "line %d: found '%c' between two numbers; needed is a comma",
-                           line, *c);
+                           line, printable(*c));
         c++;
     }
 }
