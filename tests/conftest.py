@@ -68,5 +68,23 @@ def run_fmu(tmp_path: Path):
     return run
 
 
+@pytest.fixture
+def run_host(tmp_path: Path):
+    """Run a script of tests/hosts in a process that has not imported the project; return stderr."""
+
+    def run(script: str, *arguments: object, succeeds: bool = True) -> str:
+        done = subprocess.run(
+            [sys.executable, str(HERE / "hosts" / f"{script}.py"), *map(str, arguments)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert (done.returncode == 0) == succeeds, done.stderr
+        assert done.returncode >= 0, f"killed by signal {-done.returncode}"
+        return done.stderr
+
+    return run
+
+
 def _plain(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else str(value)

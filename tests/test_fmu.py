@@ -10,7 +10,9 @@ import pytest
 from conftest import REFERENCE
 from random_robots import make_robot
 
-from build_fmu import BuildError, build, fingerprint, main
+from build_fmu import build, main
+from coupling.errors import BuildError
+from elastic_robot.fingerprint import fingerprint
 
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from pathlib import Path
 
@@ -99,6 +101,13 @@ class Trajectory:
             times = np.clip(times, self.start, self.end)
         values: np.ndarray = self._polynomial(times)
         return values.reshape(len(times), 3, self._joint_count).swapaxes(0, 1)
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the motion, 16 hexadecimal digits."""
+        parts = (self._polynomial.x, self._polynomial.c)
+        digest = hashlib.sha256(b"".join(part.tobytes() for part in parts))
+        return digest.hexdigest()[:16]
 
     def next_kink(self, time: float, jump: float) -> float:
         """Return the first time after `time` of a jump of the third derivative.
