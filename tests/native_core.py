@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from elastic_robot.description import Robot
-from native_fmu.robot_text import robot_text
-from native_fmu.toolchain import compile_library, core_sources, host_platform
+from coupling.fmu_export.native_robot import robot_text
+from coupling.fmu_export.native_compiler import compile_library, core_sources, host_platform
 
 LANES = 4
 CURVES = ("linear", "backlash", "spline")

@@ -19,7 +19,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
-from native_fmu.robot_text import robot_text
+from coupling.fmu_export.native_robot import robot_text
 
 NO_LOAD = np.zeros(6)
 LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+from html import escape
 from importlib import metadata
 from pathlib import Path
 
@@ -12,16 +13,17 @@ from pythonfmu.builder import FmuBuilder
 import elastic_robot
 from coupling.fmu_export.archive import build_date, content_guid, write_fmu
 from coupling.fmu_export.documentation import index_html
-from coupling.fmu_export.model_description import About, model_description
+from coupling.fmu_export.identity import ICON, about_robot, license_text
+from coupling.fmu_export.model_description import model_description
 from coupling.fmu_export.requirements import (
     conda_environment,
     external_dependencies,
+    pip_line,
     pip_requirements,
 )
 from elastic_robot.description import Robot
-from elastic_robot.interface import MODEL_NAME, STEP_SIZE, TOLERANCE, blocks
+from elastic_robot.interface import MODEL_NAME, blocks
 
-_ICON = Path(__file__).parent / "model.png"
 # The need of a Python environment is told in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
@@ -51,28 +53,22 @@ def build_python_fmu(robot: Robot, file: Path) -> Path:
     table = blocks(robot)
     date = build_date(package)
     entries = _runtime(package, robot)
-    html = index_html(robot, table, elastic_robot.__version__)
+    needs = (
+        f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
+        ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'
+    )
+    html = index_html(robot, table, elastic_robot.__version__, needs)
     texts = {
         "resources/requirements.txt": "\n".join([*pip_requirements(), ""]),
         "resources/environment.yml": conda_environment(),
         "documentation/index.html": html,
         "documentation/externalDependencies.txt": external_dependencies(),
-        "documentation/licenses/license.txt": _license("elastic-robot-fmu"),
-        "documentation/licenses/pythonfmu.txt": _license("pythonfmu"),
+        "documentation/licenses/license.txt": license_text("elastic-robot-fmu"),
+        "documentation/licenses/pythonfmu.txt": license_text("pythonfmu"),
     }
     entries |= {name: text.encode() for name, text in texts.items()}
-    entries["model.png"] = _ICON.read_bytes()
-    about = About(
-        model_name=MODEL_NAME,
-        description=f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
-        " tool forces in, TCP pose out",
-        version=elastic_robot.__version__,
-        tool=f"elastic-robot-fmu {elastic_robot.__version__}, PythonFMU {metadata.version('pythonfmu')}",
-        date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
-        capabilities=_CAPABILITIES,
-        step_size=STEP_SIZE,
-        tolerance=TOLERANCE,
-    )
+    entries["model.png"] = ICON.read_bytes()
+    about = about_robot(robot, f"PythonFMU {metadata.version('pythonfmu')}", date, _CAPABILITIES)
     # The description is part of the content that the GUID stands for.
     draft = model_description(about, table, guid="")
     guid = content_guid({**entries, "modelDescription.xml": draft})
@@ -91,9 +87,3 @@ def _runtime(package: Path, robot: Robot) -> dict[str, bytes]:
         FmuBuilder.build_FMU(slave, dest=file, project_files=[package, description])
         with zipfile.ZipFile(file) as archive:
             return {name: archive.read(name) for name in archive.namelist()}
-
-
-def _license(distribution: str) -> str:
-    text = metadata.distribution(distribution).read_text("licenses/LICENSE")
-    assert text is not None, distribution
-    return text

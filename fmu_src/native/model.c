@@ -9,6 +9,9 @@
  * path of the example robot enlarges errors several hundred times. */
 #define TCP_PER_LOCAL_ERROR 0.1
 #define TCP_PER_LOCAL_ERROR_WITH_PLAY 20.0
+/* Newton's method may leave this part of the local error; nearly solved to rounding, this much [rad]. */
+#define ITERATION 1e-3
+#define EXACT_ITERATION 1e-13
 /* Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
  * gear changes flank [s]: the scale of the fastest oscillation (235 Hz). */
 #define LONGEST_STEP 0.02
@@ -72,21 +75,28 @@ static bool hold(const er_drives *drives, double time, const double wrench[6], e
     return true;
 }
 
-/* Reads the trajectory of the options unless it is there already. */
-static bool require_trajectory(er_model *model, er_failure *failure)
+/* Has the trajectory of some options in the model, with the samples of `print` unless that is 0. */
+static bool require_trajectory(er_model *model, const char *path, uint64_t print,
+                               er_failure *failure)
 {
-    const char *path = model->memory.options.trajectory;
+    bool there = strcmp(path, model->loaded_path) == 0;
     er_trajectory read;
-    if (strcmp(path, model->loaded_path) == 0)
+    if (path[0] == '\0')
         return true;
-    if (path[0] != '\0') {
-        if (!er_trajectory_read(&read, path, model->robot.joints, failure))
-            return false;
+    if (!there && !er_trajectory_read(&read, path, model->robot.joints, failure))
+        return false;
+    if (print != 0 && print != (there ? &model->trajectory : &read)->print) {
+        if (!there)
+            er_trajectory_free(&read);
+        return er_fail(failure, "trajectory %.500s holds another motion than when the state was"
+                       " saved; needed is the same file", path);
+    }
+    if (!there) {
         er_trajectory_free(&model->trajectory);
         model->trajectory = read;
         model->hint = 0;
+        strcpy(model->loaded_path, path);
     }
-    memcpy(model->loaded_path, path, ER_MAX_PATH);
     return true;
 }
 
@@ -94,12 +104,19 @@ static bool require_trajectory(er_model *model, er_failure *failure)
 static void derive(er_model *model)
 {
     const er_options *options = &model->memory.options;
+    const er_parameters *parameters = &model->memory.parameters;
     double per_local = options->curve == ER_LINEAR ? TCP_PER_LOCAL_ERROR
                                                    : TCP_PER_LOCAL_ERROR_WITH_PLAY;
     double local = options->tolerance / per_local;
-    model->settings = (er_settings){local, LONGEST_STEP, FIRST_STEP, JUMP_PER_LOCAL_ERROR * local,
+    if (model->derived_kind == options->curve && model->derived_tolerance == options->tolerance &&
+        memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
+        return;
+    model->settings = (er_settings){local, ITERATION, LONGEST_STEP, FIRST_STEP, JUMP_PER_LOCAL_ERROR * local,
                                     model->kernel};
-    er_curve_build(&model->curve, options->curve, &model->robot, &model->memory.parameters);
+    er_curve_build(&model->curve, options->curve, &model->robot, parameters);
+    model->derived_kind = options->curve;
+    model->derived_tolerance = options->tolerance;
+    model->derived_parameters = *parameters;
 }
 
 bool er_model_reset(er_model *model, double time, const er_command *command,
@@ -107,7 +124,7 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
 {
     er_memory *memory = &model->memory;
     er_drives drives;
-    if (!require_trajectory(model, failure))
+    if (!require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
     memory->trajectory_print =
         memory->options.trajectory[0] != '\0' ? model->trajectory.print : 0;
@@ -169,22 +186,20 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     er_state_start(state, &model->robot, &model->curve, &model->settings, state->time);
 }
 
-bool er_model_restore(er_model *model, const er_memory *memory, er_failure *failure)
+bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
 {
-    bool same = memcmp(&model->memory.options, &memory->options, sizeof memory->options) == 0 &&
-                memcmp(&model->memory.parameters, &memory->parameters,
-                       sizeof memory->parameters) == 0;
+    if (computed && !require_trajectory(model, memory->options.trajectory,
+                                        memory->trajectory_print, failure))
+        return false;
     model->memory = *memory;
-    if (memory->trajectory_print != 0) {
-        if (!require_trajectory(model, failure))
-            return false;
-        if (model->trajectory.print != memory->trajectory_print)
-            return er_fail(failure, "trajectory %.500s is not the one that the state was saved"
-                           " with; needed is the same file", memory->options.trajectory);
-    }
-    if (!same)
+    if (computed)
         derive(model);
     return true;
+}
+
+void er_model_solve_exactly(er_model *model, bool exactly)
+{
+    model->settings.iteration = exactly ? EXACT_ITERATION / model->settings.tolerance : ITERATION;
 }
 
 static void place(const er_model *model, const double *x, er_placement *placement)

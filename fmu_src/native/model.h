@@ -47,6 +47,10 @@ typedef struct {
     er_trajectory trajectory;
     char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
     size_t hint;                   /* place in the trajectory */
+    /* What settings and curve were derived from. */
+    er_curve_kind derived_kind;
+    double derived_tolerance; /* 0: nothing yet */
+    er_parameters derived_parameters;
     er_settings settings;
     er_curve curve;
     er_workspace work;
@@ -67,8 +71,12 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
 /* Lets changed parameters take effect from the present time on. */
 void er_model_take_parameters(er_model *model, const er_parameters *parameters);
 
-/* Replaces the memory; the trajectory is read again where it is another one. */
-bool er_model_restore(er_model *model, const er_memory *memory, er_failure *failure);
+/* Replaces the memory; the trajectory is read again where it is another one.  `computed`: the memory
+ * has been reset since its options were set.  The model is as before if that fails. */
+bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure);
+
+/* Lets the steps that follow be solved to rounding, or again as accurately as they need. */
+void er_model_solve_exactly(er_model *model, bool exactly);
 
 /* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
 void er_model_tcp(const er_model *model, double pose[7]);

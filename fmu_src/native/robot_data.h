@@ -65,7 +65,7 @@ typedef struct {
     er_parameters parameters;         /* start values */
 } er_robot;
 
-/* Reads the text that `elastic_robot.native_data` writes. */
+/* Reads the text that `coupling.fmu_export.native_robot` writes. */
 bool er_robot_parse(er_robot *robot, const char *text, er_failure *failure);
 
 /* Reads it from a file. */

@@ -8,8 +8,7 @@
 #define SLACK 1e-2
 /* A step that ends on a boundary may miss it by this part of the slack. */
 #define LANDING 0.1
-/* Newton's method may leave this part of the tolerance; in landing, this part of the miss. */
-#define ITERATION 1e-3
+/* In landing, Newton's method may leave this part of the miss. */
 #define LANDING_ITERATION 0.1
 /* Shortest step relative to the longest, before the integration is given up. */
 #define SHORTEST 1e-9
@@ -327,7 +326,7 @@ static bool take_step(const run *r, er_state *state, double end, er_failure *fai
             return er_fail(failure, "the motion at t = %.6g s needs steps below %.1g s; it is"
                            " unstable or the load is not physical", state->time,
                            SHORTEST * settings->longest);
-        if (!solve(r, state, h, ITERATION * settings->tolerance, step)) {
+        if (!solve(r, state, h, settings->iteration * settings->tolerance, step)) {
             r->work->matrix_step = 0.0;
             r->work->has_mass = false;
             h *= 0.25;

@@ -37,6 +37,7 @@ typedef struct {
 /* Settings of the stepper. */
 typedef struct {
     double tolerance; /* limit of the local error estimate [rad] */
+    double iteration; /* part of the tolerance that Newton's method may leave */
     double longest;   /* longest step [s] */
     double first;     /* first step, and the one after a gear changes flank [s] */
     double jump;      /* jump of a drive's third derivative that may be stepped over [rad/s^3] */

@@ -19,14 +19,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import elastic_robot
-from elastic_robot.errors import ElasticRobotError
+from coupling.errors import BuildError
 
 SOURCES = Path(elastic_robot.__file__).parent.parent / "native"
 # Contracted multiply-adds are as exact as rounded ones; anything that drops NaN checks is not used.
 FLAGS = ("-std=c99", "-O3", "-ffp-contract=fast", "-fPIC", "-shared", "-fvisibility=hidden")
 
 
-class CompilerError(ElasticRobotError):
+class CompilerError(BuildError):
     """There is no C compiler, or it refuses the sources."""
 
 
