@@ -1,4 +1,4 @@
-"""The C core through ctypes: NumPy arrays in and out (see native_probe.c)."""
+"""The C core through ctypes: NumPy arrays in and out (see native/probe.c)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OWN_REGION = 2
 
 @functools.cache
 def library() -> ctypes.CDLL:
-    probe = Path(__file__).parent / "native_probe.c"
+    probe = Path(__file__).parent / "native" / "probe.c"
     file = compile_library(
         host_platform(), [probe, *core_sources()], ["-fvisibility=default", "-Wall", "-Wextra"]
     )

@@ -12,6 +12,9 @@
 #define LANDING_ITERATION 0.1
 /* Shortest step relative to the longest, before the integration is given up. */
 #define SHORTEST 1e-9
+/* So is one that takes more steps than these and those for each of the longest in it. */
+#define MOST_STEPS 5000
+#define MOST_STEPS_PER_LONGEST 200
 /* The matrices of a step serve steps that differ by this ratio. */
 #define SAME_LENGTH 0.02
 /* A step may exceed the proposed length by this ratio where that takes it to its target. */
@@ -376,11 +379,17 @@ bool er_advance(er_state *state, const er_system *system, const er_settings *set
     er_state moved = *state;
     /* What is left after a crossing just before the end may be less than any step. */
     double negligible = fmax(SHORTEST * settings->longest, 8.0 * DBL_EPSILON * fabs(end));
+    double most = MOST_STEPS + MOST_STEPS_PER_LONGEST * (end - state->time) / settings->longest;
     work->matrix_step = 0.0;
     work->has_mass = false;
-    while (end - moved.time > negligible)
+    for (double steps = 0.0; end - moved.time > negligible; steps++) {
+        if (steps > most)
+            return er_fail(failure, "the motion from t = %.9g s needs more than %.0f steps to"
+                           " %.9g s; it is unstable or the load is not physical", state->time,
+                           most, end);
         if (!take_step(&r, &moved, end, failure))
             return false;
+    }
     moved.time = end;
     *state = moved;
     return true;
