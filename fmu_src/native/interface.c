@@ -24,11 +24,11 @@ void er_layout_of(const er_robot *robot, er_layout *layout)
 void er_variable_name(const er_layout *layout, const er_robot *robot, int reference,
                       char name[ER_VARIABLE_TEXT])
 {
-    static const char *axis[] = {"x", "y", "z"};
-    static const char *pose[] = {"x", "y", "z", "qx", "qy", "qz", "qw"};
-    static const char *tensor[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
-    static const char *drive[] = {"q_cmd", "qd_cmd", "qdd_cmd"};
-    static const char *property[] = {"stiffness", "damping", "backlash"};
+    static const char *const axis[] = {"x", "y", "z"};
+    static const char *const pose[] = {"x", "y", "z", "qx", "qy", "qz", "qw"};
+    static const char *const tensor[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
+    static const char *const drive[] = {"q_cmd", "qd_cmd", "qdd_cmd"};
+    static const char *const property[] = {"stiffness", "damping", "backlash"};
     er_block block = (er_block)layout->block[reference];
     int k = reference - layout->first[block];
     switch (block) {

@@ -22,7 +22,7 @@
     } while (0)
 
 /* Value references of the example robot: 24 inputs, then tcp (7) and velocity (3). */
-enum { FORCE_Z = 2, Q_CMD = 6, TCP = 24, INPUTS = 24, REALS = 92, STRINGS = 96 };
+enum { FORCE_Z = 2, Q_CMD = 6, TCP = 24, INPUTS = 24, REALS = 94, STRINGS = 98 };
 
 #define FUNCTION(name) static name##TYPE *f##name;
 FUNCTION(fmi2Instantiate)
