@@ -112,6 +112,8 @@ class ElasticRobotSlave(Fmi2Slave):
         self._units = [variable.unit for variable in reals]
         self._values = np.array([variable.start or 0.0 for variable in reals])
         self._inputs = range(self._slices["tcp"].start)
+        # The three blocks of the drives follow one another.
+        self._drive_rows = slice(self._slices["q_cmd"].start, self._slices["qdd_cmd"].stop)
 
     def _block(self, key):
         return self._values[self._slices[key]]
@@ -148,14 +150,24 @@ class ElasticRobotSlave(Fmi2Slave):
         if step_size == 0.0:
             return True
         self._initialise()
+        end, wrench = current_time + step_size, self._block("wrench").copy()
         if self._parameters_changed:
-            self._model.parameters = self._checked_parameters()
-            self._parameters_changed = False
-        end = current_time + step_size
-        self._model.step(end, self._drives(), self._block("wrench").copy())
+            self._step_with_new_parameters(end, wrench)
+        else:
+            self._model.step(end, self._drives(), wrench)
         self._time = end
         self._fresh.clear()
         return True
+
+    def _step_with_new_parameters(self, end, wrench):
+        before = self._model.snapshot
+        self._model.parameters = self._checked_parameters()
+        try:
+            self._model.step(end, self._drives(), wrench)
+        except ElasticRobotError:
+            self._model.snapshot = before
+            raise
+        self._parameters_changed = False
 
     @_reported
     def get_real(self, vrs):
@@ -170,7 +182,14 @@ class ElasticRobotSlave(Fmi2Slave):
             value = getattr(self._model, key)()
             self._values[self._slices[key]] = value[_UPPER] if key == "compliance" else value
             self._fresh.add(key)
-        return self._values[rows].tolist()
+        values = self._values[rows].tolist()
+        if not all(map(isfinite, values)):
+            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not isfinite(v))
+            raise ParameterError(
+                f"{self._names[vr]} is {value} {self._units[vr]}, out of the range of numbers; needed"
+                " are inputs and parameters of physical size"
+            )
+        return values
 
     @_reported
     def set_real(self, vrs, values):
@@ -296,7 +315,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = (self._block(key).copy() for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        q, qd, qdd = self._values[self._drive_rows].reshape(3, -1).copy()
         return HeldCommand(self._time, q, qd, qdd)
 
     def _checked_parameters(self):

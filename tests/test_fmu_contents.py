@@ -1,4 +1,4 @@
-"""What is in the FMU: its model description and archive, each check also shown to refuse a stock build."""
+"""What is in the FMU, description and archive; each check is shown to refuse a stock build."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import re
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree.ElementTree import Element, fromstring
@@ -17,7 +17,7 @@ from conftest import HERE
 from pythonfmu.builder import FmuBuilder
 
 import elastic_robot
-from build_fmu import build
+from build_fmu import build, main
 
 
 @dataclass(frozen=True)
@@ -245,15 +245,11 @@ def test_the_same_input_gives_the_same_bytes(example, tmp_path, monkeypatch):
 
 
 def test_the_guid_follows_the_content(ours, example, tmp_path):
-    from dataclasses import replace
-
     moon = Fmu.read(build(replace(example, gravity=(0.0, 0.0, -1.62)), tmp_path / "moon.fmu"))
     assert moon.description.get("guid") != ours.description.get("guid")
 
 
 def test_a_wrong_date_is_refused(example, tmp_path, monkeypatch, capsys):
-    from build_fmu import main
-
     monkeypatch.setitem(os.environ, "SOURCE_DATE_EPOCH", "yesterday")
     assert main(["-o", str(tmp_path / "R.fmu")]) == 2
     assert "SOURCE_DATE_EPOCH is 'yesterday'" in capsys.readouterr().err

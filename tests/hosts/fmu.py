@@ -44,7 +44,8 @@ class Instance:
         for name, value in dict(strings).items():
             self.slave.setString([self._references[name]], [value])
         self.slave.enterInitializationMode()
-        self.set({**POSTURE, **reals})
+        posture = {name: q for name, q in POSTURE.items() if name in self._references}
+        self.set({**posture, **reals})
         self.slave.exitInitializationMode()
         self.time = time
         return self
@@ -68,6 +69,11 @@ class Instance:
 def push(k):
     """Return a force that shakes the robot through its play."""
     return {"force.x": 300.0 * np.sin(0.9 * k), "force.z": -400.0 * (k % 7 < 3)}
+
+
+def fatal_or_error(error):
+    """FMI's status 3; PythonFMU's binary answers 4 where a Python exception was raised."""
+    assert error.status in (3, 4), error
 
 
 def leave():
