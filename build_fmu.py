@@ -47,7 +47,9 @@ def build_kind(
         names = list(PLATFORMS) if platforms == "all" else [n for n in platforms.split(",") if n]
         return build_native_fmu(robot, file, names, with_sources)
     if platforms or with_sources:
-        raise BuildError("platforms and sources are chosen for an FMU in Python; needed is --kind native")
+        raise BuildError(
+            "platforms and sources are chosen for an FMU in Python; needed is --kind native"
+        )
     return build(robot, file)
 
 

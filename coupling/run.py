@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from build_fmu import build
+from build_fmu import build_kind
 from coupling.case import Case
 from coupling.compensation import METHODS, Compensation, Observers, Pass
 from coupling.deviation import Deviation, measure
@@ -124,7 +124,7 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     start = time.perf_counter()
     planner = Planner(case.robot, case.home)
     with tempfile.TemporaryDirectory() as folder:
-        file = build(case.robot, Path(folder, "ElasticRobot.fmu"))
+        file = build_kind(case.robot, Path(folder, "ElasticRobot.fmu"), case.settings.fmu)
 
         def progress(done: int, total: int) -> None:
             watch.progress(robot.mode, done, total)

@@ -185,12 +185,12 @@ MISUSE = {
     "NaN force": ({"inputs": {"force.x": [0.0, float("nan")]}}, "force.x is nan", "finite"),
     "negative stiffness": (
         {"start": {"joint[2].stiffness": -1.0}},
-        "joint[2].stiffness is -1",
+        "joint[2].stiffness is -1.0",
         "> 0",
     ),
     "negative backlash": (
         {"start": {"joint[5].backlash": -1.0}},
-        "joint[5].backlash is -1",
+        "joint[5].backlash is -1.0",
         ">= 0",
     ),
     "past the end": (

@@ -84,7 +84,9 @@ def test_curves_agree_with_python(example, kind):
         torque = core.curve(kind, x.T.copy(), side)[0].T
         switching = np.isfinite(curve.half_width)
         expected = branch.torque(x)
-        np.testing.assert_allclose(torque[:, switching], expected[:, switching], rtol=1e-12, atol=1e-9)
+        np.testing.assert_allclose(
+            torque[:, switching], expected[:, switching], rtol=1e-12, atol=1e-9
+        )
 
 
 def test_the_gauss_coefficients_are_those_of_the_python_stepper():
@@ -345,7 +347,10 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
     with pytest.raises(RobotFileError, match="13 joints; the native FMU takes at most 12"):
         robot_text(replace(example, joints=(joint,) * 13), "{x}")
     with pytest.raises(CoreError, match="more than 12 joints"):
-        Core(robot_text(replace(example, joints=(joint,) * 12), "{x}")[:-3] + "joint 0 0 0 0 0 1\nend")
+        Core(
+            robot_text(replace(example, joints=(joint,) * 12), "{x}")[:-3]
+            + "joint 0 0 0 0 0 1\nend"
+        )
     table = tuple((float(k), float(k)) for k in range(-40, 40))
     long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
     with pytest.raises(RobotFileError, match="80 points; the native FMU takes at most 64"):

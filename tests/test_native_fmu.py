@@ -148,7 +148,12 @@ def test_address_and_undefined_behaviour_sanitizers_find_nothing(unpacked, tmp_p
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
 def test_valgrind_finds_no_error_and_no_leak(unpacked, c_host):
-    command = ["--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect,possible", "-q"]
+    command = [
+        "--error-exitcode=9",
+        "--leak-check=full",
+        "--errors-for-leak-kinds=definite,indirect,possible",
+        "-q",
+    ]
     found = [shutil.which("valgrind"), *command, str(c_host)]
     _run_host(unpacked, found, "run")
     _run_host(unpacked, found, "fuzz", "300")
@@ -201,7 +206,10 @@ def test_both_kinds_have_the_same_variables(example, tmp_path):
         for kind in ("python", "native")
     ]
     one, two = (
-        [(v.name, v.valueReference, v.causality, v.variability, v.unit, v.start) for v in d.modelVariables]
+        [
+            (v.name, v.valueReference, v.causality, v.variability, v.unit, v.start)
+            for v in d.modelVariables
+        ]
         for d in kinds
     )
     assert one == two
@@ -214,7 +222,12 @@ def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
     slave, said = fmu.slave(), []
     table = blocks(robot)
     strings = table.pop("strings")
-    assert [v.name for v in strings.variables] == ["trajectory", "torque_curve", "mode", "initial_state"]
+    assert [v.name for v in strings.variables] == [
+        "trajectory",
+        "torque_curve",
+        "mode",
+        "initial_state",
+    ]
     reals = [(b, v) for b in table.values() for v in b.variables]
     read, write = os.pipe()
     stderr = os.dup(2)
@@ -242,7 +255,9 @@ def test_a_locale_with_decimal_commas_changes_nothing(unpacked, tmp_path):
     line = "{0},0,-0.3125,0.5,0,{1},0\n"
     file = tmp_path / "motion.csv"
     file.write_text(
-        "time,q1,q2,q3,q4,q5,q6\n" + line.format("0.0", "0.6789123456789012345") + line.format("1.5", "0.7")
+        "time,q1,q2,q3,q4,q5,q6\n"
+        + line.format("0.0", "0.6789123456789012345")
+        + line.format("1.5", "0.7")
     )
     slave = start(unpacked.slave(), trajectory=str(file))
     expected = slave.getReal(list(range(TCP, TCP + 7)))
@@ -348,7 +363,10 @@ def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(unpacked, capfd):
         (lambda: slave.setString([STRINGS], ["x.csv"]), "strings are fixed"),
         (lambda: slave.setupExperiment(startTime=1.0), "set up after initialisation"),
         (lambda: slave.getReal([94]), "94 is asked for as a real variable; this FMU has 0 to 93"),
-        (lambda: slave.getString([93]), "93 is asked for as a string variable; this FMU has 94 to 97"),
+        (
+            lambda: slave.getString([93]),
+            "93 is asked for as a string variable; this FMU has 94 to 97",
+        ),
         (lambda: slave.getInteger([3]), "integer variable 3 is asked for"),
     ):
         with pytest.raises(fmpy.fmi1.FMICallException):

@@ -116,9 +116,7 @@ def _add_co_simulation(root: Element, about: About, source_files: Iterable[str])
     assert not unknown, unknown
     attributes = {name: _boolean(name in about.capabilities) for name in flags}
     attributes["maxOutputDerivativeOrder"] = "0"
-    element = SubElement(
-        root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes}
-    )
+    element = SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
     names = list(source_files)
     if names:
         listed = SubElement(element, "SourceFiles")

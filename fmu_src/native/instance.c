@@ -31,6 +31,17 @@ static uint64_t hash_of(const void *data, size_t size)
     return hash(data, size, UINT64_C(14695981039346656037));
 }
 
+#define NUMBER_TEXT 32
+
+/* A number as Python shows it: 1.0, -1e-09, nan. */
+static const char *shown(double value, char text[NUMBER_TEXT])
+{
+    snprintf(text, NUMBER_TEXT, "%.12g", isnan(value) ? fabs(value) : value);
+    if (isfinite(value) && strpbrk(text, ".,e") == NULL)
+        strcat(text, ".0");
+    return text;
+}
+
 static bool read_robot(er_instance *instance, const char *file, const char *guid)
 {
     er_failure *failure = &instance->failure;
@@ -92,15 +103,16 @@ void er_instance_reset(er_instance *instance)
 
 bool er_instance_setup(er_instance *instance, double start, double tolerance)
 {
+    char number[NUMBER_TEXT];
     if (instance->progress.started)
         return er_fail(&instance->failure, "the experiment is set up after initialisation; needed is"
                        " to do so before");
     if (!isfinite(start))
-        return er_fail(&instance->failure, "the start time is %g s; needed is a finite number",
-                       start);
+        return er_fail(&instance->failure, "the start time is %s s; needed is a finite number",
+                       shown(start, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
-        return er_fail(&instance->failure, "the tolerance is %g m; needed is a number > 0, or 0 for"
-                       " %g m", tolerance, DEFAULT_TOLERANCE);
+        return er_fail(&instance->failure, "the tolerance is %s m; needed is a number > 0, or 0 for"
+                       " %g m", shown(tolerance, number), DEFAULT_TOLERANCE);
     instance->progress.time = start;
     if (tolerance > 0.0)
         instance->model->memory.options.tolerance = tolerance;
@@ -143,9 +155,10 @@ static bool require_parameters(er_instance *instance)
         bool stiffness = layout->block[reference] == ER_STIFFNESS;
         double value = *settable(instance, reference);
         if (stiffness ? !(value > 0.0) : !(value >= 0.0)) {
-            char name[ER_VARIABLE_TEXT];
+            char name[ER_VARIABLE_TEXT], number[NUMBER_TEXT];
             er_variable_name(layout, &instance->model->robot, reference, name);
-            return er_fail(&instance->failure, "%s is %g %s; needed is a number %s", name, value,
+            return er_fail(&instance->failure, "%s is %s %s; needed is a number %s", name,
+                           shown(value, number),
                            er_variable_unit(layout, reference), stiffness ? "> 0" : ">= 0");
         }
     }
@@ -203,16 +216,18 @@ static bool take_parameters(er_instance *instance)
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
+    char number[NUMBER_TEXT], other[NUMBER_TEXT];
     er_state before;
     double end = start + size;
     if (!progress->started)
         return er_fail(&instance->failure, "a step is asked for before initialisation has ended;"
                        " needed is to end it first");
     if (!isfinite(size) || size < 0.0)
-        return er_fail(&instance->failure, "step size is %g s; needed is a finite number >= 0", size);
+        return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
+                       shown(size, number));
     if (!(fabs(start - progress->time) <= TIME_SLACK))
-        return er_fail(&instance->failure, "the step starts at %.9g s; needed is the last step's end,"
-                       " %.9g s", start, progress->time);
+        return er_fail(&instance->failure, "the step starts at %s s; needed is the last step's end,"
+                       " %s s", shown(start, number), shown(progress->time, other));
     if (size == 0.0)
         return true;
     if (!take_parameters(instance))
@@ -285,7 +300,7 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
 
 static bool may_set(er_instance *instance, unsigned reference, double value)
 {
-    char name[ER_VARIABLE_TEXT];
+    char name[ER_VARIABLE_TEXT], number[NUMBER_TEXT];
     if (!require_real(instance, reference))
         return false;
     if (er_is_output((er_block)instance->layout.block[reference])) {
@@ -295,7 +310,7 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (!isfinite(value)) {
         er_variable_name(&instance->layout, &instance->model->robot, (int)reference, name);
         return er_fail(&instance->failure, "%s is %s %s; needed is a finite number", name,
-                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf",
+                       shown(value, number),
                        er_variable_unit(&instance->layout, (int)reference));
     }
     return true;
