@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elastic_robot.description import Robot
-from coupling.fmu_export.native_robot import robot_text
 from coupling.fmu_export.native_compiler import compile_library, core_sources, host_platform
+from coupling.fmu_export.native_robot import robot_text
+from elastic_robot.description import Robot
 
 LANES = 4
 CURVES = ("linear", "backlash", "spline")

@@ -6,7 +6,6 @@ import pytest
 from conftest import REFERENCE
 from random_robots import make_robot
 
-
 ISO_PATH = str(REFERENCE / "iso_path_joints.npz")
 
 

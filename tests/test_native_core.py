@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from conftest import REFERENCE, reference
 from native_core import CURVES, LANES, Core, CoreError, library
 from random_robots import make_robot
 
+from coupling.fmu_export.native_robot import robot_text
 from elastic_robot import collocation as gauss
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
@@ -19,7 +21,6 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
-from coupling.fmu_export.native_robot import robot_text
 
 NO_LOAD = np.zeros(6)
 LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
@@ -312,10 +313,16 @@ def test_a_broken_archive_is_refused_at_every_length(tmp_path):
         changed = bytearray(content)
         changed[at] ^= rng.integers(1, 256)
         file.write_bytes(bytes(changed))
-        try:
-            _trajectory(Core(make_robot(1, 1)), file, 1)
-        except CoreError as error:
-            assert "broken.npz" in str(error)
+        assert "broken.npz" in _refusal(file)
+
+
+def _refusal(file: Path) -> str:
+    """The sentence a trajectory is refused with; its name where it is taken."""
+    try:
+        _trajectory(Core(make_robot(1, 1)), file, 1)
+    except CoreError as error:
+        return str(error)
+    return file.name
 
 
 def test_times_outside_the_trajectory_are_refused(tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes.util
 import hashlib
 import os
 import re
@@ -16,7 +15,7 @@ import fmpy
 import fmpy.validation
 import numpy as np
 import pytest
-from conftest import HERE, REFERENCE
+from conftest import HERE
 from fmpy.fmi2 import FMU2Slave
 from random_robots import make_robot
 

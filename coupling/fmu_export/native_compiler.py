@@ -126,11 +126,10 @@ def zig() -> list[str] | None:
 
 def _compiler(target: Platform) -> list[str]:
     if target == host_platform():
-        own = os.environ.get("CC", "").split() or next(
-            ([name] for name in ("cc", "gcc", "clang") if shutil.which(name)), None
-        )
-        if own:
-            return own
+        own = os.environ.get("CC", "").split()
+        known = [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
+        if own or known:
+            return own or known[0]
     found = zig()
     if found is None:
         raise CompilerError(

@@ -121,15 +121,17 @@ static void find_jumps(er_trajectory *t)
     }
 }
 
-/* FNV-1a over the samples' bytes. */
+/* FNV-1a over the samples, a number at a time; never 0. */
 static uint64_t fingerprint(const er_samples *s)
 {
-    const unsigned char *bytes = (const unsigned char *)s->data;
-    size_t count = s->samples * (size_t)column_count(s) * sizeof *s->data;
-    uint64_t hash = UINT64_C(14695981039346656037);
-    for (size_t k = 0; k < count; k++)
-        hash = (hash ^ bytes[k]) * UINT64_C(1099511628211);
-    return hash;
+    size_t count = s->samples * (size_t)column_count(s);
+    uint64_t hash = UINT64_C(14695981039346656037), bits;
+    for (size_t k = 0; k < count; k++) {
+        memcpy(&bits, s->data + k, sizeof bits);
+        hash = (hash ^ bits) * UINT64_C(1099511628211);
+        hash ^= hash >> 32; /* the product alone would leave high bits without a trace in low ones */
+    }
+    return hash | 1;
 }
 
 bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *failure)
