@@ -17,7 +17,7 @@ void er_angles(const er_robot *robot, const double *q, const double *x, double *
 /* Rodrigues' formula, by rows. */
 static void turn(const double axis[3], double angle, double R[9])
 {
-    double s = sin(angle), c = cos(angle), half = sin(0.5 * angle), v = 2.0 * half * half;
+    double s = sin(angle), c = cos(angle), v = 1.0 - c;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
             R[3 * i + j] = v * axis[i] * axis[j];

@@ -7,14 +7,15 @@
 
 /* The error of the TCP [m] over a long path per allowed local error [rad]; with backlash the ISO 9283
  * path of the example robot enlarges errors several hundred times. */
-#define TCP_PER_LOCAL_ERROR 0.1
+#define TCP_PER_LOCAL_ERROR 1.0
 #define TCP_PER_LOCAL_ERROR_WITH_PLAY 20.0
 /* Newton's method may leave this part of the local error; nearly solved to rounding, this much [rad]. */
 #define ITERATION 1e-3
 #define EXACT_ITERATION 1e-13
-/* Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
- * gear changes flank [s]: the scale of the fastest oscillation (235 Hz). */
-#define LONGEST_STEP 0.02
+/* Longest step [s]: an eighth of the slowest mode's period (10 Hz), with which the ISO path stays within
+ * 1e-8 m without backlash.  First step and the one after a gear changes flank [s]: the scale of the
+ * fastest oscillation (235 Hz). */
+#define LONGEST_STEP 0.0125
 #define FIRST_STEP 1e-3
 /* A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
  * by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at it. */

@@ -20,6 +20,11 @@
 /* A step may exceed the proposed length by this ratio where that takes it to its target. */
 #define STRETCH 1.05
 #define MAX_PASSES 8
+/* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
+ * step that does so enlarges the rate by the second, so that it is measured again before long. */
+#define RATE_SAFETY 10.0
+#define RATE_AGEING 1.5
+#define SMALLEST_RATE 1e-6
 /* A step that takes more passes than this has its matrices rebuilt for the next. */
 #define USUAL_PASSES 2
 #define MAX_LANDINGS 20
@@ -46,6 +51,7 @@ void er_state_start(er_state *state, const er_robot *robot, const er_curve *curv
     state->time = time;
     state->step = settings->first;
     state->predictor_step = 0.0;
+    state->rate = 1.0;
     memset(state->predictor, 0, sizeof state->predictor);
     for (int k = 0; k < robot->elastics; k++)
         state->region[k] = er_curve_region(curve, k, state->x[k]);
@@ -210,20 +216,23 @@ static bool solve(const run *r, const er_state *state, double h, double accuracy
         return false;
     }
     for (step->passes = 1; step->passes <= MAX_PASSES && !converged; step->passes++) {
-        double size, rate;
-        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x, w->v);
+        double size, rate = RATE_SAFETY * state->rate;
+        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
+                       w->v);
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, state->region,
                       ER_STAGES);
         size = kernel->improve(r->m, w->factors, (const er_lanes *)w->residual,
                                step->acceleration);
-        /* At least two passes: after one, errors that the extrapolation enlarges could pass unseen. */
-        if (step->passes > 1) {
+        if (step->passes == 1) {
+            step->rate = RATE_AGEING * state->rate;
+        } else {
             rate = last > 0.0 ? size / last : 0.0;
-            /* Error left after a linearly converging iteration (Hairer and Wanner 1996, IV.8). */
-            converged = size <= target || size * rate <= target * (1.0 - rate);
-            if (!converged && !(rate < 1.0))
-                return false;
+            step->rate = fmax(rate, SMALLEST_RATE);
         }
+        /* Error left after a linearly converging iteration (Hairer and Wanner 1996, IV.8). */
+        converged = size * rate <= target * (1.0 - rate) || (step->passes > 1 && size <= target);
+        if (!converged && step->passes > 1 && !(rate < 1.0))
+            return false;
         last = size;
     }
     if (!converged)
@@ -293,6 +302,7 @@ static void take_end(const run *r, er_state *state, const er_step *step)
     memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
     memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
     state->predictor_step = step->length;
+    state->rate = fmin(step->rate, 1.0);
 }
 
 static void take_crossing(const run *r, er_state *state, const er_step *step,
@@ -306,6 +316,7 @@ static void take_crossing(const run *r, er_state *state, const er_step *step,
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             state->predictor[k][l] = step->a[k];
+    state->rate = 1.0;
     r->work->matrix_step = 0.0;
 }
 

@@ -20,6 +20,7 @@ typedef struct {
     double v[ER_MAX_ANGLES];             /* their rates [rad/s] */
     double step;                         /* length proposed for the next step [s] */
     double predictor_step;               /* length of the last step [s]; 0: there was none */
+    double rate;                         /* at which Newton's method converged lately; 1: not known */
     er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
 } er_state;
@@ -57,6 +58,7 @@ typedef struct {
     double a[ER_MAX_ANGLES];                                 /* of the polynomial, at its end */
     double error;                                            /* estimate of the local error [rad] */
     int passes;                                              /* of Newton's method */
+    double rate;                                             /* at which it converges */
 } er_step;
 
 /* Memory of a stepper; nothing in it outlives a call of er_advance. */
