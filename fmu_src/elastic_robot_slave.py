@@ -309,8 +309,12 @@ class ElasticRobotSlave(Fmi2Slave):
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 
     def _read_trajectory(self, strings):
-        path = strings["trajectory"]
-        return read_trajectory(Path(path), len(self._robot.joints)) if path else None
+        if not strings["trajectory"]:
+            return None
+        path = Path(strings["trajectory"])
+        packed = Path(self.resources, path)  # of use where a master unpacks it no one knows where
+        file = packed if packed.is_file() and not path.exists() else path
+        return read_trajectory(file, len(self._robot.joints))
 
     def _drives(self):
         if self._trajectory is not None:

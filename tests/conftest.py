@@ -26,6 +26,8 @@ settings.register_profile("project", deadline=None, derandomize=True, max_exampl
 settings.load_profile("project")
 
 HERE = Path(__file__).parent
+# Scripts that tests run in processes of their own; not to be imported for doctests.
+collect_ignore = ["hosts", "stock"]
 REFERENCE = HERE / "reference"
 
 

@@ -1,4 +1,4 @@
-"""FMU archives whose bytes depend on nothing but what is in them."""
+"""Archives whose bytes depend on nothing but what is in them."""
 
 from __future__ import annotations
 
@@ -18,22 +18,28 @@ _LIBRARY_MODE = 0o100755
 
 
 def write_fmu(file: Path, entries: Mapping[str, bytes], date: datetime) -> None:
+    """Write an FMU; arguments and errors as for `write_archive`, the file's name ends in .fmu."""
+    write_archive(file, ".fmu", entries, date)
+
+
+def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: datetime) -> None:
     """Write an archive; an existing file is replaced only when the new one is complete.
 
     Args:
-        file: Ending in .fmu.
+        file: Where to write it.
+        suffix: That its name must have.
         entries: Content by path inside the archive.
         date: Of every entry; times before 1980 are taken as 1980, as ZIP begins there.
 
     Raises:
         BuildError: If the file cannot be written.
     """
-    if file.suffix != ".fmu":
-        raise BuildError(f"{file}: the FMU's name must end in .fmu")
+    if file.suffix != suffix:
+        raise BuildError(f"{file}: the file's name must end in {suffix}")
     stamp = (max(date.year, 1980), *date.timetuple()[1:6])
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=file.parent, prefix=".fmu") as folder:
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=suffix) as folder:
             complete = Path(folder, file.name)
             with zipfile.ZipFile(complete, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
                 for name in sorted(entries):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import elastic_robot
 from coupling.errors import BuildError
@@ -36,7 +37,11 @@ _CAPABILITIES = (
 
 
 def build_native_fmu(
-    robot: Robot, file: Path, platforms: Sequence[str] = (), with_sources: bool = False
+    robot: Robot,
+    file: Path,
+    platforms: Sequence[str] = (),
+    with_sources: bool = False,
+    resources: Mapping[str, bytes] = MappingProxyType({}),
 ) -> Path:
     """Write a robot's native FMU; an existing file is replaced only when the new one is complete.
 
@@ -45,6 +50,7 @@ def build_native_fmu(
         file: Where to write it, ending in .fmu.
         platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
+        resources: More files by name; `trajectory` can name one of them.
 
     Returns:
         The file.
@@ -64,6 +70,7 @@ def build_native_fmu(
     }
     entries = {name: text.encode() for name, text in texts.items()}
     entries["model.png"] = ICON.read_bytes()
+    entries |= {f"resources/{name}": data for name, data in resources.items()}
     entries |= _libraries(platforms or [host_platform().name])
     source_files: tuple[str, ...] = ()
     if with_sources:

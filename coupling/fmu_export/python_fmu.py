@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import tempfile
-import zipfile
+from collections.abc import Mapping
 from html import escape
 from importlib import metadata
 from pathlib import Path
-
-from pythonfmu.builder import FmuBuilder
+from types import MappingProxyType
 
 import elastic_robot
-from coupling.fmu_export.archive import build_date, content_guid, write_fmu
+from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.documentation import index_html
-from coupling.fmu_export.identity import ICON, about_robot, license_text
-from coupling.fmu_export.model_description import model_description
+from coupling.fmu_export.identity import ICON, about_robot
+from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.fmu_export.requirements import (
     conda_environment,
     external_dependencies,
@@ -34,7 +32,9 @@ _CAPABILITIES = (
 )
 
 
-def build_python_fmu(robot: Robot, file: Path) -> Path:
+def build_python_fmu(
+    robot: Robot, file: Path, resources: Mapping[str, bytes] = MappingProxyType({})
+) -> Path:
     """Write a robot's FMU; an existing file is replaced only when the new one is complete.
 
     The same robot and the same sources give the same bytes.
@@ -42,6 +42,7 @@ def build_python_fmu(robot: Robot, file: Path) -> Path:
     Args:
         robot: The robot, fixed in the FMU.
         file: Where to write it, ending in .fmu.
+        resources: More files by name; `trajectory` can name one of them.
 
     Returns:
         The file.
@@ -52,7 +53,9 @@ def build_python_fmu(robot: Robot, file: Path) -> Path:
     package = Path(elastic_robot.__file__).parent
     table = blocks(robot)
     date = build_date(package)
-    entries = _runtime(package, robot)
+    slave = package.parent / "elastic_robot_slave.py"
+    packed = {"robot.json": robot.to_json().encode(), **resources}
+    entries = slave_entries(slave, MODEL_NAME, packed, [package])
     needs = (
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
         ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'
@@ -63,27 +66,9 @@ def build_python_fmu(robot: Robot, file: Path) -> Path:
         "resources/environment.yml": conda_environment(),
         "documentation/index.html": html,
         "documentation/externalDependencies.txt": external_dependencies(),
-        "documentation/licenses/license.txt": license_text("elastic-robot-fmu"),
-        "documentation/licenses/pythonfmu.txt": license_text("pythonfmu"),
     }
     entries |= {name: text.encode() for name, text in texts.items()}
     entries["model.png"] = ICON.read_bytes()
     about = about_robot(robot, f"PythonFMU {metadata.version('pythonfmu')}", date, _CAPABILITIES)
-    # The description is part of the content that the GUID stands for.
-    draft = model_description(about, table, guid="")
-    guid = content_guid({**entries, "modelDescription.xml": draft})
-    entries["modelDescription.xml"] = model_description(about, table, guid)
-    write_fmu(file, entries, date)
+    write_slave(file, about, table, entries, date)
     return file
-
-
-def _runtime(package: Path, robot: Robot) -> dict[str, bytes]:
-    """Return the slave with what PythonFMU adds to it: its binaries and its own package."""
-    slave = package.parent / "elastic_robot_slave.py"
-    with tempfile.TemporaryDirectory() as folder:
-        description = Path(folder, "robot.json")
-        description.write_text(robot.to_json(), encoding="utf-8")
-        file = Path(folder, f"{MODEL_NAME}.fmu")
-        FmuBuilder.build_FMU(slave, dest=file, project_files=[package, description])
-        with zipfile.ZipFile(file) as archive:
-            return {name: archive.read(name) for name in archive.namelist()}

@@ -61,6 +61,10 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }
     free(robot);
+    if (good && strlen(file) < ER_MAX_PATH) {
+        const char *behind = strrchr(file, '/');
+        memcpy(instance->model->resources, file, behind == NULL ? 0 : (size_t)(behind + 1 - file));
+    }
     return good;
 }
 

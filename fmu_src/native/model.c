@@ -1,8 +1,10 @@
 #include "model.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "text_file.h"
 #include "vector.h"
 
 /* The error of the TCP [m] over a long path per allowed local error [rad]; with backlash the ISO 9283
@@ -76,6 +78,25 @@ static bool hold(const er_drives *drives, double time, const double wrench[6], e
     return true;
 }
 
+static bool exists(const char *path)
+{
+    FILE *file = er_open(path);
+    if (file != NULL)
+        fclose(file);
+    return file != NULL;
+}
+
+/* Reads a file, or one of this name among the resources if it is there only. */
+static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
+                            er_failure *failure)
+{
+    char packed[2 * ER_MAX_PATH];
+    snprintf(packed, sizeof packed, "%s%s", model->resources, path);
+    if (model->resources[0] == '\0' || exists(path) || !exists(packed))
+        snprintf(packed, sizeof packed, "%s", path);
+    return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
+}
+
 /* Has the trajectory of some options in the model, with the samples of `print` unless that is 0. */
 static bool require_trajectory(er_model *model, const char *path, uint64_t print,
                                er_failure *failure)
@@ -84,7 +105,7 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t print
     er_trajectory read;
     if (path[0] == '\0')
         return true;
-    if (!there && !er_trajectory_read(&read, path, model->robot.joints, failure))
+    if (!there && !read_trajectory(model, path, &read, failure))
         return false;
     if (print != 0 && print != (there ? &model->trajectory : &read)->print) {
         if (!there)
