@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from coupling.errors import BuildError
 from coupling.fmu_export.native_compiler import PLATFORMS
@@ -24,13 +26,20 @@ KINDS = ("python", "native")
 
 
 def build_kind(
-    robot: Robot, file: Path, kind: str, platforms: str = "", with_sources: bool = False
+    robot: Robot,
+    file: Path,
+    resources: Mapping[str, bytes] = MappingProxyType({}),
+    *,
+    kind: str,
+    platforms: str = "",
+    with_sources: bool = False,
 ) -> Path:
     """Write a robot's FMU of either kind.
 
     Args:
         robot: The robot, fixed in the FMU.
         file: Where to write it, ending in .fmu.
+        resources: More files by name; `trajectory` can name one of them.
         kind: One of KINDS.
         platforms: Of a native FMU: names with commas between them, or "all"; empty: this machine's.
         with_sources: Pack the C sources of a native FMU as well.
@@ -45,12 +54,12 @@ def build_kind(
         raise BuildError(f"kind is {kind!r}; needed is one of {', '.join(KINDS)}")
     if kind == "native":
         names = list(PLATFORMS) if platforms == "all" else [n for n in platforms.split(",") if n]
-        return build_native_fmu(robot, file, names, with_sources)
+        return build_native_fmu(robot, file, names, with_sources, resources)
     if platforms or with_sources:
         raise BuildError(
             "platforms and sources are chosen for an FMU in Python; needed is --kind native"
         )
-    return build(robot, file)
+    return build(robot, file, resources)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -70,7 +79,13 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         robot = load_robot(find_robot(options.robot))
-        file = build_kind(robot, options.output, options.kind, options.platforms, options.sources)
+        file = build_kind(
+            robot,
+            options.output,
+            kind=options.kind,
+            platforms=options.platforms,
+            with_sources=options.sources,
+        )
     except (BuildError, ElasticRobotError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -89,7 +89,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for kind in KINDS:
-            file = build_kind(ROBOT, folder / f"{kind}.fmu", kind)
+            file = build_kind(ROBOT, folder / f"{kind}.fmu", kind=kind)
             fmpy.extract(str(file), unzipdir=str(folder / kind))
         costs = from_c(folder)
         table.add_row("native FMU, host in C", *[f"{costs[size]:.1f}" for size in SIZES])

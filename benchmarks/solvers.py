@@ -90,7 +90,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
             job = Job(settings, times, np.zeros((len(times), 6)))
-            fmu = build_kind(ROBOT, folder / "Robot.fmu", kind)
+            fmu = build_kind(ROBOT, folder / "Robot.fmu", kind=kind)
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"
             order.write_bytes(pickle.dumps((folder / "fmu", job)))

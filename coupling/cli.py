@@ -57,7 +57,9 @@ def build(
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
-    file = build_fmu.build_kind(described, output, kind, platforms, sources)
+    file = build_fmu.build_kind(
+        described, output, kind=kind, platforms=platforms, with_sources=sources
+    )
     Console().print(f"{file}: built")
 
 

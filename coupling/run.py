@@ -124,7 +124,7 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     start = time.perf_counter()
     planner = Planner(case.robot, case.home)
     with tempfile.TemporaryDirectory() as folder:
-        file = build_kind(case.robot, Path(folder, "ElasticRobot.fmu"), case.settings.fmu)
+        file = build_kind(case.robot, Path(folder, "ElasticRobot.fmu"), kind=case.settings.fmu)
 
         def progress(done: int, total: int) -> None:
             watch.progress(robot.mode, done, total)

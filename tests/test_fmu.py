@@ -139,7 +139,9 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
-def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
+    build, example, run_fmu, tmp_path
+):
     """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
     fmu = build(example, tmp_path / "R.fmu", {"motion.csv": table.format(0.3).encode()})

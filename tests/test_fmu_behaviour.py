@@ -63,7 +63,7 @@ def rigid_robot() -> Robot:
 
 
 def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):
-    fmu = build_kind(example, tmp_path / "Robot.fmu", "python")
+    fmu = build_kind(example, tmp_path / "Robot.fmu", kind="python")
     tmp_path.joinpath("pinocchio.py").write_text(
         "raise ImportError(\"No module named 'pinocchio'\")"
     )

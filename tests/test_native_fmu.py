@@ -184,7 +184,7 @@ def test_the_core_has_no_mutable_global_state(unpacked):
 
 
 def test_contents_are_valid_and_complete(example, tmp_path):
-    file = build_kind(example, tmp_path / "R.fmu", "native", with_sources=True)
+    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True)
     assert fmpy.validation.validate_fmu(str(file)) == []
     with zipfile.ZipFile(file) as archive:
         names = set(archive.namelist())
@@ -201,7 +201,7 @@ def test_contents_are_valid_and_complete(example, tmp_path):
 
 def test_both_kinds_have_the_same_variables(example, tmp_path):
     kinds = [
-        fmpy.read_model_description(str(build_kind(example, tmp_path / f"{kind}.fmu", kind)))
+        fmpy.read_model_description(str(build_kind(example, tmp_path / f"{kind}.fmu", kind=kind)))
         for kind in ("python", "native")
     ]
     one, two = (
@@ -434,7 +434,7 @@ def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
     assert main(["-o", str(tmp_path / "R.fmu"), "--platforms", "linux64"]) == 2
     assert "needed is --kind native" in capsys.readouterr().err
     with pytest.raises(BuildError, match="kind is 'java'"):
-        build_kind(example, tmp_path / "R.fmu", "java")
+        build_kind(example, tmp_path / "R.fmu", kind="java")
     assert not list(tmp_path.iterdir())
 
 
