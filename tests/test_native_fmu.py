@@ -79,6 +79,12 @@ def start(slave: FMU2Slave, q=POSTURE, time=0.0, **strings: str) -> FMU2Slave:
     return slave
 
 
+# Emulators start slowly: `make emulators` asks for them.
+EMULATORS = "ELASTIC_ROBOT_EMULATORS" in os.environ and zig() is not None
+# Root of the emulated system's own libraries (Debian's libc6-arm64-cross).
+AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
+
+
 def _compiler() -> str:
     found = shutil.which("cc")
     if found is None:
@@ -477,3 +483,95 @@ def test_libraries_for_other_platforms_are_made_here(name):
     library = compile_library(PLATFORMS[name], fmu_sources())
     assert library.read_bytes().startswith(MAGIC[name])
     assert hashlib.sha256(library.read_bytes()).digest()
+
+
+@pytest.mark.skipif(
+    not EMULATORS or shutil.which("qemu-aarch64") is None or not AARCH64_ROOT.is_dir(),
+    reason="run by `make emulators`; needs ziglang, qemu-user and libc6-arm64-cross",
+)
+def test_the_aarch64_library_gives_the_same_poses_in_an_emulator(
+    unpacked, c_host, example, tmp_path
+):
+    """Other instructions and another libm round otherwise: 1e-10 m after 200 steps."""
+    name = "aarch64-linux"
+    fmu = build_native_fmu(example, tmp_path / "A.fmu", [name])
+    fmpy.extract(str(fmu), unzipdir=str(tmp_path / "fmu"))
+    other = Unpacked.__new__(Unpacked)
+    other.library = tmp_path / "fmu" / "binaries" / name / "ElasticRobot.so"
+    other.guid = fmpy.read_model_description(str(fmu)).guid
+    other.resources = (tmp_path / "fmu" / "resources").as_uri()
+    target = ["-target", PLATFORMS[name].target.rpartition(".2.")[0], "-o", str(tmp_path / "host")]
+    source = [f"-I{SOURCES / 'fmi'}", str(HERE / "native" / "host.c"), "-lm"]
+    subprocess.run([*zig(), *target, "-std=c99", "-O1", *source], check=True)
+    emulated = [shutil.which("qemu-aarch64"), "-L", str(AARCH64_ROOT), str(tmp_path / "host")]
+    found, expected = (
+        np.loadtxt(_run_host(f, command, "run").splitlines(), delimiter=",")
+        for f, command in ((other, emulated), (unpacked, [str(c_host)]))
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+WINDOWS_HOST = """
+#include <stdio.h>
+#include <windows.h>
+#include "fmi2Functions.h"
+int main(int count, char **arguments)
+{
+    HMODULE library = LoadLibraryA(arguments[1]);
+    fmi2CallbackFunctions none = {0};
+    fmi2ValueReference z = 26;
+    double value = 0.0;
+    fmi2Component robot;
+    (void)count;
+    if (library == NULL)
+        return 1;
+#define GET(name) name##TYPE *name##_ = (name##TYPE *)(void *)GetProcAddress(library, #name)
+    GET(fmi2Instantiate);
+    GET(fmi2SetupExperiment);
+    GET(fmi2ExitInitializationMode);
+    GET(fmi2DoStep);
+    GET(fmi2GetReal);
+    robot = fmi2Instantiate_("r", fmi2CoSimulation, arguments[2], arguments[3], &none, 0, 0);
+    if (robot == NULL)
+        return 2;
+    fmi2SetupExperiment_(robot, 0, 0.0, 0.0, 0, 0.0);
+    fmi2ExitInitializationMode_(robot);
+    for (int k = 0; k < 100; k++)
+        if (fmi2DoStep_(robot, 0.004 * k, 0.004, 1) != fmi2OK)
+            return 3;
+    fmi2GetReal_(robot, &z, 1, &value);
+    printf("%.17g\\n", value);
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(
+    not EMULATORS or shutil.which("wine") is None,
+    reason="run by `make emulators`; needs ziglang and wine",
+)
+def test_the_windows_library_runs_in_wine(unpacked, example, tmp_path):
+    """Height of the TCP at rest after 100 steps, as here to 1e-12 m."""
+    fmu = build_native_fmu(example, tmp_path / "W.fmu", ["win64"])
+    fmpy.extract(str(fmu), unzipdir=str(tmp_path / "fmu"))
+    guid = fmpy.read_model_description(str(fmu)).guid
+    (tmp_path / "host.c").write_text(WINDOWS_HOST)
+    target = ["-target", PLATFORMS["win64"].target, "-o", str(tmp_path / "host.exe")]
+    source = [f"-I{SOURCES / 'fmi'}", str(tmp_path / "host.c")]
+    subprocess.run([*zig(), *target, "-std=c99", *source], check=True)
+    library = "Z:" + str(tmp_path / "fmu" / "binaries" / "win64" / "ElasticRobot.dll").replace(
+        "/", "\\"
+    )
+    resources = "file:///Z:" + str(tmp_path / "fmu" / "resources")
+    done = subprocess.run(
+        [shutil.which("wine"), str(tmp_path / "host.exe"), library, guid, resources],
+        env={**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+    assert done.returncode == 0, (done.returncode, done.stdout, done.stderr)
+    slave = start(unpacked.slave(), q=[0.0] * 6)
+    for k in range(100):
+        slave.doStep(0.004 * k, 0.004)
+    assert float(done.stdout) == pytest.approx(slave.getReal([26])[0], abs=1e-12)

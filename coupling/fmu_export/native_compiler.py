@@ -22,8 +22,12 @@ import elastic_robot
 from coupling.errors import BuildError
 
 SOURCES = Path(elastic_robot.__file__).parent.parent / "native"
-# Contracted multiply-adds are as exact as rounded ones; anything that drops NaN checks is not used.
-FLAGS = ("-std=c99", "-O3", "-ffp-contract=fast", "-fPIC", "-shared", "-fvisibility=hidden")
+# Contracted multiply-adds are as exact as rounded ones, and nobody asks for errno; anything that drops
+# checks of NaN is not used.
+FLAGS = (
+    *("-std=c99", "-O3", "-ffp-contract=fast", "-fno-math-errno"),
+    *("-fPIC", "-shared", "-fvisibility=hidden"),
+)
 
 
 class CompilerError(BuildError):

@@ -222,7 +222,10 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         }
         return;
     }
-    time = fmin(fmax(time, t->time[0]), t->time[t->samples - 1]);
+    if (time < t->time[0])
+        time = t->time[0];
+    if (time > t->time[t->samples - 1])
+        time = t->time[t->samples - 1];
     k = interval(t, time, drives->hint);
     s = time - t->time[k];
     c = coefficients(t, k, 0);
