@@ -273,19 +273,20 @@ static bool ER_NAME(factor)(int n, er_complex_pair *a)
     return true;
 }
 
+/* By columns, so that the products of a loop do not wait for each other. */
 static void solve_pair(int n, const er_complex_pair *a, er_complex_pair *b)
 {
-    for (int i = 0; i < n; i++) {
-        er_complex_pair sum = b[i];
-        for (int j = 0; j < i; j++)
-            sum = less_product(sum, a[i * n + j], b[j]);
-        b[i] = sum;
-    }
-    for (int j = n - 1; j >= 0; j--) {
-        er_complex_pair value = product(b[j], a[j * n + j]);
-        b[j] = value;
+    for (int j = 0; j < n; j++) {
+        er_complex_pair known = b[j];
         for (int i = j + 1; i < n; i++)
-            b[j] = less_product(b[j], a[i * n + j], b[i]);
+            b[i] = less_product(b[i], a[i * n + j], known);
+    }
+    for (int j = 0; j < n; j++)
+        b[j] = product(b[j], a[j * n + j]);
+    for (int i = n - 1; i > 0; i--) {
+        er_complex_pair known = b[i];
+        for (int j = 0; j < i; j++)
+            b[j] = less_product(b[j], a[i * n + j], known);
     }
 }
 
