@@ -205,6 +205,29 @@ def test_contents_are_valid_and_complete(example, tmp_path):
     assert description.coSimulation.providesDirectionalDerivative
 
 
+def test_the_packed_sources_compile_to_the_library_by_themselves(example, tmp_path, c_host):
+    """As a master does it: the listed files, the folder of sources alone, no flags of ours."""
+    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True)
+    fmu = Unpacked(file, tmp_path / "fmu")
+    xml = (fmu.folder / "modelDescription.xml").read_text()
+    sources = [
+        str(fmu.folder / "sources" / name) for name in re.findall(r'<File name="(\S+)"', xml)
+    ]
+    fmu.library = tmp_path / "own.so"
+    command = [
+        _compiler(),
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-fPIC",
+        "-shared",
+    ]
+    subprocess.run([*command, "-o", str(fmu.library), *sources, "-lm"], check=True)
+    _run_host(fmu, [str(c_host)], "run")
+
+
 def test_both_kinds_have_the_same_variables(example, tmp_path):
     kinds = [
         fmpy.read_model_description(str(build_kind(example, tmp_path / f"{kind}.fmu", kind=kind)))

@@ -39,14 +39,14 @@ class Platform:
     """A kind of machine that an FMU's library is for.
 
     Attributes:
-        name: As an FMI 2 archive names the folder of its binary; FMI 3 names where FMI 2 has none.
-        fmi3: As an FMI 3 archive names it.
+        name: As an FMI 2 archive names the folder of its binary; that of FMI 3 where FMI 2 has none.
+        machine: Processor and system, as FMI 3 names them.
         target: As Zig names it, with the oldest system that the library runs on.
         suffix: Of a shared library.
     """
 
     name: str
-    fmi3: str
+    machine: str
     target: str
     suffix: str
 
@@ -74,7 +74,7 @@ def host_platform() -> Platform:
     )
     name = f"{machine}-{platform.system().lower()}"
     for known in PLATFORMS.values():
-        if known.fmi3 == name:
+        if known.machine == name:
             return known
     raise CompilerError(f"this machine is {name}; needed is one of {', '.join(PLATFORMS)}")
 

@@ -104,8 +104,7 @@ def _libraries(names: Sequence[str]) -> dict[str, bytes]:
 
 
 def _sources() -> dict[str, bytes]:
-    headers = [h for h in SOURCES.rglob("*.h") if not h.name.startswith("fmi3")]
-    files = [*fmu_sources(), *headers]
+    files = [*fmu_sources(), *SOURCES.rglob("*.h")]
     return {f"sources/{f.relative_to(SOURCES).as_posix()}": f.read_bytes() for f in files}
 
 
