@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from bisect import bisect_right
-from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -18,8 +18,7 @@ from elastic_robot.errors import TrajectoryError
 END_SLACK = 1e-9
 
 
-@dataclass(frozen=True)
-class HeldCommand:
+class HeldCommand(NamedTuple):
     """Drives from the command at a step's start: q + q' s + q'' s^2 / 2, s seconds later.
 
     Attributes:
