@@ -100,16 +100,20 @@ def compile_library(
     flags = [*FLAGS, *definitions]
     if target.suffix == ".dll":
         flags.remove("-fPIC")
-    file = (cache or _cache()) / f"{_key(compiler, flags, sources)}{target.suffix}"
+    file = (cache or _cache()).resolve() / f"{_key(compiler, flags, sources)}{target.suffix}"
     if file.is_file():
         return file
     file.parent.mkdir(parents=True, exist_ok=True)
     folders = sorted({source.parent for source in sources} | {SOURCES})
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
         built = Path(folder, file.name)
-        command = [*compiler, *flags, *[f"-I{f}" for f in folders], "-o", str(built)]
-        command += [*map(str, sources), *([] if target.suffix == ".dll" else ["-lm"])]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        command = [*compiler, *flags, *[f"-I{f.resolve()}" for f in folders], "-o", str(built)]
+        command += [
+            *(str(source.resolve()) for source in sources),
+            *([] if target.suffix == ".dll" else ["-lm"]),
+        ]
+        # Zig leaves files where it is started.
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise CompilerError(f"{' '.join(compiler)} failed for {target.name}:\n{done.stderr}")
         os.replace(built, file)

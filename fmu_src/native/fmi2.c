@@ -5,6 +5,7 @@
 
 #include "fmi/fmi2Functions.h"
 #include "instance.h"
+#include "uri.h"
 
 #define ROBOT_FILE "robot.txt"
 

@@ -5,31 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "text_file.h"
+#include "hash.h"
 
 #define DEFAULT_TOLERANCE 1e-6
 /* A communication step may start this far [s] from where the last one ended (rounding of sums). */
 #define TIME_SLACK 1e-9
-/* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740001)
-
 static const char *const curves[] = {"linear", "backlash", "spline"};
 static const char *const modes[] = {"dynamic", "quasistatic"};
 static const char *const initial_states[] = {"equilibrium", "undeflected"};
-
-/* FNV-1a */
-static uint64_t hash(const void *data, size_t size, uint64_t start)
-{
-    const unsigned char *bytes = data;
-    for (size_t k = 0; k < size; k++)
-        start = (start ^ bytes[k]) * UINT64_C(1099511628211);
-    return start;
-}
-
-static uint64_t hash_of(const void *data, size_t size)
-{
-    return hash(data, size, UINT64_C(14695981039346656037));
-}
 
 #define NUMBER_TEXT 32
 
@@ -55,7 +38,7 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
                        " the GUID of its modelDescription.xml", guid, robot->guid);
     if (good) {
         size_t size = sizeof(er_saved_state);
-        instance->print = hash(&size, sizeof size, hash_of(robot, sizeof *robot));
+        instance->print = er_hash(&size, sizeof size, er_hash(robot, sizeof *robot, ER_HASH_START));
         er_layout_of(robot, &instance->layout);
         instance->model = er_model_create(robot);
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
@@ -422,97 +405,4 @@ bool er_instance_set_string(er_instance *instance, unsigned reference, const cha
     instance->progress.computed = false;
     instance->fresh = 0;
     return true;
-}
-
-void er_instance_save(const er_instance *instance, er_saved_state *saved)
-{
-    saved->mark = STATE_MARK;
-    saved->print = instance->print;
-    saved->inputs = instance->inputs;
-    saved->progress = instance->progress;
-    saved->departure = instance->departure;
-    saved->memory = instance->model->memory;
-}
-
-bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
-{
-    if (saved->mark != STATE_MARK)
-        return er_fail(&instance->failure, "the state is not one of this FMU; needed is a state that"
-                       " it has saved");
-    if (saved->print != instance->print)
-        return er_fail(&instance->failure, "the state is of a robot with fingerprint %016llx; needed"
-                       " is one of %016llx", (unsigned long long)saved->print,
-                       (unsigned long long)instance->print);
-    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
-                          &instance->failure))
-        return false;
-    instance->inputs = saved->inputs;
-    instance->progress = saved->progress;
-    instance->departure = saved->departure;
-    instance->fresh = 0;
-    return true;
-}
-
-void er_serialise(const er_saved_state *saved, unsigned char *bytes)
-{
-    uint64_t checksum = hash_of(saved, sizeof *saved);
-    memcpy(bytes, saved, sizeof *saved);
-    memcpy(bytes + sizeof *saved, &checksum, sizeof checksum);
-}
-
-bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t size,
-                    er_saved_state *saved)
-{
-    uint64_t checksum;
-    if (size != ER_SERIALISED_SIZE)
-        return er_fail(&instance->failure, "the state has %lu bytes; needed is a state that this FMU"
-                       " has saved, of %lu bytes", (unsigned long)size,
-                       (unsigned long)ER_SERIALISED_SIZE);
-    memcpy(saved, bytes, sizeof *saved);
-    memcpy(&checksum, bytes + sizeof *saved, sizeof checksum);
-    if (checksum != hash_of(saved, sizeof *saved))
-        return er_fail(&instance->failure, "the state is damaged: its checksum does not agree;"
-                       " needed is a state as it was saved");
-    return true;
-}
-
-static int hex(char c)
-{
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10
-                                          : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                                                 : -1;
-}
-
-/* file:///path, file://host/path or file:/path, with %xx for bytes; on Windows file:///C:/path. */
-char *er_path_from_uri(const char *uri, const char *file)
-{
-    size_t length = 0;
-    char *path;
-    if (uri == NULL || strncmp(uri, "file:", 5) != 0)
-        return NULL;
-    uri += 5;
-    if (uri[0] == '/' && uri[1] == '/') {
-        uri += 2;
-        while (*uri != '/' && *uri != '\0')
-            uri++;
-    }
-#if defined(_WIN32)
-    if (uri[0] == '/' && uri[1] != '\0' && uri[2] == ':')
-        uri++;
-#endif
-    path = malloc(strlen(uri) + strlen(file) + 2);
-    if (path == NULL)
-        return NULL;
-    for (; *uri != '\0'; uri++) {
-        if (uri[0] == '%' && hex(uri[1]) >= 0 && hex(uri[2]) >= 0) {
-            path[length++] = (char)(16 * hex(uri[1]) + hex(uri[2]));
-            uri += 2;
-        } else {
-            path[length++] = *uri;
-        }
-    }
-    if (length > 0 && path[length - 1] != '/')
-        path[length++] = '/';
-    strcpy(path + length, file);
-    return path;
 }

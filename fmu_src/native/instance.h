@@ -97,7 +97,4 @@ void er_serialise(const er_saved_state *saved, unsigned char *bytes);
 bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t size,
                     er_saved_state *saved);
 
-/* Path of a file in the folder that a file: URI names, to be freed; NULL if it is not such a URI. */
-char *er_path_from_uri(const char *uri, const char *file);
-
 #endif
