@@ -36,13 +36,12 @@ from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmu_state import FmuState, PackedState, require_own
 from elastic_robot.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
 from elastic_robot.parameters import Parameters
+from elastic_robot.real_variables import RealVariables
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
-# Lists of variables of which the places are kept.
-_LISTS_KEPT = 100
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
 
@@ -77,14 +76,18 @@ class ElasticRobotSlave(Fmi2Slave):
         self._require_own_modules(resources)
         self._fingerprint = fingerprint(resources)
         self._robot = Robot.from_json((resources / "robot.json").read_text(encoding="utf-8"))
-        self._lay_out()
+        table = blocks(self._robot)
+        strings = table.pop("strings").variables
+        self._reals = RealVariables(table)
+        self._strings = {variable.name: variable.start for variable in strings}
+        self._string_names = list(self._strings)
+        self._twists = build_chain(self._robot).twists
         self._model = None  # None: to be computed from the present inputs and parameters
         self._trajectory = None
         self._time = 0.0
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._lists = {}  # lists of variables that were asked for
         self._fresh = set()  # output blocks computed for the present state
 
     def _require_own_modules(self, resources):
@@ -94,29 +97,6 @@ class ElasticRobotSlave(Fmi2Slave):
                 f"{self.instance_name}: this process has loaded another version of elastic_robot, from"
                 f" {loaded}; needed is a process of its own for FMUs of this version"
             )
-
-    def _lay_out(self):
-        table = blocks(self._robot)
-        self._twists = build_chain(self._robot).twists
-        strings = table.pop("strings").variables
-        self._strings = {variable.name: variable.start for variable in strings}
-        self._string_names = list(self._strings)
-        self._slices, self._output_of, reals = {}, {}, []
-        for key, block in table.items():
-            rows = range(len(reals), len(reals) + len(block.variables))
-            self._slices[key] = slice(rows.start, rows.stop)
-            if block.causality == "output":
-                self._output_of |= dict.fromkeys(rows, key)
-            reals += block.variables
-        self._names = [variable.name for variable in reals]
-        self._units = [variable.unit for variable in reals]
-        self._values = np.array([variable.start or 0.0 for variable in reals])
-        self._inputs = range(self._slices["tcp"].start)
-        # The three blocks of the drives follow one another.
-        self._drive_rows = slice(self._slices["q_cmd"].start, self._slices["qdd_cmd"].stop)
-
-    def _block(self, key):
-        return self._values[self._slices[key]]
 
     @_reported
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
@@ -150,7 +130,7 @@ class ElasticRobotSlave(Fmi2Slave):
         if step_size == 0.0:
             return True
         self._initialise()
-        end, wrench = current_time + step_size, self._block("wrench").copy()
+        end, wrench = current_time + step_size, self._reals.block("wrench").copy()
         if self._parameters_changed:
             self._step_with_new_parameters(end, wrench)
         else:
@@ -174,40 +154,23 @@ class ElasticRobotSlave(Fmi2Slave):
         """Return values; an output is computed when it is read."""
         if not vrs:
             return []
-        rows, outputs = self._asked(tuple(vrs))
-        stale = outputs - self._fresh
+        places = self._reals.places(vrs)
+        stale = places.outputs - self._fresh
         if stale:
             self._initialise()
         for key in stale:
             value = getattr(self._model, key)()
-            self._values[self._slices[key]] = value[_UPPER] if key == "compliance" else value
+            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
             self._fresh.add(key)
-        values = self._values[rows].tolist()
-        if not all(map(isfinite, values)):
-            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not isfinite(v))
-            raise ParameterError(
-                f"{self._names[vr]} is {value} {self._units[vr]}, out of the range of numbers; needed"
-                " are inputs and parameters of physical size"
-            )
-        return values
+        return self._reals.get(vrs, places)
 
     @_reported
     def set_real(self, vrs, values):
         """Set inputs and parameters."""
         if not vrs:
             return
-        rows, outputs = self._asked(tuple(vrs))
-        if not all(map(isfinite, values)):
-            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not isfinite(v))
-            raise ParameterError(
-                f"{self._names[vr]} is {value} {self._units[vr]}; needed is a finite number"
-            )
-        if outputs:
-            first = next(vr for vr in vrs if vr in self._output_of)
-            raise ParameterError(f"{self._names[first]} is an output and cannot be set")
-        if max(vrs) not in self._inputs:
+        if self._reals.set(vrs, values).has_parameters:
             self._parameters_changed = True
-        self._values[rows] = values
         if not self._stepped:
             self._model = None
             self._fresh.clear()
@@ -254,31 +217,8 @@ class ElasticRobotSlave(Fmi2Slave):
             )
         return []
 
-    def _asked(self, vrs):
-        """Return an index of these variables and the names of the output blocks among them.
-
-        Masters ask for the same few lists over and over; the answer is kept, and where they follow
-        one another the index is a slice.
-        """
-        known = self._lists.get(vrs)
-        if known is None:
-            for vr in vrs:
-                if not 0 <= vr < len(self._names):
-                    raise ParameterError(
-                        f"the value reference {vr} is asked for as a real variable; this FMU has 0 to"
-                        f" {len(self._names) - 1}"
-                    )
-            if vrs == tuple(range(vrs[0], vrs[0] + len(vrs))):
-                rows = slice(vrs[0], vrs[0] + len(vrs))
-            else:
-                rows = list(vrs)
-            known = rows, {self._output_of[vr] for vr in vrs if vr in self._output_of}
-            if len(self._lists) < _LISTS_KEPT:
-                self._lists[vrs] = known
-        return known
-
     def _strings_asked(self, vrs):
-        first = len(self._names)
+        first = len(self._reals)
         for vr in vrs:
             if not 0 <= vr - first < len(self._string_names):
                 raise ParameterError(
@@ -294,7 +234,7 @@ class ElasticRobotSlave(Fmi2Slave):
         model.parameters = self._checked_parameters()
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
-        model.reset(self._time, self._drives(), self._block("wrench").copy(), undeflected)
+        model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
         self._fresh.clear()
         self._parameters_changed = False
         self._model = model
@@ -319,26 +259,20 @@ class ElasticRobotSlave(Fmi2Slave):
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = self._values[self._drive_rows].reshape(3, -1).copy()
+        q, qd, qdd = self._reals.span("q_cmd", "qdd_cmd").reshape(3, -1).copy()
         return HeldCommand(self._time, q, qd, qdd)
 
     def _checked_parameters(self):
-        for key, strict in (("stiffness", True), ("damping", False), ("backlash", False)):
-            values = self._block(key)
-            bad = np.flatnonzero(values <= 0.0 if strict else values < 0.0)
-            if len(bad):
-                vr, bound = self._slices[key].start + bad[0], "> 0" if strict else ">= 0"
-                raise ParameterError(
-                    f"{self._names[vr]} is {values[bad[0]]} {self._units[vr]}; needed is a number"
-                    f" {bound}"
-                )
+        reals = self._reals
+        for key, above in (("stiffness", True), ("damping", False), ("backlash", False)):
+            reals.require_at_least_zero(key, above)
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
-        backlash[self._twists] = self._block("backlash")
+        backlash[self._twists] = reals.block("backlash")
         return Parameters(
-            gravity=self._block("gravity").copy(),
-            stiffness=self._block("stiffness").copy(),
-            damping=self._block("damping").copy(),
+            gravity=reals.block("gravity").copy(),
+            stiffness=reals.block("stiffness").copy(),
+            damping=reals.block("damping").copy(),
             backlash=backlash,
             tables=own.tables,
         )
@@ -353,7 +287,7 @@ class ElasticRobotSlave(Fmi2Slave):
             tolerance=self._tolerance,
             stepped=self._stepped,
             parameters_changed=self._parameters_changed,
-            values=self._values.copy(),
+            values=self._reals.values.copy(),
             strings=tuple(self._strings.values()),
             model=None if self._model is None else self._model.snapshot,
             trajectory=trajectory,
@@ -384,7 +318,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._model, self._trajectory, self._strings = model, trajectory, strings
         self._time, self._tolerance = state.time, state.tolerance
         self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
-        self._values = state.values.copy()
+        self._reals.values[:] = state.values
         self._fresh.clear()
 
     @staticmethod
