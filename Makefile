@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures comparison milling two-robots performance masters masters-table clean
+.PHONY: run test emulators figures comparison milling two-robots performance masters masters-table clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -16,6 +16,11 @@ test: .venv/installed
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/pytest -n 2 --durations=10
+
+# Debian: apt-get install qemu-user libc6-arm64-cross wine
+emulators: .venv/installed
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -e .[native]
+	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/test_native_fmu.py -k "emulator or wine or platforms"
 
 figures: .venv/installed
 	.venv/bin/python docs/make_figures.py

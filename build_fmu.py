@@ -1,20 +1,65 @@
 """robot.toml -> ElasticRobot.fmu.
 
-python build_fmu.py [--robot ROBOT.toml] [-o FILE.fmu]
+python build_fmu.py [--robot ROBOT.toml] [-o FILE.fmu] [--kind python|native]
+                    [--platforms linux64,win64,...|all] [--sources]
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from coupling.errors import BuildError
+from coupling.fmu_export.native_compiler import PLATFORMS
+from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.python_fmu import build_python_fmu as build
+from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.robot_file import find_robot, load_robot
 
-__all__ = ["build", "main"]
+__all__ = ["KINDS", "build", "build_kind", "build_native_fmu", "main"]
+
+KINDS = ("python", "native")
+
+
+def build_kind(
+    robot: Robot,
+    file: Path,
+    resources: Mapping[str, bytes] = MappingProxyType({}),
+    *,
+    kind: str,
+    platforms: str = "",
+    with_sources: bool = False,
+) -> Path:
+    """Write a robot's FMU of either kind.
+
+    Args:
+        robot: The robot, fixed in the FMU.
+        file: Where to write it, ending in .fmu.
+        resources: More files by name; `trajectory` can name one of them.
+        kind: One of KINDS.
+        platforms: Of a native FMU: names with commas between them, or "all"; empty: this machine's.
+        with_sources: Pack the C sources of a native FMU as well.
+
+    Returns:
+        The file.
+
+    Raises:
+        BuildError: If the kind is not known, the options do not fit it or the FMU cannot be written.
+    """
+    if kind not in KINDS:
+        raise BuildError(f"kind is {kind!r}; needed is one of {', '.join(KINDS)}")
+    if kind == "native":
+        names = list(PLATFORMS) if platforms == "all" else [n for n in platforms.split(",") if n]
+        return build_native_fmu(robot, file, names, with_sources, resources)
+    if platforms or with_sources:
+        raise BuildError(
+            "platforms and sources are chosen for an FMU in Python; needed is --kind native"
+        )
+    return build(robot, file, resources)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -24,9 +69,23 @@ def main(arguments: list[str] | None = None) -> int:
         "--robot", default="icme2008", help="robot.toml, or the name of a shipped robot"
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("ElasticRobot.fmu"))
+    parser.add_argument("--kind", choices=KINDS, default=KINDS[0], help="of the FMU")
+    parser.add_argument(
+        "--platforms",
+        default="",
+        help=f"of a native FMU: {','.join(PLATFORMS)} or all; this machine's unless given",
+    )
+    parser.add_argument("--sources", action="store_true", help="pack the C sources as well")
     options = parser.parse_args(arguments)
     try:
-        file = build(load_robot(find_robot(options.robot)), options.output)
+        robot = load_robot(find_robot(options.robot))
+        file = build_kind(
+            robot,
+            options.output,
+            kind=options.kind,
+            platforms=options.platforms,
+            with_sources=options.sources,
+        )
     except (BuildError, ElasticRobotError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -1,4 +1,4 @@
-"""Work and precision on the ISO 9283 reference path: this stepper, its FMU, SciPy and MuJoCo.
+"""Work and precision on the ISO 9283 reference path: this stepper, its FMUs, SciPy and MuJoCo.
 
     python benchmarks/iso_path.py                                  the whole path, about 6 minutes
     python benchmarks/iso_path.py --end 1                          a quick look
@@ -32,6 +32,8 @@ from benchmarks.task import CURVES, Entry, Row, Task
 
 # Communication step of a co-simulation [s].
 PERIOD = 4e-3
+# Those of the native FMU [s]: every second point of the reference, as this stepper is asked, first.
+NATIVE_PERIODS = (2e-2, 1e-2, PERIOD)
 TOLERANCES = (DEFAULT_TOLERANCE, 1e-5, 1e-7, 1e-8)
 # By torque curve and method.
 Settings = dict[str, dict[str, tuple[float, ...]]]
@@ -56,6 +58,7 @@ def entries(task: Task) -> list[Entry]:
         *(stepper(task, tolerance) for tolerance in TOLERANCES),
         bare_stepper(task, PERIOD),
         through_fmu(task, PERIOD),
+        *(through_fmu(task, period, "native") for period in NATIVE_PERIODS),
         *(mujoco(task, name, step) for name, steps in MUJOCO[task.curve].items() for step in steps),
         *(
             scipy_solver(task, name, rtol)

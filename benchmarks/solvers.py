@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
-from build_fmu import build
+from build_fmu import build_kind
 from coupling.fmu_worker import Job
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
@@ -74,16 +74,23 @@ def bare_stepper(task: Task, period: float) -> Entry:
     return Entry("bare stepper", f"this stepper, points {1e3 * period:g} ms apart", solve)
 
 
-def through_fmu(task: Task, period: float) -> Entry:
-    """The FMU through FMPy with communication steps of `period` seconds, wrench set and pose read."""
+def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
+    """An FMU through FMPy with communication steps of `period` seconds, wrench set and pose read.
+
+    From its instantiation on: the trajectory is read by the FMU, from an uncompressed NPZ, as
+    `coupling.robot_fmu` writes it.
+    """
 
     def solve() -> Answer:
         times = communication_points(task, period)
-        settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": str(TRAJECTORY)}
-        job = Job(settings, times, np.zeros((len(times), 6)))
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            fmu = build(ROBOT, folder / "Robot.fmu")
+            with np.load(TRAJECTORY) as samples:
+                np.savez(folder / "path.npz", **samples)
+            trajectory = str(folder / "path.npz")
+            settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
+            job = Job(settings, times, np.zeros((len(times), 6)))
+            fmu = build_kind(ROBOT, folder / "Robot.fmu", kind=kind)
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"
             order.write_bytes(pickle.dumps((folder / "fmu", job)))
@@ -92,7 +99,8 @@ def through_fmu(task: Task, period: float) -> Entry:
             with np.load(answer) as archive:
                 return at_reference(task, period, float(archive["wall"]), archive["poses"])
 
-    return Entry("FMU", f"FMU through FMPy, steps of {1e3 * period:g} ms", solve)
+    family, name = {"python": ("FMU", "FMU"), "native": ("native", "native FMU")}[kind]
+    return Entry(family, f"{name} through FMPy, steps of {1e3 * period:g} ms", solve)
 
 
 def communication_points(task: Task, period: float) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
+from build_fmu import KINDS
 from coupling.acceleration import SCHEMES
 from coupling.cell import Placement
 from coupling.compensation import METHODS, MirrorSettings
@@ -36,11 +37,12 @@ def _one_of(names: Iterable[str]) -> AfterValidator:
 
 
 class RobotTable(Schema):
-    """[robot]: description (shipped name or path), torque_curve, mode, home_deg."""
+    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
 
     description: str
     torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
     mode: Annotated[str, _one_of(MODES)] = "quasistatic"
+    fmu: Annotated[str, _one_of(KINDS)] = "python"
     home_deg: list[float]
 
 

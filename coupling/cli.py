@@ -49,9 +49,17 @@ def build(
     output: Annotated[Path, typer.Option("-o", "--output", help="The FMU.")] = Path(
         "ElasticRobot.fmu"
     ),
+    kind: Annotated[str, typer.Option(help="python, or native: in C, needs nothing.")] = "python",
+    platforms: Annotated[
+        str, typer.Option(help="Of a native FMU: linux64,win64,... or all; this machine's.")
+    ] = "",
+    sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
 ) -> None:
     """Build the FMU of a robot."""
-    file = build_fmu.build(load_robot(find_robot(robot)), output)
+    described = load_robot(find_robot(robot))
+    file = build_fmu.build_kind(
+        described, output, kind=kind, platforms=platforms, with_sources=sources
+    )
     Console().print(f"{file}: built")
 
 

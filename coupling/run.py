@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from build_fmu import build
+from build_fmu import build_kind
 from coupling.case import Case
 from coupling.cell import Cell, Member
 from coupling.compensation import METHODS, Compensation, Observers, Pass
@@ -152,7 +152,9 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
         members = []
         for placed in case.robots:
             planner = Planner(placed.description, placed.home)
-            file = build(placed.description, folder / f"{placed.name}.fmu")
+            file = build_kind(
+                placed.description, folder / f"{placed.name}.fmu", kind=case.settings.fmu
+            )
             fmu = stack.enter_context(
                 RobotFmu(file, placed.torque_curve, case.settings.mode, progress)
             )

@@ -7,16 +7,18 @@ import os
 for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_library, "1")
 
+import functools
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
-from build_fmu import build
+from build_fmu import KINDS, build_kind
 from elastic_robot.description import Robot
 from elastic_robot.robot_file import find_robot, load_robot
 
@@ -39,8 +41,14 @@ def example() -> Robot:
     return load_robot(find_robot("icme2008"))
 
 
+@pytest.fixture(scope="session", params=KINDS)
+def build(request: pytest.FixtureRequest) -> Callable[[Robot, Path], Path]:
+    """The FMUs of either kind keep the same contract: the tests run over both."""
+    return functools.partial(build_kind, kind=request.param)
+
+
 @pytest.fixture(scope="session")
-def example_fmu(example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu")
 
 

@@ -62,8 +62,11 @@ def main(order_file, answer_file):
         sys.modules[desk_only] = None
     assert not any(name.startswith(("elastic_robot", "coupling")) for name in sys.modules)
     answers = [run(description, folder, job) for job in order["jobs"]]
-    answered_by = Path(sys.modules["elastic_robot"].__file__)
-    assert Path(folder).resolve() in answered_by.resolve().parents, answered_by
+    if Path(folder, "resources", "elastic_robot").exists():  # an FMU in Python
+        answered_by = Path(sys.modules["elastic_robot"].__file__)
+        assert Path(folder).resolve() in answered_by.resolve().parents, answered_by
+    else:
+        assert "elastic_robot" not in sys.modules
     np.savez(
         answer_file,
         **{

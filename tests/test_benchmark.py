@@ -19,6 +19,7 @@ def test_every_family_follows_the_path(curve):
         stepper(task, 1e-6),
         bare_stepper(task, 4e-3),
         through_fmu(task, 4e-3),
+        through_fmu(task, 4e-3, "native"),
         mujoco(task, "RK4", 1e-3),
         mujoco(task, "implicitfast", 1.25e-4),
         scipy_solver(task, "Radau", 1e-4),
@@ -34,6 +35,8 @@ def rows(stepper_wall: float, error: float) -> list[Row]:
         Row("stepper", "ours", stepper_wall, error, error),
         Row("bare stepper", "bare", 2.0, 1e-9, 1e-9),
         Row("FMU", "through", 2.8, 1e-9, 1e-9),
+        Row("native", "native but wrong", 0.01, 2e-6, 1e-9),
+        Row("native", "native", 0.1, 1e-9, 1e-9),
         Row("MuJoCo", "fast but wrong", 0.1, 2e-6, 1e-9),
         Row("MuJoCo", "right", 3.0, 9e-7, 1e-9),
         Row("SciPy", "slow", 20.0, 1e-9, 1e-9),
@@ -42,8 +45,8 @@ def rows(stepper_wall: float, error: float) -> list[Row]:
 
 def test_goals_compare_with_the_fastest_that_is_accurate():
     found = goals({"linear": rows(1.5, 1e-7), "backlash": rows(0.5, 1e-7)})
-    assert [goal.ratio for goal in found] == pytest.approx([2.0, 6.0, 1.4, 1.4])
-    assert [goal.reached for goal in found] == [True, False, True, True]
+    assert [goal.ratio for goal in found] == pytest.approx([2.0, 6.0, 1.4, 1.4, 30.0, 5.0])
+    assert [goal.reached for goal in found] == [True, False, True, True, True, False]
     assert "6.00 (at least 10; not reached)" in str(found[1])
 
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import REFERENCE
 from random_robots import make_robot
 
-from build_fmu import build, main
+from build_fmu import main
 from coupling.errors import BuildError
 from elastic_robot.fingerprint import fingerprint
 
@@ -67,7 +67,7 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
     assert float(kinds["gravity.z"][1]) == -9.81
 
 
-def test_arrays_follow_the_robot(tmp_path, run_fmu):
+def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
     """A random robot of three joints: as many commands and deflections as it has."""
     robot = make_robot(7, 3)
     fmu = build(robot, tmp_path / "Random.fmu")
@@ -139,7 +139,9 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
-def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
+    build, example, run_fmu, tmp_path
+):
     """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
     fmu = build(example, tmp_path / "R.fmu", {"motion.csv": table.format(0.3).encode()})
@@ -292,7 +294,7 @@ def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):
     assert all("failed with status" in str(answer["error"]) for answer in answers)
 
 
-def test_build_refuses_a_wrong_name_and_an_unwritable_place(example, tmp_path):
+def test_build_refuses_a_wrong_name_and_an_unwritable_place(build, example, tmp_path):
     with pytest.raises(BuildError, match=r"must end in \.fmu"):
         build(example, tmp_path / "robot.zip")
     blocked = tmp_path / "file"
@@ -309,7 +311,7 @@ def test_command_builds_the_shipped_robot(tmp_path, capsys):
     assert str(file) in capsys.readouterr().out
 
 
-def test_fingerprint_tells_robots_apart(example, tmp_path):
+def test_fingerprint_tells_robots_apart(build, example, tmp_path):
     other = replace(example, gravity=(0.0, 0.0, -1.6))
     prints = set()
     for k, robot in enumerate([example, example, other]):

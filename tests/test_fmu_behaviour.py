@@ -11,11 +11,11 @@ import pytest
 from conftest import HERE
 from random_robots import make_robot
 
-from build_fmu import build
+from build_fmu import build_kind
 from elastic_robot.description import Body, Joint, Robot
 
 
-def test_instances_do_not_mix(example_fmu, run_host, tmp_path):
+def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
     run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
 
 
@@ -51,7 +51,7 @@ def test_random_calls_neither_crash_nor_leave_a_trace(example_fmu, run_host, see
     assert int(re.search(r"(\d+) calls refused", said)[1]) > 300
 
 
-def test_memory_stays_flat(run_host, tmp_path):
+def test_memory_stays_flat(build, run_host, tmp_path):
     """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
     run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 100_000)
 
@@ -62,7 +62,8 @@ def rigid_robot() -> Robot:
     return Robot("rigid", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
 
 
-def test_a_host_without_pinocchio_is_told_what_to_install(example_fmu, tmp_path):
+def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):
+    fmu = build_kind(example, tmp_path / "Robot.fmu", kind="python")
     tmp_path.joinpath("pinocchio.py").write_text(
         "raise ImportError(\"No module named 'pinocchio'\")"
     )
@@ -71,7 +72,7 @@ import sys
 sys.path.append({str(HERE / "hosts")!r})
 from fmu import Fmu, leave
 try:
-    Fmu({str(example_fmu)!r}).instance()
+    Fmu({str(fmu)!r}).instance()
 except Exception as error:
     print(error)
 leave()

@@ -42,8 +42,8 @@ class Fmu:
 
 
 @pytest.fixture(scope="module")
-def ours(example_fmu) -> Fmu:
-    return Fmu.read(example_fmu)
+def ours(example, tmp_path_factory) -> Fmu:
+    return Fmu.read(build(example, tmp_path_factory.mktemp("python") / "ElasticRobot.fmu"))
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,6 @@ import pytest
 from conftest import REFERENCE
 from random_robots import make_robot
 
-from build_fmu import build
-
 ISO_PATH = str(REFERENCE / "iso_path_joints.npz")
 
 
@@ -39,7 +37,7 @@ def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
     assert "holds another motion" in said
 
 
-def test_damaged_and_foreign_states_are_refused(example_fmu, run_host, tmp_path):
+def test_damaged_and_foreign_states_are_refused(build, example_fmu, run_host, tmp_path):
     other = build(make_robot(4, 6), tmp_path / "Other.fmu")
     said = run_host("foreign_states", example_fmu, other)
     for text in ("is damaged", "needed is a state that", "with fingerprint"):

@@ -107,6 +107,20 @@ def test_command_replayed_from_the_files_gives_the_achieved_path(finished, examp
     np.testing.assert_allclose(answer["values"], achieved[:, 1:], rtol=0, atol=1e-8)
 
 
+def test_the_native_fmu_gives_the_same_command(finished, tmp_path):
+    """The same case with fmu = "native": the joint angles of command.csv to 1e-8 rad."""
+    case = tmp_path / "stroke.toml"
+    text = LINE.read_text().replace('"linear"', '"backlash"')
+    case.write_text(text.replace("[robot]", '[robot]\nfmu = "native"'))
+    done = command("compensate", case, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    one, two = (
+        np.loadtxt(folder / "command.csv", delimiter=",", skiprows=1)
+        for folder in (finished[0], tmp_path / "out")
+    )
+    np.testing.assert_allclose(two, one, rtol=0, atol=1e-8)
+
+
 def test_correction_is_command_minus_desired(finished):
     folder, _ = finished
     run = read_run(folder)

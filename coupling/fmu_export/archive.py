@@ -70,7 +70,7 @@ def content_guid(entries: Mapping[str, bytes]) -> str:
     return f"{{{h[:8]}-{h[8:12]}-{h[12:16]}-{h[16:20]}-{h[20:32]}}}"
 
 
-def build_date(sources: Path) -> datetime:
+def build_date(*sources: Path) -> datetime:
     """Return the date to state in what is built: the same for the same input.
 
     SOURCE_DATE_EPOCH [s since 1970] where it is set (reproducible-builds.org), else the time at
@@ -81,7 +81,7 @@ def build_date(sources: Path) -> datetime:
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     if epoch is None:
-        newest = max(f.stat().st_mtime for f in sources.rglob("*") if f.is_file())
+        newest = max(f.stat().st_mtime for s in sources for f in s.rglob("*") if f.is_file())
         return datetime.fromtimestamp(int(newest), UTC)
     try:
         return datetime.fromtimestamp(int(epoch), UTC)

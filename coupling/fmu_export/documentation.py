@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from html import escape
 
-from coupling.fmu_export.requirements import pip_line
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.interface import Block, Variable
 
@@ -18,13 +17,14 @@ code { background: #f4f4f4; padding: .1em .3em }
 """
 
 
-def index_html(robot: Robot, blocks: Mapping[str, Block], version: str) -> str:
+def index_html(robot: Robot, blocks: Mapping[str, Block], version: str, needs: str) -> str:
     """Return the page: conventions, frames, joints, bodies, variables.
 
     Args:
         robot: The robot in the FMU.
         blocks: Its variables.
         version: Of the model.
+        needs: What the host must have, as HTML.
     """
     name = escape(robot.name)
     return "\n".join(
@@ -36,9 +36,7 @@ def index_html(robot: Robot, blocks: Mapping[str, Block], version: str) -> str:
             f"<p>Industrial robot with {len(robot.joints)} joints that give way under load, as an FMI"
             f" 2.0 co-simulation unit. Model version {escape(version)}.</p>",
             _USE,
-            f"<p>The Python of the host needs: <code>{escape(pip_line())}</code> (see"
-            ' <a href="externalDependencies.txt">externalDependencies.txt</a>). Licences:'
-            ' <a href="licenses/">licenses</a>.</p>',
+            f'<p>{needs} Licences: <a href="licenses/">licenses</a>.</p>',
             "<h2>Frames and signs</h2>",
             _FRAMES,
             _tool(robot),

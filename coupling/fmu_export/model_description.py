@@ -43,7 +43,9 @@ class About:
     tolerance: float
 
 
-def model_description(about: About, blocks: Mapping[str, Block], guid: str) -> bytes:
+def model_description(
+    about: About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
+) -> bytes:
     """Return modelDescription.xml.
 
     Value references are the variables' places in the order of the blocks.  Every real is stated
@@ -53,6 +55,7 @@ def model_description(about: About, blocks: Mapping[str, Block], guid: str) -> b
         about: What the FMU is.
         blocks: Its variables.
         guid: Ties the description to the binary.
+        source_files: C files under sources/ that make up the library, if they are in the FMU.
     """
     root = Element(
         "fmiModelDescription",
@@ -70,7 +73,7 @@ def model_description(about: About, blocks: Mapping[str, Block], guid: str) -> b
             "variableNamingConvention": "structured",
         },
     )
-    _add_co_simulation(root, about)
+    _add_co_simulation(root, about, source_files)
     _add_units(root, blocks)
     categories = SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
@@ -97,7 +100,7 @@ def model_description(about: About, blocks: Mapping[str, Block], guid: str) -> b
     return text + b"\n"
 
 
-def _add_co_simulation(root: Element, about: About) -> None:
+def _add_co_simulation(root: Element, about: About, source_files: Iterable[str]) -> None:
     flags = (
         "needsExecutionTool",
         "canHandleVariableCommunicationStepSize",
@@ -113,7 +116,12 @@ def _add_co_simulation(root: Element, about: About) -> None:
     assert not unknown, unknown
     attributes = {name: _boolean(name in about.capabilities) for name in flags}
     attributes["maxOutputDerivativeOrder"] = "0"
-    SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
+    element = SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
+    names = list(source_files)
+    if names:
+        listed = SubElement(element, "SourceFiles")
+        for name in names:
+            SubElement(listed, "File", {"name": name})
 
 
 def _add_units(root: Element, blocks: Mapping[str, Block]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
@@ -10,17 +11,17 @@ from types import MappingProxyType
 import elastic_robot
 from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.documentation import index_html
-from coupling.fmu_export.model_description import About
+from coupling.fmu_export.identity import ICON, about_robot
 from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.fmu_export.requirements import (
     conda_environment,
     external_dependencies,
+    pip_line,
     pip_requirements,
 )
 from elastic_robot.description import Robot
-from elastic_robot.interface import MODEL_NAME, STEP_SIZE, TOLERANCE, blocks
+from elastic_robot.interface import MODEL_NAME, blocks
 
-_ICON = Path(__file__).parent / "model.png"
 # The need of a Python environment is told in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
@@ -55,7 +56,11 @@ def build_python_fmu(
     slave = package.parent / "elastic_robot_slave.py"
     packed = {"robot.json": robot.to_json().encode(), **resources}
     entries = slave_entries(slave, MODEL_NAME, packed, [package])
-    html = index_html(robot, table, elastic_robot.__version__)
+    needs = (
+        f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
+        ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'
+    )
+    html = index_html(robot, table, elastic_robot.__version__, needs)
     texts = {
         "resources/requirements.txt": "\n".join([*pip_requirements(), ""]),
         "resources/environment.yml": conda_environment(),
@@ -63,17 +68,7 @@ def build_python_fmu(
         "documentation/externalDependencies.txt": external_dependencies(),
     }
     entries |= {name: text.encode() for name, text in texts.items()}
-    entries["model.png"] = _ICON.read_bytes()
-    about = About(
-        model_name=MODEL_NAME,
-        description=f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
-        " tool forces in, TCP pose out",
-        version=elastic_robot.__version__,
-        tool=f"elastic-robot-fmu {elastic_robot.__version__}, PythonFMU {metadata.version('pythonfmu')}",
-        date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
-        capabilities=_CAPABILITIES,
-        step_size=STEP_SIZE,
-        tolerance=TOLERANCE,
-    )
+    entries["model.png"] = ICON.read_bytes()
+    about = about_robot(robot, f"PythonFMU {metadata.version('pythonfmu')}", date, _CAPABILITIES)
     write_slave(file, about, table, entries, date)
     return file

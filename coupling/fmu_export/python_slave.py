@@ -6,12 +6,12 @@ import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from importlib import metadata
 from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
 from coupling.fmu_export.archive import content_guid, write_fmu
+from coupling.fmu_export.identity import license_text
 from coupling.fmu_export.model_description import About, model_description
 from elastic_robot.interface import Block
 
@@ -41,9 +41,7 @@ def slave_entries(
         with zipfile.ZipFile(file) as archive:
             entries = {name: archive.read(name) for name in archive.namelist()}
     for name, distribution in _LICENSES.items():
-        text = metadata.distribution(distribution).read_text("licenses/LICENSE")
-        assert text is not None, distribution
-        entries[f"documentation/licenses/{name}"] = text.encode()
+        entries[f"documentation/licenses/{name}"] = license_text(distribution).encode()
     return entries
 
 

@@ -1,0 +1,106 @@
+"""Cost of one communication step: set six inputs, step, read seven outputs.
+
+    python benchmarks/fmu_step.py
+
+From a host in C (tests/native/host.c, native FMU only) and through FMPy, for both kinds of FMU.  The
+best of many runs; the robot has backlash and is shaken by a pulsed force.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import fmpy
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.task import ROBOT
+from build_fmu import KINDS, build_kind
+from coupling.fmu_export.native_compiler import SOURCES, host_platform
+
+_HOST = Path(__file__).parent.parent / "tests" / "native" / "host.c"
+# Communication steps [s], as host.c has them.
+SIZES = (1e-3, 4e-3, 1e-2)
+# What a step of 4 ms from a C host is meant to take at most [us].
+GOAL = 5.0
+_THROUGH_FMPY = """
+import json, sys, time
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+folder, sizes = sys.argv[1], json.loads(sys.argv[2])
+d = fmpy.read_model_description(folder)
+fmu = FMU2Slave(guid=d.guid, unzipDirectory=folder, modelIdentifier="ElasticRobot", instanceName="r")
+best = []
+for size in sizes:
+    walls = []
+    for trial in range(5):
+        fmu.instantiate()
+        fmu.setupExperiment()
+        fmu.enterInitializationMode()
+        fmu.setReal(list(range(6, 12)), [0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+        fmu.exitInitializationMode()
+        start = time.perf_counter()
+        for k in range(300):
+            fmu.setReal([0, 1, 2, 3, 4, 5], [0.0, 0.0, -500.0 * (k % 70 < 30), 0.0, 0.0, 0.0])
+            fmu.doStep(k * size, size)
+            fmu.getReal([24, 25, 26, 27, 28, 29, 30])
+        walls.append((time.perf_counter() - start) / 300)
+        fmu.fmi2FreeInstance(fmu.component)
+    best.append(1e6 * min(walls))
+print(json.dumps(best), flush=True)
+import os
+os._exit(0)  # past the destructors of PythonFMU's binary
+"""
+
+
+def from_c(folder: Path) -> dict[float, float]:
+    """Return the cost of a step by its size, and of a state saved and restored at size 0 [us]."""
+    host, platform = folder / "host", host_platform()
+    command = ["cc", "-std=c99", "-O2", f"-I{SOURCES / 'fmi'}", "-o", str(host), str(_HOST)]
+    subprocess.run([*command, "-ldl", "-lm", "-lpthread"], check=True)
+    guid = fmpy.read_model_description(str(folder / "native")).guid
+    library = folder / "native" / "binaries" / platform.name / f"ElasticRobot{platform.suffix}"
+    resources = (folder / "native" / "resources").as_uri()
+    said = subprocess.run(
+        [str(host), str(library), guid, resources, "time"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    return {float(size): float(cost) for _, size, cost in map(str.split, said.splitlines())}
+
+
+def through_fmpy(folder: Path) -> list[float]:
+    """Return the cost of a step for SIZES [us], with FMPy's lists."""
+    command = [sys.executable, "-c", _THROUGH_FMPY, str(folder), json.dumps(SIZES)]
+    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    costs: list[float] = json.loads(said)
+    return costs
+
+
+def main() -> None:
+    """Print the table and the goal."""
+    console = Console()
+    table = Table("", *[f"{1e3 * size:g} ms" for size in SIZES], title="one step [us]")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for kind in KINDS:
+            file = build_kind(ROBOT, folder / f"{kind}.fmu", kind=kind)
+            fmpy.extract(str(file), unzipdir=str(folder / kind))
+        costs = from_c(folder)
+        table.add_row("native FMU, host in C", *[f"{costs[size]:.1f}" for size in SIZES])
+        for kind in reversed(KINDS):
+            row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]
+            table.add_row(f"{kind} FMU, FMPy", *row)
+    console.print(table)
+    console.print(f"state saved and restored: {costs[0.0]:.2f} us")
+    verdict = "reached" if costs[4e-3] <= GOAL else "not reached"
+    console.print(f"4 ms from C: {costs[4e-3]:.1f} us (at most {GOAL:g}; {verdict})")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+"""Robot -> the text that the C core reads (`fmu_src/native/robot_data.c`): data, not code, per robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pinocchio as pin
+
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.errors import RobotFileError
+
+VERSION = 1
+# What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
+MOST_JOINTS = 12
+MOST_TABLE_POINTS = 64
+
+
+def robot_text(robot: Robot, guid: str) -> str:
+    """Return the robot as lines of a key and numbers with all their digits.
+
+    Args:
+        robot: The robot.
+        guid: Of the FMU; the C core compares it with the one it is instantiated with.
+
+    Raises:
+        RobotFileError: If the robot has more joints, or a table more points, than the core holds.
+
+    Example:
+        >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+        >>> joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link, stiffness=1e5)
+        >>> print(robot_text(Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0)), "{x}"))
+        elastic-robot 1
+        guid {x}
+        gravity 0.0 0.0 -9.81
+        tcp 1.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0
+        joint 0.0 0.0 0.0 0.0 1.0 0.0
+        spring 100000.0 0.0 0.0
+        body 10.0 0.5 0.0 0.0 0.1 1.0 1.0 0.0 0.0 0.0
+        end
+    """
+    if len(robot.joints) > MOST_JOINTS:
+        raise RobotFileError(
+            f"the robot has {len(robot.joints)} joints; the native FMU takes at most {MOST_JOINTS}"
+        )
+    rotation = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
+    lines = [
+        f"elastic-robot {VERSION}",
+        f"guid {guid}",
+        _line("gravity", robot.gravity),
+        _line("tcp", [*robot.tcp_position, *rotation.ravel().tolist()]),
+    ]
+    for number, joint in enumerate(robot.joints, start=1):
+        lines += _joint_lines(number, joint)
+    if robot.payload is not None:
+        lines.append(_body_line(robot.payload))
+    return "\n".join([*lines, "end"])
+
+
+def _joint_lines(number: int, joint: Joint) -> list[str]:
+    lines = [_line("joint", [*joint.origin, *joint.axis])]
+    if joint.stiffness is not None:
+        lines.append(_line("spring", [joint.stiffness, joint.damping, joint.backlash]))
+    if joint.torque_table is not None:
+        points = len(joint.torque_table)
+        if points > MOST_TABLE_POINTS:
+            raise RobotFileError(
+                f"the torque_table of joint {number} has {points} points; the native FMU takes at"
+                f" most {MOST_TABLE_POINTS}"
+            )
+        lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
+    lines += [_line("tilt", [*t.axis, t.stiffness, t.damping]) for t in joint.tilt]
+    return [*lines, _body_line(joint.body)]
+
+
+def _body_line(body: Body) -> str:
+    xx, yy, zz, xy, xz, yz = (*body.inertia, 0.0, 0.0, 0.0)[:6]
+    return _line("body", [body.mass, *body.com, xx, yy, zz, xy, xz, yz])
+
+
+def _line(key: str, values: Iterable[float]) -> str:
+    # repr gives the shortest text that reads back as the same number.
+    return " ".join([key, *(repr(float(value)) for value in values)])

@@ -1,0 +1,46 @@
+/* Kinematics, mass matrix and static loads of the chain, in base axes and about the TCP.
+ *
+ * theta has one angle per rotation of the chain, base to tool: theta = S x + drives.
+ */
+#ifndef ER_CHAIN_H
+#define ER_CHAIN_H
+
+#include "robot_data.h"
+
+/* Where everything is at given angles. */
+typedef struct {
+    double tool_position[3];        /* TCP in the base frame [m] */
+    double tool_rotation[9];        /* base_from_tool, by rows */
+    double axis[ER_MAX_ANGLES][3];  /* z_i of each rotation, base axes */
+    double lever[ER_MAX_ANGLES][3]; /* z_i x (TCP - o_i): the TCP's velocity per theta_i' [m] */
+    double arm[ER_MAX_ANGLES][3];   /* TCP - o_i, base axes [m] */
+    er_body beyond[ER_MAX_ANGLES];  /* all bodies from rotation i to the tool, about the TCP */
+} er_placement;
+
+/* Fills in theta from drives and elastic coordinates; x may be NULL for the rigid robot. */
+void er_angles(const er_robot *robot, const double *q, const double *x, double *theta);
+
+/* Places the frames: TCP, axes and arms; `bodies` are done by er_place_bodies. */
+void er_place(const er_robot *robot, const double *theta, er_placement *placement);
+
+/* The same with the bodies beyond each rotation, for the functions below. */
+void er_place_bodies(const er_robot *robot, const double *theta, er_placement *placement);
+
+/* Mass matrix in the rows and columns of x [kg m^2], m x m by rows. */
+void er_mass_matrix(const er_robot *robot, const er_placement *placement, double *mass);
+
+/* Torque J^T w - g that the elastic coordinates must carry at rest [N m]. */
+void er_static_torque(const er_robot *robot, const er_placement *placement, const double gravity[3],
+                      const double wrench[6], double *torque);
+
+/* d(static torque)/dx [N m/rad], m x m by rows: entry i, j is that of torque i by x_j. */
+void er_static_torque_gradient(const er_robot *robot, const er_placement *placement,
+                               const double gravity[3], const double wrench[6], double *gradient);
+
+/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0. */
+void er_pose(const double position[3], const double rotation[9], double pose[7]);
+
+/* Rotation vector r [rad] with R = exp(r) R_reference, base axes. */
+void er_rotation_between(const double rotation[9], const double reference[9], double vector[3]);
+
+#endif

@@ -1,0 +1,199 @@
+#include "collocation.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The matrices of a step serve steps that differ by this ratio. */
+#define SAME_LENGTH 0.02
+#define MAX_PASSES 8
+/* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
+ * step that does so enlarges the rate by the second, so that it is measured again before long. */
+#define RATE_SAFETY 10.0
+#define RATE_AGEING 1.5
+#define SMALLEST_RATE 1e-6
+
+enum { MOST = ER_MAX_ANGLES };
+
+/* Drives at the nodes and the end of a step, and the sines that their changes are counted from. */
+static void drive_step(const er_run *r, double time, double h)
+{
+    const er_robot *robot = r->system->robot;
+    er_workspace *w = r->work;
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    for (int l = 0; l < ER_STAGES; l++) {
+        er_drives_at(&r->system->drives, time + h * er_gauss_node[l], q, qd, qdd);
+        for (int i = 0; i < robot->joints; i++) {
+            w->stages.q[i][l] = q[i];
+            w->stages.qd[i][l] = qd[i];
+            w->stages.qdd[i][l] = qdd[i];
+        }
+    }
+    er_drives_at(&r->system->drives, time + h, q, qd, qdd);
+    for (int i = 0; i < robot->joints; i++) {
+        for (int l = 0; l < ER_LANES; l++) {
+            w->end.q[i][l] = q[i];
+            w->end.qd[i][l] = qd[i];
+            w->end.qdd[i][l] = qdd[i];
+        }
+        w->reference[i] = q[i];
+    }
+    for (int i = 0; i < robot->angles; i++) {
+        int drive = robot->rotation[i].drive;
+        w->reference_sine[i] = drive < 0 ? 0.0 : sin(q[drive]);
+        w->reference_cosine[i] = drive < 0 ? 1.0 : cos(q[drive]);
+    }
+}
+
+/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
+static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
+                          const int *region, int states)
+{
+    const er_system *system = r->system;
+    const er_robot *robot = system->robot;
+    er_workspace *w = r->work;
+    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
+    memset(w->change, 0, lanes);
+    memset(w->motion.rate, 0, lanes);
+    memset(w->motion.acceleration, 0, lanes);
+    for (int d = 0; d < robot->joints; d++) {
+        int i = robot->drive_angle[d];
+        for (int l = 0; l < ER_LANES; l++) {
+            w->change[i][l] = nodes->q[d][l] - w->reference[d];
+            w->motion.rate[i][l] = nodes->qd[d][l];
+            w->motion.acceleration[i][l] = nodes->qdd[d][l];
+        }
+    }
+    for (int k = 0; k < r->m; k++) {
+        int i = robot->elastic_angle[k];
+        for (int l = 0; l < ER_LANES; l++) {
+            w->change[i][l] += w->x[k][l];
+            w->motion.rate[i][l] += w->v[k][l];
+            w->motion.acceleration[i][l] += acceleration[k][l];
+        }
+    }
+    r->settings->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
+                             (const er_lanes *)w->change, &w->motion);
+    r->settings->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
+                              system->loaded ? system->wrench : NULL, w->residual);
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < states; l++)
+            w->residual[k][l] += er_curve_torque(system->curve, k, region[k], w->x[k][l]) +
+                                 system->parameters->damping[k] * w->v[k][l];
+}
+
+static void place_end(const er_run *r, const er_state *state, er_step *step)
+{
+    double h = step->length;
+    for (int k = 0; k < r->m; k++) {
+        double rate = 0.0, position = 0.0, acceleration = 0.0;
+        for (int j = 0; j < ER_STAGES; j++) {
+            rate += er_gauss_end_rate[j] * step->acceleration[k][j];
+            position += er_gauss_end_position[j] * step->acceleration[k][j];
+            acceleration += er_gauss_end_acceleration[j] * step->acceleration[k][j];
+        }
+        step->x[k] = state->x[k] + h * (state->v[k] + h * position);
+        step->v[k] = state->v[k] + h * rate;
+        step->a[k] = acceleration;
+    }
+}
+
+static void find_mass(const er_run *r, const double *x)
+{
+    const er_robot *robot = r->system->robot;
+    double q[ER_MAX_JOINTS], theta[MOST];
+    for (int i = 0; i < robot->joints; i++)
+        q[i] = r->work->stages.q[i][ER_STAGES / 2];
+    er_angles(robot, q, x, theta);
+    er_place_bodies(robot, theta, &r->work->placement);
+    er_mass_matrix(robot, &r->work->placement, r->work->mass);
+    r->work->has_mass = true;
+}
+
+/* Factors of M + l h D + (l h)^2 K for the eigenvalues l of A1.
+ *
+ * In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
+static bool factorise(const er_run *r, const er_state *state, double h)
+{
+    er_workspace *w = r->work;
+    int m = r->m;
+    if (!w->has_mass)
+        find_mass(r, state->x);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) {
+            double mass = w->mass[i * m + j];
+            w->factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
+        }
+    for (int k = 0; k < m; k++) {
+        double slope = er_curve_slope(r->system->curve, k, state->region[k], state->x[k]);
+        double damping = r->system->parameters->damping[k];
+        er_complex_pair *diagonal = &w->factors[k * m + k];
+        for (int p = 0; p < ER_PAIRS; p++) {
+            double re = h * er_gauss_eigen_re[p], im = h * er_gauss_eigen_im[p];
+            diagonal->re[p] += re * damping + (re * re - im * im) * slope;
+            diagonal->im[p] += im * damping + 2.0 * re * im * slope;
+        }
+    }
+    w->matrix_step = h;
+    return r->settings->kernel.factor(m, w->factors);
+}
+
+/* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
+ * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
+static double estimate_error(const er_run *r, const er_state *state, const er_step *step)
+{
+    er_workspace *w = r->work;
+    ER_ALIGNED er_lanes acceleration[MOST];
+    double defect[MOST];
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < ER_LANES; l++) {
+            w->x[k][l] = step->x[k];
+            w->v[k][l] = step->v[k];
+            acceleration[k][l] = step->a[k];
+        }
+    find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
+    for (int k = 0; k < r->m; k++)
+        defect[k] = w->residual[k][0];
+    return step->length * step->length * r->settings->kernel.filter(r->m, w->factors, defect);
+}
+
+bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
+{
+    er_workspace *w = r->work;
+    const er_kernel *kernel = &r->settings->kernel;
+    /* An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
+     * time scale of the motion later; the longest step stands for the latter. */
+    double target = accuracy / (h * fmax(h, r->settings->longest)), last = 0.0;
+    bool converged = false;
+    step->length = h;
+    drive_step(r, state->time, h);
+    if (!(fabs(w->matrix_step - h) <= SAME_LENGTH * h) && !factorise(r, state, h)) {
+        w->matrix_step = 0.0;
+        return false;
+    }
+    for (step->passes = 1; step->passes <= MAX_PASSES && !converged; step->passes++) {
+        double size, rate = RATE_SAFETY * state->rate;
+        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
+                       w->v);
+        find_residual(r, &w->stages, (const er_lanes *)step->acceleration, state->region,
+                      ER_STAGES);
+        size = kernel->improve(r->m, w->factors, (const er_lanes *)w->residual,
+                               step->acceleration);
+        if (step->passes == 1) {
+            step->rate = RATE_AGEING * state->rate;
+        } else {
+            rate = last > 0.0 ? size / last : 0.0;
+            step->rate = fmax(rate, SMALLEST_RATE);
+        }
+        /* Error left after a linearly converging iteration (Hairer and Wanner 1996, IV.8). */
+        converged = size * rate <= target * (1.0 - rate) || (step->passes > 1 && size <= target);
+        if (!converged && step->passes > 1 && !(rate < 1.0))
+            return false;
+        last = size;
+    }
+    if (!converged)
+        return false;
+    step->passes--;
+    place_end(r, state, step);
+    step->error = estimate_error(r, state, step);
+    return step->error < INFINITY;
+}

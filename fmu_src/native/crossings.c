@@ -1,0 +1,92 @@
+#include "crossings.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A passage is located to this part of a step. */
+#define LOCATED 1e-12
+/* The slack is at most this part of a play's half width. */
+#define SLACK_OF_WIDTH 1e-2
+
+double er_crossing_slack(const er_curve *curve, int k, double slack)
+{
+    return fmin(slack, SLACK_OF_WIDTH * curve->half_width[k]);
+}
+
+/* Bernstein coefficients of the left and right half of a polynomial (de Casteljau). */
+static void halve(const double *whole, double *left, double *right)
+{
+    double work[ER_CONTROL];
+    memcpy(work, whole, sizeof work);
+    for (int round = 0; round < ER_CONTROL; round++) {
+        left[round] = work[0];
+        right[ER_DEGREE - round] = work[ER_DEGREE - round];
+        for (int k = 0; k < ER_DEGREE - round; k++)
+            work[k] = 0.5 * (work[k] + work[k + 1]);
+    }
+}
+
+static bool all_below_or_above(const double *b)
+{
+    bool below = false, above = false;
+    for (int k = 0; k < ER_CONTROL; k++) {
+        below |= b[k] <= 0.0;
+        above |= b[k] > 0.0;
+    }
+    return !(below && above);
+}
+
+/* The smallest s at which a polynomial, given by its Bernstein coefficients on [start, start +
+ * width], rises through zero; a negative number if it does not. */
+static double first_rise(const double *b, double start, double width)
+{
+    double left[ER_CONTROL], right[ER_CONTROL], found;
+    if (all_below_or_above(b))
+        return -1.0;
+    if (width < LOCATED)
+        return b[0] <= 0.0 && b[ER_DEGREE] > 0.0 ? start + width : -1.0;
+    halve(b, left, right);
+    found = first_rise(left, start, 0.5 * width);
+    return found >= 0.0 ? found : first_rise(right, start + 0.5 * width, 0.5 * width);
+}
+
+static void take_earlier(const double *control, int coordinate, double boundary, int outward,
+                         int region, er_crossing *first, bool *found)
+{
+    double beyond[ER_CONTROL], fraction;
+    for (int k = 0; k < ER_CONTROL; k++)
+        beyond[k] = outward * (control[k] - boundary);
+    fraction = first_rise(beyond, 0.0, 1.0);
+    if (fraction > 0.0 && (!*found || fraction < first->fraction)) {
+        *first = (er_crossing){coordinate, boundary, outward, region == 0 ? outward : 0, fraction};
+        *found = true;
+    }
+}
+
+bool er_first_crossing(const er_curve *curve, const int *region, double slack, double h,
+                       const double *x, const double *v, const er_lanes *acceleration,
+                       er_crossing *first)
+{
+    bool found = false;
+    for (int k = 0; k < curve->count; k++) {
+        double width = curve->half_width[k], control[ER_CONTROL], beyond;
+        if (!er_curve_switches(curve, k))
+            continue;
+        for (int c = 0; c < ER_CONTROL; c++) {
+            const double *weight = er_gauss_bernstein[c];
+            double bend = 0.0;
+            for (int j = 0; j < ER_STAGES; j++)
+                bend += weight[2 + j] * acceleration[k][j];
+            control[c] = weight[0] * x[k] + h * (weight[1] * v[k] + h * bend);
+        }
+        beyond = er_crossing_slack(curve, k, slack);
+        /* Outside the play only the side towards it is a boundary. */
+        if (region[k] <= 0)
+            take_earlier(control, k, (region[k] == 0 ? width : -width) + beyond, 1, region[k],
+                         first, &found);
+        if (region[k] >= 0)
+            take_earlier(control, k, (region[k] == 0 ? -width : width) - beyond, -1, region[k],
+                         first, &found);
+    }
+    return found;
+}

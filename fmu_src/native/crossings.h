@@ -1,0 +1,24 @@
+/* Where a step's polynomial first leaves the region in which a coordinate obeys one smooth law. */
+#ifndef ER_CROSSINGS_H
+#define ER_CROSSINGS_H
+
+#include "curves.h"
+#include "gauss.h"
+
+typedef struct {
+    int coordinate;
+    double boundary; /* value that it passes [rad] */
+    int outward;     /* 1: rises through the boundary, -1: falls */
+    int region;      /* the region beyond */
+    double fraction; /* place in the step, in (0, 1] */
+} er_crossing;
+
+/* Boundaries are passed only this far beyond +-half_width [rad], so that rounding does not undo it. */
+double er_crossing_slack(const er_curve *curve, int k, double slack);
+
+/* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
+bool er_first_crossing(const er_curve *curve, const int *region, double slack, double h,
+                       const double *x, const double *v, const er_lanes *acceleration,
+                       er_crossing *first);
+
+#endif

@@ -1,0 +1,22 @@
+/* Errors: one sentence that says what was found, what is needed and where.
+ *
+ * A function that can fail returns false and leaves the sentence in the er_failure it was given.
+ */
+#ifndef ER_FAILURE_H
+#define ER_FAILURE_H
+
+#include <stdbool.h>
+
+#define ER_FAILURE_TEXT 1600
+
+typedef struct {
+    char text[ER_FAILURE_TEXT];
+} er_failure;
+
+/* Writes the sentence (as printf does, cut to the buffer) and returns false. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+bool er_fail(er_failure *failure, const char *format, ...);
+
+#endif

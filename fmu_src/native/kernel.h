@@ -1,0 +1,83 @@
+/* The arithmetic of a step for its four stages at once: positions, inverse dynamics, Newton's method.
+ *
+ * It is written once, in kernel_body.h, and compiled for plain C and, where compiler and processor
+ * have it, with the four stages in the lanes of AVX2 registers.
+ */
+#ifndef ER_KERNEL_H
+#define ER_KERNEL_H
+
+#include "gauss.h"
+#include "robot_data.h"
+
+/* States that one call takes. */
+#define ER_LANES ER_STAGES
+
+#if defined(__GNUC__)
+#define ER_ALIGNED __attribute__((aligned(32)))
+#else
+#define ER_ALIGNED
+#endif
+
+/* Quantities of several states: [angle][state]. */
+typedef double er_lanes[ER_LANES];
+
+/* The motion of the chain in each state. */
+typedef struct {
+    ER_ALIGNED er_lanes sine[ER_MAX_ANGLES], cosine[ER_MAX_ANGLES]; /* of theta */
+    ER_ALIGNED er_lanes rate[ER_MAX_ANGLES];                        /* theta' [rad/s] */
+    ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];                /* theta'' [rad/s^2] */
+} er_motion;
+
+/* Sines and cosines of theta = reference + change, from those of the reference.
+ *
+ * changes: small or not [rad]; reference: sine and cosine per angle. */
+typedef void er_turn_function(int angles, const double *reference_sine,
+                              const double *reference_cosine, const er_lanes *change,
+                              er_motion *motion);
+
+/* Loads [N m], [x][state]; `wrench` on the robot at the TCP in base axes, NULL for none. */
+typedef void er_loads_function(const er_robot *robot, const er_motion *motion, int states,
+                               const double gravity[3], const double *wrench, er_lanes *load);
+
+/* Positions and rates at the stages of a step of length h [s] from those at its start and the stage
+ * accelerations. */
+typedef void er_stages_function(int count, double h, const double *x, const double *v,
+                                const er_lanes *acceleration, er_lanes *stage_x,
+                                er_lanes *stage_v);
+
+/* An entry of two complex systems that are solved side by side. */
+typedef struct {
+    double re[2], im[2];
+} er_complex_pair;
+
+/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count; D is
+ * stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
+ * definite M, D, K and |arg l| < pi/2: turned by -arg l their numerical range lies in the right half
+ * plane.  False if an entry is not finite. */
+typedef bool er_factor_function(int n, er_complex_pair *matrix);
+
+/* One pass of Newton's method: takes the solution for these residuals off the stage accelerations
+ * and returns its length. */
+typedef double er_improve_function(int n, const er_complex_pair *factors, const er_lanes *residual,
+                                   er_lanes *acceleration);
+
+/* Length of the solution of the first system, the one next to the real axis, for a real right-hand
+ * side: the error estimate's filter. */
+typedef double er_filter_function(int n, const er_complex_pair *factors, const double *defect);
+
+typedef struct {
+    er_turn_function *turn;
+    er_loads_function *loads;
+    er_stages_function *stages;
+    er_factor_function *factor;
+    er_improve_function *improve;
+    er_filter_function *filter;
+} er_kernel;
+
+/* The fastest kernel of this processor. */
+er_kernel er_best_kernel(void);
+
+/* Plain C. */
+er_kernel er_plain_kernel(void);
+
+#endif

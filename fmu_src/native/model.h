@@ -1,0 +1,95 @@
+/* The elastic robot as one object: reset, step, outputs.  elastic_robot/robot.py is the same in Python.
+ *
+ * What it remembers is one flat block, er_memory; the rest of the object follows from that block and
+ * from files, so that copying the block saves and restores a simulation.
+ */
+#ifndef ER_MODEL_H
+#define ER_MODEL_H
+
+#include "statics.h"
+#include "stepper.h"
+
+#define ER_MAX_PATH 1024
+
+/* What acts on the robot at the present time. */
+typedef struct {
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* of the drives */
+    double wrench[6];                                               /* at the TCP, base axes */
+} er_held;
+
+/* Drives as they are commanded at a step's start; used where there is no trajectory. */
+typedef struct {
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* [rad, rad/s, rad/s^2] */
+} er_command;
+
+/* What is fixed when a simulation starts. */
+typedef struct {
+    er_curve_kind curve;
+    bool quasistatic; /* equilibrium at every step's end instead of the equation of motion */
+    bool undeflected; /* start with x = 0 instead of the equilibrium */
+    double tolerance; /* error allowed at the TCP over a path [m], in dynamic mode */
+    char trajectory[ER_MAX_PATH]; /* file of the joint motion; empty: commands */
+} er_options;
+
+/* All that a simulation remembers. */
+typedef struct {
+    er_options options;
+    er_parameters parameters;
+    uint64_t trajectory_print; /* hash of the trajectory's samples; 0: none */
+    er_held held;
+    er_state state;
+} er_memory;
+
+typedef struct {
+    er_robot robot;
+    er_memory memory;
+    er_kernel kernel;
+    er_trajectory trajectory;
+    char resources[ER_MAX_PATH];   /* folder, ending in /, where relative paths are sought as well */
+    char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
+    size_t hint;                   /* place in the trajectory */
+    /* What settings and curve were derived from. */
+    er_curve_kind derived_kind;
+    double derived_tolerance; /* 0: nothing yet */
+    er_parameters derived_parameters;
+    er_settings settings;
+    er_curve curve;
+    er_workspace work;
+} er_model;
+
+/* Returns a model with the robot's start values, to be freed; NULL if it does not fit into memory. */
+er_model *er_model_create(const er_robot *robot);
+void er_model_free(er_model *model);
+
+/* Starts at a time, at rest relative to the drives, with the memory's options and parameters. */
+bool er_model_reset(er_model *model, double time, const er_command *command,
+                    const double wrench[6], er_failure *failure);
+
+/* Moves on to a time under a held wrench; the memory is as before if that fails. */
+bool er_model_step(er_model *model, double end, const er_command *command, const double wrench[6],
+                   er_failure *failure);
+
+/* Lets changed parameters take effect from the present time on. */
+void er_model_take_parameters(er_model *model, const er_parameters *parameters);
+
+/* Replaces the memory; the trajectory is read again where it is another one.  `computed`: the memory
+ * has been reset since its options were set.  The model is as before if that fails. */
+bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure);
+
+/* Lets the steps that follow be solved to rounding, or again as accurately as they need. */
+void er_model_solve_exactly(er_model *model, bool exactly);
+
+/* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
+void er_model_tcp(const er_model *model, double pose[7]);
+void er_model_rigid(const er_model *model, double pose[7]);
+
+/* Velocity of the TCP [m/s]; in quasi-static mode that of the rigid robot. */
+void er_model_velocity(const er_model *model, double velocity[3]);
+
+/* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
+void er_model_deviation(const er_model *model, double deviation[6]);
+
+/* Static compliance of the TCP at the present state: xx, xy, xz, yy, yz, zz [m/N]. */
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure);
+
+#endif

@@ -1,0 +1,219 @@
+#include "statics.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "linear.h"
+
+/* Below this torque [N m] a gear with play counts as unloaded and rests in the middle of its gap. */
+#define NEUTRAL_TORQUE 1e-6
+/* Newton's method ends when no coordinate moves by more [rad]. */
+#define STEP_TOLERANCE 1e-14
+#define MAX_ITERATIONS 60
+/* A step longer than this share of the one before calls for a new matrix: a smooth curve bends. */
+#define SLOW 0.1
+/* A step longer than this [rad] is no deflection any more. */
+#define LONGEST_STEP 3.14159265358979
+
+enum { MOST = ER_MAX_ANGLES };
+
+/* An equilibrium in the making; one entry per elastic coordinate. */
+typedef struct {
+    const er_robot *robot;
+    const er_curve *curve;
+    const double *gravity, *wrench, *q;
+    int m;
+    double *x;
+    double torque[MOST];           /* that must be carried [N m] */
+    double softening[MOST * MOST]; /* its gradient [N m/rad] */
+    int region[MOST];
+    bool neutral[MOST];
+    double factors[MOST * MOST];
+    int pivot[MOST];
+    er_placement placement;
+} search;
+
+static void place_at(search *s, const double *x)
+{
+    double theta[MOST];
+    er_angles(s->robot, s->q, x, theta);
+    er_place_bodies(s->robot, theta, &s->placement);
+    er_static_torque(s->robot, &s->placement, s->gravity, s->wrench, s->torque);
+}
+
+/* Half width of the play, minus infinity for coordinates without. */
+static double guard(const search *s, int k)
+{
+    return er_curve_switches(s->curve, k) ? s->curve->half_width[k] : -INFINITY;
+}
+
+static double diagonal(const search *s, int k)
+{
+    return s->softening[k * s->m + k];
+}
+
+static void begin(search *s)
+{
+    place_at(s, NULL);
+    for (int k = 0; k < s->m; k++) {
+        bool switching = er_curve_switches(s->curve, k);
+        s->neutral[k] = switching && fabs(s->torque[k]) < NEUTRAL_TORQUE;
+        s->x[k] = s->neutral[k] ? 0.0 : er_curve_deflection(s->curve, k, s->torque[k]);
+        s->region[k] = s->neutral[k] ? 0 : er_curve_region(s->curve, k, s->x[k]);
+    }
+}
+
+/* Factors of slope - softening; neutral coordinates do not move.  False if singular. */
+static bool factorise(search *s)
+{
+    int m = s->m;
+    er_static_torque_gradient(s->robot, &s->placement, s->gravity, s->wrench, s->softening);
+    for (int i = 0; i < m; i++) {
+        for (int j = 0; j < m; j++)
+            s->factors[i * m + j] = s->neutral[i] ? 0.0 : -s->softening[i * m + j];
+        s->factors[i * m + i] +=
+            s->neutral[i] ? 1.0 : er_curve_slope(s->curve, i, s->region[i], s->x[i]);
+    }
+    return er_lu_factor(m, s->factors, s->pivot);
+}
+
+/* One Newton step; returns the largest move [rad]. */
+static double move(search *s)
+{
+    double step[MOST], largest = 0.0;
+    for (int k = 0; k < s->m; k++)
+        step[k] = s->neutral[k] ? 0.0
+                                : s->torque[k] -
+                                      er_curve_torque(s->curve, k, s->region[k], s->x[k]);
+    er_lu_solve(s->m, s->factors, s->pivot, step);
+    for (int k = 0; k < s->m; k++) {
+        s->x[k] += step[k];
+        largest = fabs(step[k]) <= largest ? largest : fabs(step[k]); /* NaN stays */
+    }
+    return largest;
+}
+
+/* Takes the branches on which the iterate lies; false if they are the same. */
+static bool change_regions(search *s)
+{
+    bool changed = false;
+    for (int k = 0; k < s->m; k++) {
+        double width = guard(s, k);
+        int before = s->region[k], after = before;
+        if (s->neutral[k] || !(before * s->x[k] < width))
+            continue;
+        /* In the gap only the load acts.  Where it drives the gear away from rest, the gear falls
+         * through to the other flank. */
+        if (before != 0)
+            after = diagonal(s, k) < 0.0 ? 0 : -before;
+        else if (fabs(s->x[k]) > width)
+            after = s->x[k] > 0.0 ? 1 : -1;
+        s->region[k] = after;
+        changed |= after != before;
+    }
+    return changed;
+}
+
+/* Takes the flank with less torque for gears that could rest on either; false if they are there. */
+static bool take_lighter_flanks(search *s)
+{
+    bool changed = false;
+    for (int k = 0; k < s->m; k++) {
+        double width = s->neutral[k] ? 0.0 : fmax(guard(s, k), 0.0);
+        double across = s->torque[k] - 2.0 * width * s->region[k] * diagonal(s, k);
+        if (width > 0.0 && s->region[k] * across < 0.0 && fabs(across) < fabs(s->torque[k])) {
+            s->region[k] = -s->region[k];
+            changed = true;
+        }
+    }
+    return changed;
+}
+
+static bool iterate(search *s)
+{
+    bool fresh = false, settled = false;
+    double last = INFINITY;
+    for (int pass = 0; pass < MAX_ITERATIONS; pass++) {
+        double largest;
+        place_at(s, s->x);
+        if (!fresh && !factorise(s))
+            return false;
+        fresh = true;
+        largest = move(s);
+        if (!(largest < LONGEST_STEP))
+            return false;
+        if (change_regions(s)) {
+            fresh = false;
+        } else if (largest < STEP_TOLERANCE) {
+            if (settled || !take_lighter_flanks(s))
+                return true;
+            fresh = false;
+            settled = true;
+        } else if (largest > SLOW * last) {
+            fresh = false;
+        }
+        last = largest;
+    }
+    return false;
+}
+
+static void list(char *text, size_t room, const char *format, int count, const double *values)
+{
+    size_t length = 0;
+    text[0] = '\0';
+    for (int k = 0; k < count && length + 32 < room; k++) {
+        length += (size_t)snprintf(text + length, room - length, "%s", k > 0 ? ", " : "");
+        length += (size_t)snprintf(text + length, room - length, format, values[k]);
+    }
+}
+
+bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+                    const double *q, const double wrench[6], double *x, er_failure *failure)
+{
+    search s;
+    char posture[400], load[200];
+    s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = wrench, s.q = q, s.x = x;
+    s.m = robot->elastics;
+    if (s.m == 0)
+        return true;
+    begin(&s);
+    if (iterate(&s))
+        return true;
+    list(posture, sizeof posture, "%.4g", robot->joints, q);
+    list(load, sizeof load, "%.6g", 6, wrench);
+    return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
+                   " N m; the joints are too soft for this load", posture, load);
+}
+
+bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
+                   const double *q, const double *x, const double wrench[6], double compliance[6],
+                   er_failure *failure)
+{
+    static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
+    int m = robot->elastics, pivot[MOST];
+    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST];
+    er_placement placement;
+    memset(compliance, 0, 6 * sizeof *compliance);
+    if (m == 0)
+        return true;
+    er_angles(robot, q, x, theta);
+    er_place_bodies(robot, theta, &placement);
+    er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
+    for (int i = 0; i < m * m; i++)
+        stiffness[i] = -stiffness[i];
+    for (int k = 0; k < m; k++)
+        stiffness[k * m + k] += er_curve_flank_slope(curve, k, x[k]);
+    if (!er_lu_factor(m, stiffness, pivot))
+        return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
+    for (int axis = 0; axis < 3; axis++) {
+        for (int k = 0; k < m; k++)
+            moved[axis][k] = placement.lever[robot->elastic_angle[k]][axis];
+        er_lu_solve(m, stiffness, pivot, moved[axis]);
+    }
+    for (int c = 0; c < 6; c++)
+        for (int k = 0; k < m; k++)
+            compliance[c] +=
+                placement.lever[robot->elastic_angle[k]][row[c]] * moved[column[c]][k];
+    return true;
+}

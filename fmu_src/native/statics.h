@@ -1,0 +1,19 @@
+/* Static equilibrium of the elastic coordinates, and the compliance there. */
+#ifndef ER_STATICS_H
+#define ER_STATICS_H
+
+#include "chain.h"
+#include "curves.h"
+
+/* Elastic coordinates at rest, S(x) = J^T w - g, by the rules of docs/model.md: no memory. */
+bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+                    const double *q, const double wrench[6], double *x, er_failure *failure);
+
+/* Translational compliance of the TCP at x, J K^-1 J^T: xx, xy, xz, yy, yz, zz [m/N].
+ *
+ * A gear inside its play counts with the stiffness of its flank. */
+bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
+                   const double *q, const double *x, const double wrench[6], double compliance[6],
+                   er_failure *failure);
+
+#endif

@@ -1,0 +1,205 @@
+#include "stepper.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "collocation.h"
+
+/* A coordinate changes its law this part of the tolerance beyond the boundary. */
+#define SLACK 1e-2
+/* A step that ends on a boundary may miss it by this part of the slack. */
+#define LANDING 0.1
+/* In landing, Newton's method may leave this part of the miss. */
+#define LANDING_ITERATION 0.1
+/* Shortest step relative to the longest, before the integration is given up. */
+#define SHORTEST 1e-9
+/* So is one that takes more steps than these and those for each of the longest in it. */
+#define MOST_STEPS 5000
+#define MOST_STEPS_PER_LONGEST 200
+/* A step may exceed the proposed length by this ratio where that takes it to its target. */
+#define STRETCH 1.05
+/* A step that takes more passes than this has its matrices rebuilt for the next. */
+#define USUAL_PASSES 2
+#define MAX_LANDINGS 20
+/* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */
+#define ERROR_EXPONENT (1.0 / 6.0)
+/* A step's length may grow by this ratio at once; a gain below the other is not worth new matrices. */
+#define FASTEST_GROWTH 3.0
+#define SMALLEST_GROWTH 1.2
+#define SAFETY 0.9
+
+void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve,
+                    const er_settings *settings, double time)
+{
+    state->time = time;
+    state->step = settings->first;
+    state->predictor_step = 0.0;
+    state->rate = 1.0;
+    memset(state->predictor, 0, sizeof state->predictor);
+    for (int k = 0; k < robot->elastics; k++)
+        state->region[k] = er_curve_region(curve, k, state->x[k]);
+}
+
+/* Stage accelerations at other nodes of a step's polynomial. */
+static void interpolate(int m, double start, double ratio, const er_lanes *known, er_lanes *out)
+{
+    double weight[ER_STAGES][ER_STAGES];
+    er_gauss_interpolation(start, ratio, weight);
+    for (int k = 0; k < m; k++) {
+        er_lanes values;
+        for (int i = 0; i < ER_STAGES; i++) {
+            values[i] = 0.0;
+            for (int j = 0; j < ER_STAGES; j++)
+                values[i] += weight[i][j] * known[k][j];
+        }
+        memcpy(out[k], values, sizeof values);
+    }
+}
+
+/* Stage accelerations to start from: the last step's polynomial, continued. */
+static void guess(const er_run *r, const er_state *state, double h, er_step *step)
+{
+    if (state->predictor_step > 0.0)
+        interpolate(r->m, 1.0, h / state->predictor_step, (const er_lanes *)state->predictor,
+                    step->acceleration);
+    else
+        memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
+}
+
+/* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
+static bool land(const er_run *r, const er_state *state, const er_step *step,
+                 const er_crossing *crossing)
+{
+    er_step *landed = &r->work->landed;
+    int k = crossing->coordinate;
+    double h = crossing->fraction * step->length, from = step->length;
+    double allowed = LANDING * er_crossing_slack(r->system->curve, k,
+                                                 SLACK * r->settings->tolerance);
+    memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
+    for (int trial = 0; trial < MAX_LANDINGS; trial++) {
+        double beyond, rate;
+        interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
+                    landed->acceleration);
+        if (!er_solve_step(r, state, h, LANDING_ITERATION * allowed, landed))
+            return false;
+        beyond = crossing->outward * (landed->x[k] - crossing->boundary);
+        rate = crossing->outward * landed->v[k];
+        if (fabs(beyond) <= allowed)
+            return landed->error <= r->settings->tolerance;
+        if (!(rate > 0.0))
+            return false;
+        from = h;
+        h -= fmin(fmax(beyond / rate, -h), 0.5 * h);
+    }
+    return false;
+}
+
+static void take_end(const er_run *r, er_state *state, const er_step *step)
+{
+    memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
+    memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
+    state->predictor_step = step->length;
+    state->rate = fmin(step->rate, 1.0);
+}
+
+static void take_crossing(const er_run *r, er_state *state, const er_step *step,
+                          const er_crossing *crossing)
+{
+    take_end(r, state, step);
+    state->time += step->length;
+    state->region[crossing->coordinate] = crossing->region;
+    state->step = fmin(r->settings->first, state->step);
+    /* The acceleration is continuous across the boundary, its derivative is not. */
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            state->predictor[k][l] = step->a[k];
+    state->rate = 1.0;
+    r->work->matrix_step = 0.0;
+}
+
+/* One step, at most to `end`. */
+static bool take_step(const er_run *r, er_state *state, double end, er_failure *failure)
+{
+    const er_settings *settings = r->settings;
+    er_step *step = &r->work->solved;
+    double slack = SLACK * settings->tolerance, factor, proposal;
+    double target = er_drives_next_kink(&r->system->drives, state->time, end, settings->jump);
+    double left = target - state->time, wanted = fmin(state->step, settings->longest);
+    /* One step a little longer, or two equal ones, rather than one full and a sliver. */
+    double h = left <= STRETCH * wanted ? left : fmin(wanted, 0.5 * left);
+    bool reaches_target = h == left;
+    er_crossing crossing;
+
+    guess(r, state, h, step);
+    for (;;) {
+        double shorter;
+        if (h < SHORTEST * settings->longest && !reaches_target)
+            return er_fail(failure, "the motion at t = %.6g s needs steps below %.1g s; it is"
+                           " unstable or the load is not physical", state->time,
+                           SHORTEST * settings->longest);
+        if (!er_solve_step(r, state, h, settings->iteration * settings->tolerance, step)) {
+            r->work->matrix_step = 0.0;
+            r->work->has_mass = false;
+            h *= 0.25;
+            guess(r, state, h, step);
+        } else {
+            factor = SAFETY * pow(settings->tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
+            if (er_first_crossing(r->system->curve, state->region, slack, h, state->x, state->v,
+                                  (const er_lanes *)step->acceleration, &crossing)) {
+                if (land(r, state, step, &crossing)) {
+                    take_crossing(r, state, &r->work->landed, &crossing);
+                    return true;
+                }
+                shorter = 0.5 * crossing.fraction * h;
+            } else if (step->error <= settings->tolerance) {
+                break;
+            } else {
+                shorter = h * fmax(0.2, factor);
+            }
+            interpolate(r->m, 0.0, shorter / h, (const er_lanes *)step->acceleration,
+                        step->acceleration);
+            h = shorter;
+        }
+        wanted = h;
+        reaches_target = false;
+    }
+    /* A step cut short by the target says little about the step that the error would allow. */
+    proposal = h * fmin(FASTEST_GROWTH, factor);
+    if (h < wanted)
+        proposal = fmax(proposal, wanted);
+    else if (factor < SMALLEST_GROWTH)
+        proposal = h * fmin(1.0, factor);
+    take_end(r, state, step);
+    state->time = reaches_target ? target : state->time + h;
+    state->step = fmin(proposal, settings->longest);
+    memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
+    if (step->passes > USUAL_PASSES) {
+        r->work->matrix_step = 0.0;
+        r->work->has_mass = false;
+    }
+    return true;
+}
+
+bool er_advance(er_state *state, const er_system *system, const er_settings *settings, double end,
+                er_workspace *work, er_failure *failure)
+{
+    er_run r = {system, settings, work, system->robot->elastics};
+    er_state moved = *state;
+    /* What is left after a crossing just before the end may be less than any step. */
+    double negligible = fmax(SHORTEST * settings->longest, 8.0 * DBL_EPSILON * fabs(end));
+    double most = MOST_STEPS + MOST_STEPS_PER_LONGEST * (end - state->time) / settings->longest;
+    work->matrix_step = 0.0;
+    work->has_mass = false;
+    for (double steps = 0.0; end - moved.time > negligible; steps++) {
+        if (steps > most)
+            return er_fail(failure, "the motion from t = %.9g s needs more than %.0f steps to"
+                           " %.9g s; it is unstable or the load is not physical", state->time,
+                           most, end);
+        if (!take_step(&r, &moved, end, failure))
+            return false;
+    }
+    moved.time = end;
+    *state = moved;
+    return true;
+}

@@ -1,0 +1,88 @@
+/* Time stepper of the robot under prescribed drives and a held wrench.
+ *
+ * Four-stage Gauss collocation in the accelerations, simplified Newton iteration, step length from an
+ * estimate of the local error.  Each coordinate obeys one smooth law (its region) through a whole
+ * step; where the collocation polynomial leaves a region, and where the drives' third derivative
+ * jumps, the step is ended.  elastic_robot/integrator.py is the same in Python.
+ */
+#ifndef ER_STEPPER_H
+#define ER_STEPPER_H
+
+#include "chain.h"
+#include "crossings.h"
+#include "kernel.h"
+#include "trajectory.h"
+
+/* State of an integration, all of it: a copy of its bytes continues identically. */
+typedef struct {
+    double time;                         /* [s] */
+    double x[ER_MAX_ANGLES];             /* elastic coordinates [rad] */
+    double v[ER_MAX_ANGLES];             /* their rates [rad/s] */
+    double step;                         /* length proposed for the next step [s] */
+    double predictor_step;               /* length of the last step [s]; 0: there was none */
+    double rate;                         /* at which Newton's method converged lately; 1: not known */
+    er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
+    int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
+} er_state;
+
+/* What is integrated: M theta'' + h - J^T w + S(x) + d x' = 0. */
+typedef struct {
+    const er_robot *robot;
+    const er_curve *curve;
+    const er_parameters *parameters;
+    er_drives drives;
+    double wrench[6]; /* on the robot at the TCP, base axes [N, N m] */
+    bool loaded;      /* the wrench is not zero */
+} er_system;
+
+/* Settings of the stepper. */
+typedef struct {
+    double tolerance; /* limit of the local error estimate [rad] */
+    double iteration; /* part of the tolerance that Newton's method may leave */
+    double longest;   /* longest step [s] */
+    double first;     /* first step, and the one after a gear changes flank [s] */
+    double jump;      /* jump of a drive's third derivative that may be stepped over [rad/s^3] */
+    er_kernel kernel;
+} er_settings;
+
+/* Drives at the nodes of a step: [joint][node]. */
+typedef struct {
+    ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+} er_nodes;
+
+/* A solved step. */
+typedef struct {
+    double length;                                           /* [s] */
+    ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];         /* of the stages [rad/s^2] */
+    double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];               /* at its end */
+    double a[ER_MAX_ANGLES];                                 /* of the polynomial, at its end */
+    double error;                                            /* estimate of the local error [rad] */
+    int passes;                                              /* of Newton's method */
+    double rate;                                             /* at which it converges */
+} er_step;
+
+/* Memory of a stepper; nothing in it outlives a call of er_advance. */
+typedef struct {
+    er_nodes stages, end;
+    double reference_sine[ER_MAX_ANGLES], reference_cosine[ER_MAX_ANGLES]; /* of the drives */
+    double reference[ER_MAX_JOINTS];                                       /* their angles [rad] */
+    ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], residual[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes change[ER_MAX_ANGLES];
+    er_motion motion;
+    er_placement placement;
+    bool has_mass;      /* `mass` is that of this motion */
+    double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    double matrix_step; /* length of the step that the factors belong to [s]; 0: there are none */
+    ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    er_step solved, landed;
+} er_workspace;
+
+/* Begins an integration at the x and v that are in the state. */
+void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve,
+                    const er_settings *settings, double time);
+
+/* Integrates to a time.  The state is as before if it fails. */
+bool er_advance(er_state *state, const er_system *system, const er_settings *settings, double end,
+                er_workspace *work, er_failure *failure);
+
+#endif

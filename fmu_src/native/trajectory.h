@@ -1,0 +1,63 @@
+/* Joint motion of the drives: q, q', q'' over time, from samples or from held commands.
+ *
+ * With rates and accelerations the motion is the quintic Hermite spline of the samples, else the C2
+ * cubic spline through them with zero rate at both ends; elastic_robot/trajectory.py is the same.
+ */
+#ifndef ER_TRAJECTORY_H
+#define ER_TRAJECTORY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "robot_data.h"
+
+/* Sums of communication steps round; a time may pass the ends of a trajectory by this much [s]. */
+#define ER_END_SLACK 1e-9
+
+/* Polynomials through the samples. */
+typedef struct {
+    int joints;
+    size_t samples;
+    double *time;   /* rising [s] */
+    double *power;  /* coefficients 1, s, .. s^5 from the sample on: [sample][joint][6] */
+    double *jump;   /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
+    uint64_t print; /* hash of the samples */
+} er_trajectory;
+
+/* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */
+typedef struct {
+    size_t samples;
+    int joints;
+    bool rates;
+    double *data; /* time, q1.., then qd1.., qdd1.. if there are rates */
+} er_samples;
+
+/* Builds the polynomials; the samples remain the caller's. */
+bool er_trajectory_build(er_trajectory *trajectory, const er_samples *samples, er_failure *failure);
+
+/* Reads CSV with a header line, or NPZ with arrays `columns` and `data` that is not compressed. */
+bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,
+                        er_failure *failure);
+
+void er_trajectory_free(er_trajectory *trajectory);
+
+/* How the drives move: along a trajectory, or from a command at a step's start. */
+typedef struct {
+    const er_trajectory *trajectory; /* NULL: held command */
+    size_t *hint;                    /* where the last time was found */
+    double start;                    /* of the command [s] */
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    int joints;
+} er_drives;
+
+/* Refuses times outside the samples by more than ER_END_SLACK. */
+bool er_drives_cover(const er_drives *drives, double time, er_failure *failure);
+
+/* q, q', q'' of each drive at a time [rad, rad/s, rad/s^2]; times beyond the ends are the ends. */
+void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd);
+
+/* The first time after `time` at which a third derivative jumps by more than `jump` [rad/s^3], or
+ * `end` if there is none before. */
+double er_drives_next_kink(const er_drives *drives, double time, double end, double jump);
+
+#endif

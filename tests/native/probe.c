@@ -1,0 +1,161 @@
+/* The C core behind plain arrays, for tests through ctypes. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "chain.h"
+#include "inflate.h"
+#include "model.h"
+#include "number.h"
+
+static er_failure failure;
+
+const char *probe_failure(void)
+{
+    return failure.text;
+}
+
+er_model *probe_create(const char *text)
+{
+    er_robot *robot = malloc(sizeof *robot);
+    er_model *model = er_robot_parse(robot, text, &failure) ? er_model_create(robot) : NULL;
+    free(robot);
+    return model;
+}
+
+void probe_free(er_model *model)
+{
+    er_model_free(model);
+}
+
+void probe_use_plain_kernel(er_model *model)
+{
+    model->kernel = er_plain_kernel();
+}
+
+/* Frames, Jacobian (6 x angles), mass matrix, static torque and its gradient at theta. */
+void probe_chain(const er_model *model, const double *theta, const double *wrench, double *pose,
+                 double *jacobian, double *mass, double *torque, double *gradient)
+{
+    const er_robot *robot = &model->robot;
+    er_placement p;
+    er_place_bodies(robot, theta, &p);
+    er_pose(p.tool_position, p.tool_rotation, pose);
+    for (int i = 0; i < robot->angles; i++)
+        for (int c = 0; c < 3; c++) {
+            jacobian[c * robot->angles + i] = p.lever[i][c];
+            jacobian[(3 + c) * robot->angles + i] = p.axis[i][c];
+        }
+    er_mass_matrix(robot, &p, mass);
+    er_static_torque(robot, &p, robot->parameters.gravity, wrench, torque);
+    er_static_torque_gradient(robot, &p, robot->parameters.gravity, wrench, gradient);
+}
+
+/* Loads of four states; theta, rate, acceleration and load by [angle or x][state].  The sines are
+ * those of `reference` changed by the rest. */
+void probe_loads(const er_model *model, const double *reference, const double *theta,
+                 const double *rate, const double *acceleration, const double *wrench, double *load)
+{
+    const er_robot *robot = &model->robot;
+    size_t bytes = (size_t)robot->angles * sizeof(er_lanes);
+    er_motion motion;
+    ER_ALIGNED er_lanes change[ER_MAX_ANGLES], result[ER_MAX_ANGLES];
+    double sine[ER_MAX_ANGLES], cosine[ER_MAX_ANGLES];
+    for (int i = 0; i < robot->angles; i++) {
+        sine[i] = sin(reference[i]);
+        cosine[i] = cos(reference[i]);
+        for (int l = 0; l < ER_LANES; l++)
+            change[i][l] = theta[i * ER_LANES + l] - reference[i];
+    }
+    memcpy(motion.rate, rate, bytes);
+    memcpy(motion.acceleration, acceleration, bytes);
+    model->kernel.turn(robot->angles, sine, cosine, (const er_lanes *)change, &motion);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, wrench, result);
+    memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
+}
+
+void probe_curve(er_model *model, int kind, int region, int count, const double *x, double *torque,
+                 double *slope, double *deflection)
+{
+    er_curve_build(&model->curve, kind, &model->robot, &model->memory.parameters);
+    for (int k = 0; k < model->robot.elastics; k++)
+        for (int i = 0; i < count; i++) {
+            int at = k * count + i;
+            int branch = region == 2 ? er_curve_region(&model->curve, k, x[at]) : region;
+            torque[at] = er_curve_torque(&model->curve, k, branch, x[at]);
+            slope[at] = er_curve_slope(&model->curve, k, branch, x[at]);
+            deflection[at] = er_curve_deflection(&model->curve, k, torque[at]);
+        }
+}
+
+bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance, const char *path,
+                 double time, const double *q, const double *wrench)
+{
+    er_command command;
+    memset(&command, 0, sizeof command);
+    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
+    model->memory.options.curve = curve;
+    model->memory.options.quasistatic = quasistatic;
+    model->memory.options.tolerance = tolerance;
+    strcpy(model->memory.options.trajectory, path);
+    return er_model_reset(model, time, &command, wrench, &failure);
+}
+
+bool probe_step(er_model *model, double end, const double *q, const double *wrench)
+{
+    er_command command;
+    memset(&command, 0, sizeof command);
+    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
+    return er_model_step(model, end, &command, wrench, &failure);
+}
+
+bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
+                   double *deviation, double *compliance, double *x)
+{
+    er_model_tcp(model, tcp);
+    er_model_velocity(model, velocity);
+    er_model_rigid(model, rigid);
+    er_model_deviation(model, deviation);
+    memcpy(x, model->memory.state.x, (size_t)model->robot.elastics * sizeof *x);
+    return er_model_compliance(model, compliance, &failure);
+}
+
+/* Runs to each time under no wrench along the trajectory; poses and deflections as rows. */
+bool probe_run(er_model *model, int count, const double *times, double *rows)
+{
+    static const double none[ER_MAX_JOINTS];
+    int width = 7 + model->robot.elastics;
+    for (int i = 0; i < count; i++) {
+        if (i > 0 && !probe_step(model, times[i], none, none))
+            return false;
+        er_model_tcp(model, rows + i * width);
+        memcpy(rows + i * width + 7, model->memory.state.x,
+               (size_t)model->robot.elastics * sizeof *rows);
+    }
+    return true;
+}
+
+bool probe_drives(er_model *model, int count, const double *times, double *motion)
+{
+    er_drives drives;
+    int n = model->robot.joints;
+    memset(&drives, 0, sizeof drives);
+    drives.trajectory = &model->trajectory;
+    drives.hint = &model->hint;
+    for (int i = 0; i < count; i++) {
+        if (!er_drives_cover(&drives, times[i], &failure))
+            return false;
+        er_drives_at(&drives, times[i], motion + 3 * n * i, motion + 3 * n * i + n,
+                     motion + 3 * n * i + 2 * n);
+    }
+    return true;
+}
+
+double probe_next_kink(er_model *model, double time, double end, double jump)
+{
+    er_drives drives;
+    memset(&drives, 0, sizeof drives);
+    drives.trajectory = &model->trajectory;
+    drives.hint = &model->hint;
+    return er_drives_next_kink(&drives, time, end, jump);
+}
