@@ -19,3 +19,7 @@ class SimulationError(CouplingError):
 
 class ResultError(CouplingError):
     """A run folder cannot be read or written."""
+
+
+class ProcessError(CouplingError):
+    """A process model has no answer to a path."""

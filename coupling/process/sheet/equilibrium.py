@@ -1,0 +1,110 @@
+"""Newton's method for the sheet's equilibrium; a state that did not converge is never kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpbtrf, dpbtrs
+
+from coupling.process.sheet.assembly import Assembler, Box
+from coupling.process.sheet.contact import Sphere
+
+
+@dataclass(frozen=True)
+class SheetState:
+    """Shape and history of the sheet.
+
+    Attributes:
+        points: Control points of the midsurface in the part frame [m], (nx + 2, ny + 2, 3).
+        plastic: Plastic strain 11, 22, 2*12 and equivalent plastic strain of every layer at every
+            integration point, (nx, ny, points, layers, 4).
+        stretch: Thickness over first thickness, (nx, ny, points).
+    """
+
+    points: np.ndarray
+    plastic: np.ndarray
+    stretch: np.ndarray
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state.
+
+    Attributes:
+        state: Of the sheet.
+        forces: On the spheres [N], (spheres, 3).
+        iterations: Of Newton's method.
+    """
+
+    state: SheetState
+    forces: np.ndarray
+    iterations: int
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """When Newton's method ends.
+
+    Attributes:
+        tolerance: Largest unbalanced force at a control point [N].
+        largest_step: Displacements of an iteration are scaled down to this [m].
+        max_iterations: Then the load step is cut.
+    """
+
+    tolerance: float
+    largest_step: float
+    max_iterations: int = 25
+
+
+def find_equilibrium(
+    assemble: Assembler,
+    state: SheetState,
+    spheres: tuple[Sphere, ...],
+    box: Box,
+    settings: NewtonSettings,
+) -> Equilibrium | None:
+    """Return the equilibrium of the control points in a box, or None if none was found.
+
+    Args:
+        assemble: Residual and stiffness.
+        state: Before; not changed.
+        spheres: Tools at their new places.
+        box: Control points that may move.
+        settings: Of Newton's method.
+    """
+    points = state.points.copy()
+    plastic, stretch = state.plastic.copy(), state.stretch.copy()
+    inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
+    for iteration in range(settings.max_iterations):
+        residual, band, forces = assemble(
+            box, points, state.plastic, spheres, plastic, stretch
+        )
+        if not np.all(np.isfinite(residual)):
+            return None
+        if np.max(np.abs(residual)) <= settings.tolerance:
+            return Equilibrium(SheetState(points, plastic, stretch), forces, iteration)
+        step = _solve(band, -residual)
+        largest = float(np.max(np.abs(step)))
+        if largest > settings.largest_step:
+            step *= settings.largest_step / largest
+        points[inside] += step.reshape(points[inside].shape)
+    return None
+
+
+# Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
+_FIRST_SHIFT = 1e-4
+
+
+def _solve(band: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Solve with a banded Cholesky factor; a stiffness that is not definite is shifted."""
+    shift = 0.0
+    mean = float(np.mean(np.abs(band[:, 0])))
+    while True:
+        matrix = band.T.copy(order="F")
+        matrix[0] += shift
+        factor, status = dpbtrf(matrix, lower=1, overwrite_ab=1)
+        if status == 0:
+            solution, _ = dpbtrs(factor, load, lower=1)
+            return solution
+        shift = max(10.0 * shift, _FIRST_SHIFT * mean)
