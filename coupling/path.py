@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.workpiece import Workpiece
+
 
 def _require_history(time: np.ndarray, values: np.ndarray, columns: int | None, name: str) -> None:
     if time.ndim != 1 or len(time) < 2 or values.ndim != 2 or len(values) != len(time):
@@ -104,6 +106,7 @@ class WrenchHistory:
     Attributes:
         time: Rising [s], (n,).
         wrench: fx, fy, fz [N], mx, my, mz [N m], (n, 6).
+        workpiece: What the process leaves to look at, if anything.
 
     Raises:
         ValueError: As for ToolPath.
@@ -111,6 +114,7 @@ class WrenchHistory:
 
     time: np.ndarray
     wrench: np.ndarray
+    workpiece: Workpiece | None = None
 
     def __post_init__(self) -> None:
         _require_history(self.time, self.wrench, 6, "wrench history")

@@ -6,8 +6,13 @@ A process sees the whole actual tool path and returns the whole wrench history o
 from coupling.process.base import Process, Task
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
+from coupling.process.sheet import SheetFemTable
 
-PROCESSES = {"elastic-wall": ElasticWallTable, "isf-force-law": IsfForceLawTable}
+PROCESSES = {
+    "elastic-wall": ElasticWallTable,
+    "isf-force-law": IsfForceLawTable,
+    "sheet-fem": SheetFemTable,
+}
 
 __all__ = [
     "PROCESSES",
@@ -16,5 +21,6 @@ __all__ = [
     "IsfForceLaw",
     "IsfForceLawTable",
     "Process",
+    "SheetFemTable",
     "Task",
 ]

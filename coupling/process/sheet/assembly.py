@@ -217,6 +217,11 @@ class Assembler:
         self._threads = ThreadPoolExecutor(_THREADS)
         self._bears = bool(surface.supported.any())
 
+    @property
+    def everywhere(self) -> Box:
+        """The box of all control points."""
+        return Box(0, self._elements[0] + 2, 0, self._elements[1] + 2)
+
     def elements_of(self, box: Box) -> tuple[slice, slice]:
         """Return the elements that the control points of a box shape."""
         return (

@@ -47,7 +47,7 @@ class NewtonSettings:
     """When Newton's method ends.
 
     Attributes:
-        tolerance: Largest unbalanced force at a control point [N].
+        tolerance: Largest unbalanced force at a control point that may move [N].
         largest_step: Displacements of an iteration are scaled down to this [m].
         max_iterations: Then the load step is cut.
     """
@@ -73,38 +73,40 @@ def find_equilibrium(
         box: Control points that may move.
         settings: Of Newton's method.
     """
-    points = state.points.copy()
-    plastic, stretch = state.plastic.copy(), state.stretch.copy()
+    points, plastic, stretch = state.points.copy(), state.plastic.copy(), state.stretch.copy()
     inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
     for iteration in range(settings.max_iterations):
-        residual, band, forces = assemble(
-            box, points, state.plastic, spheres, plastic, stretch
-        )
+        residual, band, forces = assemble(box, points, state.plastic, spheres, plastic, stretch)
         if not np.all(np.isfinite(residual)):
             return None
         if np.max(np.abs(residual)) <= settings.tolerance:
             return Equilibrium(SheetState(points, plastic, stretch), forces, iteration)
-        step = _solve(band, -residual)
-        largest = float(np.max(np.abs(step)))
-        if largest > settings.largest_step:
-            step *= settings.largest_step / largest
-        points[inside] += step.reshape(points[inside].shape)
+        step, _ = dpbtrs(_factorise(band.T), -residual, lower=1)
+        points[inside] += _limited(step, settings.largest_step).reshape(points[inside].shape)
     return None
+
+
+def _limited(step: np.ndarray, largest: float) -> np.ndarray:
+    """Scale a step down so that no displacement is larger."""
+    scale = min(1.0, largest / max(float(np.max(np.abs(step))), 1e-300))
+    return scale * step
 
 
 # Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
 _FIRST_SHIFT = 1e-4
 
 
-def _solve(band: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """Solve with a banded Cholesky factor; a stiffness that is not definite is shifted."""
-    shift = 0.0
-    mean = float(np.mean(np.abs(band[:, 0])))
-    while True:
-        matrix = band.T.copy(order="F")
-        matrix[0] += shift
-        factor, status = dpbtrf(matrix, lower=1, overwrite_ab=1)
-        if status == 0:
-            solution, _ = dpbtrs(factor, load, lower=1)
-            return solution
-        shift = max(10.0 * shift, _FIRST_SHIFT * mean)
+def _factorise(matrix: np.ndarray) -> np.ndarray:
+    """Return the banded Cholesky factor; a stiffness that is not definite is shifted.
+
+    Args:
+        matrix: Lower band by rows [N/m], (1 + bandwidth, n).
+    """
+    factor, status = dpbtrf(matrix, lower=1)
+    shift = _FIRST_SHIFT * float(np.mean(np.abs(matrix[0])))
+    while status != 0:
+        shifted = matrix.copy(order="F")
+        shifted[0] += shift
+        factor, status = dpbtrf(shifted, lower=1, overwrite_ab=1)
+        shift *= 10.0
+    return factor

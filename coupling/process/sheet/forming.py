@@ -22,7 +22,7 @@ from coupling.process.sheet.mesh import SheetMesh, basis, gauss, midpoints
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
 # Contact points of an element in each direction.
-_CONTACT_POINTS = 4
+_CONTACT_POINTS = 8
 # Pressure per penetration, over that of the sheet squeezed through its thickness (E / t).
 _PENALTY = 0.1
 # Penetration over which the penalty sets in, over the thickness.
@@ -42,13 +42,11 @@ class SheetSettings:
     Attributes:
         layers: Gauss points over the thickness.
         window: Half side of the square about the tool in which control points may move [m].
-        global_every: Every so many solutions, all control points may move.
         opening_radius: Of the backing plate under the sheet [m]; None: no plate.
     """
 
     layers: int = 5
     window: float = 0.03
-    global_every: int = 5
     opening_radius: float | None = None
 
 
@@ -91,7 +89,8 @@ class SheetModel:
             mesh.clamped() if free is None else free,
         )
         yield_force = material.strength * material.prestrain**material.exponent * thickness**2
-        self._newton = NewtonSettings(_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
+        self._newton = NewtonSettings(
+_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
 
     def flat(self) -> SheetState:
         """Return the sheet as it comes: flat, without stress."""
@@ -103,10 +102,6 @@ class SheetModel:
     def sphere(self, center: np.ndarray, radius: float) -> Sphere:
         """Return a tool with this model's penalty; center in the sheet's frame [m], (3,)."""
         return Sphere(np.asarray(center, dtype=float), radius, self._penalty, self._smoothing)
-
-    def everywhere(self) -> Box:
-        """Return the box of all control points."""
-        return Box(0, self.mesh.elements[0] + 2, 0, self.mesh.elements[1] + 2)
 
     def window(self, center: np.ndarray) -> Box:
         """Return the box of control points about a tool's place [m], (2,) or more."""
@@ -129,8 +124,16 @@ class SheetModel:
         margin = max(self.mesh.element_size)
         return bool(distance > sphere.radius + 0.5 * self.mesh.thickness + margin)
 
+    def everywhere(self) -> Box:
+        """Return the box of all control points."""
+        return self._assemble.everywhere
+
     def equilibrium(
-        self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...], box: Box
+        self,
+        state: SheetState,
+        before: tuple[Sphere, ...],
+        after: tuple[Sphere, ...],
+        box: Box,
     ) -> Equilibrium:
         """Return the equilibrium after the tools moved in a straight line; cut into parts if needed.
 
