@@ -20,6 +20,7 @@ from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.run import Run, as_figures
+from coupling.workpiece import Workpiece
 from coupling.tables import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
@@ -44,6 +45,7 @@ class StoredRun:
         joints: Joint angles of `command`.
         correction: command minus desired, (n, 6).
         wrench: On the tool.
+        workpieces: "before" and "after" compensation, where the process tells.
     """
 
     name: str
@@ -55,6 +57,7 @@ class StoredRun:
     joints: JointPath
     correction: np.ndarray
     wrench: WrenchHistory
+    workpieces: dict[str, Workpiece]
 
 
 @contextmanager
@@ -119,8 +122,18 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         correction = run.command.deviation_from(run.desired)
         _write(folder, "correction", CORRECTION_COLUMNS, run.command.time, correction)
         _write(folder, "wrench", WRENCH_COLUMNS, run.wrench.time, run.wrench.wrench)
+        for name, workpiece in (
+            ("before", run.workpiece_before),
+            ("after", run.wrench.workpiece),
+        ):
+            if workpiece is not None:
+                workpiece.write(_workpiece_file(folder, name))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def _workpiece_file(folder: Path, name: str) -> Path:
+    return folder / f"workpiece_{name}.vtu"
 
 
 def _write(
@@ -175,6 +188,11 @@ def read_run(folder: Path) -> StoredRun:
             joints=JointPath(angles[:, 0], angles[:, 1:]),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            workpieces={
+                name: Workpiece.read(file)
+                for name in ("before", "after")
+                if (file := _workpiece_file(folder, name)).exists()
+            },
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

@@ -17,7 +17,9 @@ from coupling.deviation import Deviation, measure
 from coupling.iteration import Coupling, Evaluation, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.planning import Planner, RateWarning
+from coupling.process import Process, Watchable
 from coupling.robot_fmu import RobotFmu
+from coupling.workpiece import Workpiece
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Watch:
     """Called while a run goes on, for those who watch.
 
     Attributes:
-        progress: What is simulated, steps done, steps in all.
+        progress: What is going on, steps done, steps in all.
         evaluation: Each evaluation of the process, and the deviation from the desired path [m].
         finished_pass: Each pass of a compensation.
     """
@@ -60,7 +62,8 @@ class Run:
         converged, reason: The verdict in plain words.
         desired, uncompensated, achieved, command: Tool paths.
         joints: Joint angles of `command`.
-        wrench: Acting on the tool along `achieved`.
+        wrench: Acting on the tool along `achieved`, with the workpiece that it leaves.
+        workpiece_before: What the uncompensated command leaves, if the process tells.
         shares: Of the deviation.
         passes: The way there, pass by pass.
         process_evaluations: In all.
@@ -79,6 +82,7 @@ class Run:
     command: ToolPath
     joints: JointPath
     wrench: WrenchHistory
+    workpiece_before: Workpiece | None
     shares: Shares
     passes: tuple[Pass, ...]
     process_evaluations: int
@@ -105,6 +109,7 @@ class _Desk:
     case: Case
     robot: RobotFmu
     planner: Planner
+    process: Process
     watch: Watch
     durations: dict[str, float]
 
@@ -127,12 +132,18 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
         file = build(case.robot, Path(folder, "ElasticRobot.fmu"))
 
         def progress(done: int, total: int) -> None:
-            watch.progress(robot.mode, done, total)
+            watch.progress(f"simulating the {robot.mode} robot", done, total)
+
+        def evaluating(done: int, total: int) -> None:
+            watch.progress("evaluating the process", done, total)
 
         settings = case.settings
         with RobotFmu(file, settings.torque_curve, settings.mode, progress) as robot:
             durations["build"] = time.perf_counter() - start
-            yield _Desk(case, robot, planner, watch, durations)
+            process = case.process
+            if isinstance(process, Watchable):
+                process = process.watched(evaluating)
+            yield _Desk(case, robot, planner, process, watch, durations)
 
 
 def run_coupling(case: Case, watch: Watch | None = None) -> Run:
@@ -147,7 +158,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             unloaded = desk.robot.simulate(joints, WrenchHistory.none(joints.time))
             result = couple(
                 desk.robot,
-                case.process,
+                desk.process,
                 joints,
                 case.scheme(),
                 case.coupling.tolerance(),
@@ -166,6 +177,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             command=case.desired,
             joints=joints,
             wrench=result.wrench,
+            workpiece_before=result.wrench.workpiece,
             shares=_shares(case, unloaded, result),
             passes=(first,),
             process_evaluations=len(result.evaluations),
@@ -186,7 +198,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
     with _desk(case, watch) as desk:
         method = METHODS[case.compensation.method](
             robot=desk.robot,
-            process=case.process,
+            process=desk.process,
             planner=desk.planner,
             scheme=case.scheme(),
             settings=case.compensation.settings(),
@@ -209,6 +221,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
             command=result.command,
             joints=result.joints,
             wrench=result.wrench,
+            workpiece_before=result.uncompensated.wrench.workpiece,
             shares=shares,
             passes=result.passes,
             process_evaluations=result.evaluations,

@@ -3,7 +3,7 @@
 A process sees the whole actual tool path and returns the whole wrench history on the tool.
 """
 
-from coupling.process.base import Process, Task
+from coupling.process.base import Process, Task, Watchable
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.sheet import SheetFemTable
@@ -23,4 +23,5 @@ __all__ = [
     "Process",
     "SheetFemTable",
     "Task",
+    "Watchable",
 ]

@@ -17,7 +17,8 @@ _UM = 1e6
 _FLOOR_UM = 1e-3
 
 
-def _style(figure: go.Figure, height: int = 380) -> go.Figure:
+def style(figure: go.Figure, height: int = 380) -> go.Figure:
+    """Give a figure the report's look."""
     figure.update_layout(
         template="plotly_white",
         height=height,
@@ -61,7 +62,7 @@ def convergence(run: StoredRun) -> go.Figure:
     )
     figure.update_xaxes(title="evaluation of the process", dtick=1)
     figure.update_yaxes(title="um", type="log")
-    return _style(figure)
+    return style(figure)
 
 
 def deviation(run: StoredRun) -> go.Figure:
@@ -93,7 +94,7 @@ def deviation(run: StoredRun) -> go.Figure:
     figure.update_yaxes(title="distance [um]", type="log", row=1, col=1)
     figure.update_yaxes(title="components before [um]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=2, col=1)
-    return _style(figure, 560)
+    return style(figure, 560)
 
 
 def wrench(run: StoredRun) -> go.Figure:
@@ -119,7 +120,7 @@ def wrench(run: StoredRun) -> go.Figure:
     if moments:
         figure.update_yaxes(title="moment [N m]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=1 + moments, col=1)
-    return _style(figure)
+    return style(figure)
 
 
 def amplification(run: StoredRun) -> int:
@@ -149,4 +150,4 @@ def paths(run: StoredRun, factor: int) -> go.Figure:
     add(run.achieved, f"after, deviation x {factor}", AFTER, 3)
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
     figure.update_layout(scene={**axes, "aspectmode": "data"})
-    return _style(figure, 620)
+    return style(figure, 620)

@@ -63,6 +63,7 @@ def find_equilibrium(
     spheres: tuple[Sphere, ...],
     box: Box,
     settings: NewtonSettings,
+    start: np.ndarray | None = None,
 ) -> Equilibrium | None:
     """Return the equilibrium of the control points in a box, or None if none was found.
 
@@ -72,8 +73,10 @@ def find_equilibrium(
         spheres: Tools at their new places.
         box: Control points that may move.
         settings: Of Newton's method.
+        start: Control points of the first iteration; those of the state unless given.
     """
-    points, plastic, stretch = state.points.copy(), state.plastic.copy(), state.stretch.copy()
+    points = (state.points if start is None else start).copy()
+    plastic, stretch = state.plastic.copy(), state.stretch.copy()
     inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
     for iteration in range(settings.max_iterations):
         residual, band, forces = assemble(box, points, state.plastic, spheres, plastic, stretch)
