@@ -54,7 +54,7 @@ class NewtonSettings:
 
     tolerance: float
     largest_step: float
-    max_iterations: int = 25
+    max_iterations: int = 40
 
 
 def find_equilibrium(
@@ -78,15 +78,29 @@ def find_equilibrium(
     points = (state.points if start is None else start).copy()
     plastic, stretch = state.plastic.copy(), state.stretch.copy()
     inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
+    step = np.zeros_like(points[inside])
+    last, halvings = np.inf, 0
     for iteration in range(settings.max_iterations):
         residual, band, forces = assemble(box, points, state.plastic, spheres, plastic, stretch)
         if not np.all(np.isfinite(residual)):
             return None
         if np.max(np.abs(residual)) <= settings.tolerance:
             return Equilibrium(SheetState(points, plastic, stretch), forces, iteration)
-        step, _ = dpbtrs(_factorise(band.T), -residual, lower=1)
-        points[inside] += _limited(step, settings.largest_step).reshape(points[inside].shape)
+        size = float(np.linalg.norm(residual))
+        if size > last and halvings < _MAX_HALVINGS:
+            step *= 0.5
+            points[inside] -= step
+            halvings += 1
+            continue
+        last, halvings = size, 0
+        solution, _ = dpbtrs(_factorise(band.T), -residual, lower=1)
+        step = _limited(solution, settings.largest_step).reshape(step.shape)
+        points[inside] += step
     return None
+
+
+# An iteration that raises the unbalanced forces is taken back by halves at most so many times.
+_MAX_HALVINGS = 3
 
 
 def _limited(step: np.ndarray, largest: float) -> np.ndarray:
