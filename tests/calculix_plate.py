@@ -52,7 +52,7 @@ def plunge_force(plate: Plate, curve: list[tuple[float, float]], E: float, nu: f
         [str(CCX), "plate"], cwd=folder, capture_output=True, text=True, timeout=1800
     )
     text = (folder / "plate.dat").read_text()
-    found = re.findall(r"forces \(fx,fy,fz\).*time\s+(\S+)\s+\d+\s+\S+\s+\S+\s+(\S+)", text)
+    found = re.findall(r"force \(fx,fy,fz\).*time\s+(\S+)\s+\S+\s+\S+\s+(\S+)", text)
     if not found:
         raise RuntimeError(done.stdout[-2000:])
     values = np.array(found, dtype=float)
@@ -131,8 +131,6 @@ def _deck(plate: Plate, curve: list[tuple[float, float]], E: float, nu: float) -
 {newline.join(nodes)}
 *NODE, NSET=NTOOL
 {newline.join(tool_nodes)}
-*NODE, NSET=REF
-200001,0,0,{plate.radius}
 *ELEMENT, TYPE=C3D8I, ELSET=PLATE
 {newline.join(bricks)}
 *ELEMENT, TYPE=C3D8, ELSET=TOOL
@@ -159,12 +157,11 @@ TOOL,S2
 210000,0.3
 *SOLID SECTION, ELSET=PLATE, MATERIAL=METAL
 *SOLID SECTION, ELSET=TOOL, MATERIAL=HARD
-*RIGID BODY, NSET=NTOOL, REF NODE=200001
 *BOUNDARY
 CLAMPED,1,3
 X0,1,1
 Y0,2,2
-200001,1,2
+NTOOL,1,2
 *SURFACE INTERACTION, NAME=TOUCH
 *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
 1.E6
@@ -174,8 +171,8 @@ STOP,STOOL
 *STATIC
 0.02,1.,1.E-5,0.1
 *BOUNDARY
-200001,3,3,{-plate.plunge}
-*NODE PRINT, NSET=REF
+NTOOL,3,3,{-plate.plunge}
+*NODE PRINT, NSET=NTOOL, TOTALS=ONLY
 RF
 *END STEP
 """

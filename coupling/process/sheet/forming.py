@@ -24,9 +24,9 @@ _POINTS = 2
 # Contact points of an element in each direction.
 _CONTACT_POINTS = 8
 # Pressure per penetration, over that of the sheet squeezed through its thickness (E / t).
-_PENALTY = 0.1
+_PENALTY = 0.3
 # Penetration over which the penalty sets in, over the thickness.
-_SMOOTHING = 0.01
+_SMOOTHING = 0.003
 # Newton's method: unbalanced force over yield stress times thickness squared ...
 _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
