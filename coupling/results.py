@@ -20,7 +20,6 @@ from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.run import Run, as_figures
-from coupling.workpiece import Workpiece
 from coupling.tables import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
@@ -29,6 +28,7 @@ from coupling.tables import (
     read_table,
     write_table,
 )
+from coupling.workpiece import Workpiece
 
 _RESULT = "result.json"
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")

@@ -119,11 +119,11 @@ def _deck(plate: Plate, curve: list[tuple[float, float]], E: float, nu: float) -
     ray = np.stack([u, v, -np.ones_like(u)], axis=-1)
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
     cap = ray[:, :, None, :] * np.array([plate.radius, plate.radius - 1.0])[None, None, :, None]
-    cap = cap + [0.0, 0.0, plate.radius]
+    cap = cap + np.array([0.0, 0.0, plate.radius])
     cap = cap[:, :, ::-1]  # outer face last, so that it is the bricks' upper face
     tool_nodes, tn = _grid(cap, 100001)
     # The cap's local up is down in space: turn the bricks over to keep them right-handed.
-    tool_bricks, te = _bricks(tn.transpose(1, 0, 2), 100001)
+    tool_bricks, _ = _bricks(tn.transpose(1, 0, 2), 100001)
     clamped = np.unique(np.concatenate([n[-1].ravel(), n[:, -1].ravel()]))
     plastic = "\n".join(f"{stress:.6g},{strain:.6g}" for strain, stress in curve)
     newline = "\n"

@@ -44,7 +44,10 @@ def test_section_tangent_is_the_derivative_of_its_forces(amplitude):
     steps = np.array([1e-7, 1e-7, 1e-7, 1e-4, 1e-4, 1e-4])
     numeric = np.column_stack(
         [
-            (resultants(ALUMINIUM, strain + e, plastic)[0] - resultants(ALUMINIUM, strain - e, plastic)[0])
+            (
+                resultants(ALUMINIUM, strain + e, plastic)[0]
+                - resultants(ALUMINIUM, strain - e, plastic)[0]
+            )
             / (2.0 * h)
             for e, h in zip(np.diag(steps), steps, strict=True)
         ]
@@ -65,9 +68,7 @@ def test_uniaxial_tension_follows_the_hardening_curve(plastic_strain):
     """With lateral strain -nu sigma/E - eps_p/2 the stress is (sigma(eps_p), 0, 0)."""
     E, nu = ALUMINIUM.youngs_modulus, ALUMINIUM.poisson_ratio
     sigma, _ = yield_stress(ALUMINIUM, plastic_strain)
-    strain = np.array(
-        [sigma / E + plastic_strain, -nu * sigma / E - 0.5 * plastic_strain, 0.0]
-    )
+    strain = np.array([sigma / E + plastic_strain, -nu * sigma / E - 0.5 * plastic_strain, 0.0])
     stress, after = returned(ALUMINIUM, strain)
     np.testing.assert_allclose(stress, [sigma, 0.0, 0.0], atol=1e-9 * sigma)
     assert after[3] == pytest.approx(plastic_strain, rel=1e-8)

@@ -89,7 +89,9 @@ def test_frictionless_force_has_no_moment_about_the_sphere(pressed):
 def test_touch_is_where_the_lowest_point_meets_the_upper_face():
     """A tool 10 um above the part's plane feels nothing, 30 um below it feels the sheet."""
     for height, touches in ((1e-5, False), (-3e-5, True)):
-        path = UPRIGHT.tool_path(np.arange(3.0), np.array([[0, 0, 1e-3], [0, 0, height], [0, 0, 1e-3]]))
+        path = UPRIGHT.tool_path(
+            np.arange(3.0), np.array([[0, 0, 1e-3], [0, 0, height], [0, 0, 1e-3]])
+        )
         wrench = table(element_m=0.002).process(Task(UPRIGHT, path)).wrench(path).wrench
         assert (wrench[1, 2] > 0.1) == touches
 

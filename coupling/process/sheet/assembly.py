@@ -14,7 +14,6 @@ from coupling.process.sheet.contact import Sphere, pressure
 from coupling.process.sheet.element import Shell, element
 from coupling.process.sheet.mesh import Basis
 
-
 # The compiled element loop lets go of Python's lock.
 _THREADS = os.cpu_count() or 1
 

@@ -89,15 +89,12 @@ class SheetModel:
             mesh.clamped() if free is None else free,
         )
         yield_force = material.strength * material.prestrain**material.exponent * thickness**2
-        self._newton = NewtonSettings(
-_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
+        self._newton = NewtonSettings(_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
 
     def flat(self) -> SheetState:
         """Return the sheet as it comes: flat, without stress."""
         points = (*self.mesh.elements, _POINTS**2)
-        return SheetState(
-            self._start.copy(), np.zeros((*points, self._layers, 4)), np.ones(points)
-        )
+        return SheetState(self._start.copy(), np.zeros((*points, self._layers, 4)), np.ones(points))
 
     def sphere(self, center: np.ndarray, radius: float) -> Sphere:
         """Return a tool with this model's penalty; center in the sheet's frame [m], (3,)."""
@@ -168,9 +165,7 @@ _TOLERANCE * yield_force, _LARGEST_STEP * min(size))
             if done >= 1.0:
                 return found
 
-    def _find(
-        self, state: SheetState, tools: tuple[Sphere, ...], box: Box
-    ) -> Equilibrium | None:
+    def _find(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> Equilibrium | None:
         """Return the equilibrium of a box; for the whole sheet, the tool's window goes first.
 
         What is left for the costly iterations of the whole sheet is then nearly linear.

@@ -65,9 +65,7 @@ class SheetFem:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
         self.progress(len(tools), len(tools))
         formed = formed_sheet(self.model.mesh, loaded, state)
-        force = self.part.rotation.apply(
-            self.force_factor * self.schedule.interpolated(forces)
-        )
+        force = self.part.rotation.apply(self.force_factor * self.schedule.interpolated(forces))
         center = self.part.position + self.part.rotation.apply(centers)
         moment = np.cross(center - path.position, force)
         return WrenchHistory(path.time, np.hstack([force, moment]), formed)
@@ -80,6 +78,5 @@ class SheetFem:
 
     def _tool(self, center: np.ndarray) -> Sphere:
         """Return the tool in the sheet's frame, whose origin is half a thickness below the part's."""
-        return self.model.sphere(
-            center + [0.0, 0.0, 0.5 * self.model.mesh.thickness], self.tool_radius
-        )
+        lift = np.array([0.0, 0.0, 0.5 * self.model.mesh.thickness])
+        return self.model.sphere(center + lift, self.tool_radius)

@@ -235,9 +235,7 @@ def section(
     for part, target in ((0, n), (3, m)):
         target[0] = c * c * inner[part] + s * s * inner[part + 1] + 2.0 * c * s * inner[part + 2]
         target[1] = s * s * inner[part] + c * c * inner[part + 1] - 2.0 * c * s * inner[part + 2]
-        target[2] = (
-            c * s * (inner[part + 1] - inner[part]) + (c * c - s * s) * inner[part + 2]
-        )
+        target[2] = c * s * (inner[part + 1] - inner[part]) + (c * c - s * s) * inner[part + 2]
     H = np.empty((6, 6))
     # The shear of dk is an engineering shear, that of m a stress: both belong together.
     _geometric(n, m, be, dk, dt, stretch, F, H)

@@ -47,5 +47,7 @@ def formed_sheet(mesh: SheetMesh, loaded: SheetState, unloaded: SheetState) -> W
 
 def _corners(points: np.ndarray) -> np.ndarray:
     """Return the surface at the elements' corners: the mean of four control points each."""
-    corners: np.ndarray = 0.25 * (points[:-1, :-1] + points[1:, :-1] + points[:-1, 1:] + points[1:, 1:])
+    corners: np.ndarray = 0.25 * (
+        points[:-1, :-1] + points[1:, :-1] + points[:-1, 1:] + points[1:, 1:]
+    )
     return corners
