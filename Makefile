@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures comparison performance clean
+.PHONY: run test figures comparison performance sheet-fem clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -25,6 +25,9 @@ comparison: .venv/installed
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
+
+sheet-fem: .venv/installed
+	.venv/bin/python docs/make_sheet_fem.py
 
 .venv/installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
