@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test figures comparison performance sheet-fem clean
+.PHONY: run test figures comparison performance masters masters-table sheet-fem clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -28,6 +28,17 @@ performance: .venv/installed
 
 sheet-fem: .venv/installed
 	.venv/bin/python docs/make_sheet_fem.py
+
+# The co-simulation masters that the FMU is tried in; their tests are skipped without them.
+masters: .venv/masters
+
+masters-table: .venv/masters
+	.venv/bin/python docs/make_masters_table.py
+
+.venv/masters: .venv/installed requirements-masters.lock requirements-cofmupy.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-masters.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target .venv/cofmupy -r requirements-cofmupy.lock
+	touch $@
 
 .venv/installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv

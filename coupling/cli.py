@@ -1,4 +1,4 @@
-"""The command line: elastic-robot build | couple | compensate | report."""
+"""The command line: elastic-robot build | ssp | couple | compensate | report."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from coupling.errors import CouplingError
 from coupling.report import write_report
 from coupling.results import new_run_folder, write_run
 from coupling.run import Run, Watch, run_compensation, run_coupling
+from coupling.ssp import write_ssp
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.robot_file import find_robot, load_robot
 
@@ -51,6 +52,18 @@ def build(
 ) -> None:
     """Build the FMU of a robot."""
     file = build_fmu.build(load_robot(find_robot(robot)), output)
+    Console().print(f"{file}: built")
+
+
+@app.command()
+def ssp(
+    case: CaseFile,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The archive.")] = Path(
+        "system.ssp"
+    ),
+) -> None:
+    """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
+    file = write_ssp(load_case(case), output)
     Console().print(f"{file}: built")
 
 

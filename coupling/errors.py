@@ -23,3 +23,7 @@ class ResultError(CouplingError):
 
 class ProcessError(CouplingError):
     """A process model has no answer to a path."""
+
+
+class BuildError(CouplingError):
+    """An FMU cannot be written."""

@@ -16,10 +16,10 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from build_fmu import fingerprint
 from coupling.errors import SimulationError
 from coupling.fmu_worker import Job
 from coupling.path import JointPath, ToolPath, WrenchHistory
+from elastic_robot.fingerprint import fingerprint
 
 Progress = Callable[[int, int], None]
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.

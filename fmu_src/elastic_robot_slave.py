@@ -2,30 +2,46 @@
 
 PythonFMU puts the FMU's resources folder on the module path, imports this file by its name and runs
 it twice; modules of the host or of another FMU may answer instead of the FMU's own.  So everything
-that belongs to an instance is read from its own `resources` in `__init__`, and no module has state.
+that belongs to an instance is read from its own `resources` in `__init__`, no module has state, and
+an instance refuses to run with another version's modules.
 """
 
+import ctypes
 import functools
 import sys
 from math import isfinite
 from pathlib import Path
 
-import numpy as np
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
-from pythonfmu.default_experiment import DefaultExperiment
+from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
+try:
+    import numpy as np
+    import pinocchio  # noqa: F401  (an import error is told here)
+    import scipy  # noqa: F401
+except ImportError as error:
+    text = (
+        f"{error} in the Python of this FMU's host, {sys.executable} {sys.version.split()[0]};"
+        " needed are numpy, scipy and pin (Pinocchio): python -m pip install numpy scipy pin, or"
+        " see documentation/externalDependencies.txt in the FMU"
+    )
+    print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
+    raise ImportError(text) from error
+
+import elastic_robot
+from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.errors import ParameterError
-from elastic_robot.interface import INITIAL_STATES, MODES, blocks
+from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
+from elastic_robot.fingerprint import fingerprint
+from elastic_robot.fmu_state import FmuState, PackedState, require_own
+from elastic_robot.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
 from elastic_robot.parameters import Parameters
+from elastic_robot.real_variables import RealVariables
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
-# Lists of variables of which the places are kept.
-_LISTS_KEPT = 100
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
 
@@ -41,6 +57,10 @@ def _reported(method):
             text = f"{self.instance_name}: {error}"
             print(text, file=sys.stderr, flush=True)
             self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
+            # PythonFMU's binary gives up its references to these three at every exception, and once
+            # more when the instance is freed; without others that is a use after free.
+            for owned in (self, type(self), self.log_queue):
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
             raise
 
     return wrapper
@@ -51,68 +71,46 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.modelName = "ElasticRobot"
-        self.description = "Industrial robot with elastic joints, tilts and backlash"
-        self.default_experiment = DefaultExperiment(step_size=0.01, tolerance=1e-6)
-        self._robot = Robot.from_json(
-            Path(self.resources, "robot.json").read_text(encoding="utf-8")
-        )
-        self._register()
-        self._model = None
-        self._time = 0.0
-        self._tolerance = 1e-6
-        self._initialised = False  # the state belongs to the present inputs and parameters
-        self._stepped = False
-        self._lists = {}  # lists of variables that were asked for
-        self._fresh = set()  # output blocks computed for the present state
-        self._parameters_changed = False
-
-    def _register(self):
-        self._slices, starts, names = {}, [], []
+        self.modelName = MODEL_NAME  # PythonFMU's builder names the binaries by it
+        resources = Path(self.resources)
+        self._require_own_modules(resources)
+        self._fingerprint = fingerprint(resources)
+        self._robot = Robot.from_json((resources / "robot.json").read_text(encoding="utf-8"))
         table = blocks(self._robot)
-        self._strings = {v.name: v.start for v in table.pop("strings").variables}
-        for key, block in table.items():
-            self._slices[key] = slice(len(starts), len(starts) + len(block.variables))
-            for variable in block.variables:
-                real = Real(
-                    variable.name,
-                    causality=Fmi2Causality[block.causality],
-                    variability=Fmi2Variability[block.variability],
-                    description=f"{variable.text} [{variable.unit}]",
-                    getter=functools.partial(self._start_of, len(starts)),
-                )
-                self.register_variable(real, nested=False)
-                starts.append(0.0 if variable.start is None else variable.start)
-                names.append(variable.name)
-        self._values, self._names = np.array(starts), names
-        self._output_of = {
-            vr: key
-            for key, block in table.items()
-            if block.causality == "output"
-            for vr in range(self._slices[key].start, self._slices[key].stop)
-        }
-        self._inputs = range(self._slices["tcp"].start)
+        strings = table.pop("strings").variables
+        self._reals = RealVariables(table)
+        self._strings = {variable.name: variable.start for variable in strings}
         self._string_names = list(self._strings)
-        for name in self._string_names:
-            string = String(
-                name,
-                causality=Fmi2Causality.parameter,
-                variability=Fmi2Variability.fixed,
-                getter=functools.partial(self._strings.get, name),
+        self._twists = build_chain(self._robot).twists
+        self._model = None  # None: to be computed from the present inputs and parameters
+        self._trajectory = None
+        self._time = 0.0
+        self._tolerance = TOLERANCE
+        self._stepped = False
+        self._parameters_changed = False
+        self._fresh = set()  # output blocks computed for the present state
+
+    def _require_own_modules(self, resources):
+        loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
+        if loaded.resolve() != own.resolve() and fingerprint(loaded) != fingerprint(own):
+            raise ElasticRobotError(
+                f"{self.instance_name}: this process has loaded another version of elastic_robot, from"
+                f" {loaded}; needed is a process of its own for FMUs of this version"
             )
-            self.register_variable(string, nested=False)
 
-    def _start_of(self, reference):
-        return self._values[reference]
-
-    def _block(self, key):
-        return self._values[self._slices[key]]
-
+    @_reported
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         """Take the start time, and the tolerance as the error allowed at the TCP [m]."""
+        if not isfinite(start_time):
+            raise ParameterError(f"the start time is {start_time} s; needed is a finite number")
+        if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
+            raise ParameterError(
+                f"the tolerance is {tolerance} m; needed is a number > 0, or 0 for {TOLERANCE:g} m"
+            )
         self._time = start_time
         if tolerance:
             self._tolerance = tolerance
+        self._model = None
 
     @_reported
     def exit_initialization_mode(self):
@@ -125,127 +123,209 @@ class ElasticRobotSlave(Fmi2Slave):
         """Move on by a communication step; inputs are held over it."""
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
-        if abs(current_time - self._time) > _TIME_SLACK:
+        if not abs(current_time - self._time) <= _TIME_SLACK:
             raise ParameterError(
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
         if step_size == 0.0:
             return True
+        self._initialise()
+        end, wrench = current_time + step_size, self._reals.block("wrench").copy()
         if self._parameters_changed:
-            self._model.parameters = self._checked_parameters()
-            self._parameters_changed = False
-        end = current_time + step_size
-        self._model.step(end, self._drives(), self._block("wrench").copy())
+            self._step_with_new_parameters(end, wrench)
+        else:
+            self._model.step(end, self._drives(), wrench)
         self._time = end
         self._fresh.clear()
         return True
+
+    def _step_with_new_parameters(self, end, wrench):
+        before = self._model.snapshot
+        self._model.parameters = self._checked_parameters()
+        try:
+            self._model.step(end, self._drives(), wrench)
+        except ElasticRobotError:
+            self._model.snapshot = before
+            raise
+        self._parameters_changed = False
 
     @_reported
     def get_real(self, vrs):
         """Return values; an output is computed when it is read."""
         if not vrs:
             return []
-        rows, outputs = self._asked(tuple(vrs))
-        stale = outputs - self._fresh
+        places = self._reals.places(vrs)
+        stale = places.outputs - self._fresh
         if stale:
             self._initialise()
         for key in stale:
             value = getattr(self._model, key)()
-            self._values[self._slices[key]] = value[_UPPER] if key == "compliance" else value
+            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
             self._fresh.add(key)
-        return self._values[rows].tolist()
+        return self._reals.get(vrs, places)
 
     @_reported
     def set_real(self, vrs, values):
         """Set inputs and parameters."""
         if not vrs:
             return
-        if not all(map(isfinite, values)):
-            vr, value = next((vr, v) for vr, v in zip(vrs, values, strict=True) if not isfinite(v))
-            raise ParameterError(f"{self._names[vr]} is {value}; needed is a finite number")
-        rows, outputs = self._asked(tuple(vrs))
-        if outputs:
-            first = next(vr for vr in vrs if vr in self._output_of)
-            raise ParameterError(f"{self._names[first]} is an output and cannot be set")
-        if max(vrs) not in self._inputs:
+        if self._reals.set(vrs, values).has_parameters:
             self._parameters_changed = True
-        self._values[rows] = values
         if not self._stepped:
-            self._initialised = False
+            self._model = None
+            self._fresh.clear()
 
     @_reported
     def set_string(self, vrs, values):
         """Set the fixed parameters, before the initial state is computed."""
+        names = self._strings_asked(vrs)
         if self._stepped:
             raise ParameterError("strings are fixed; set them before initialisation ends")
-        for vr, value in zip(vrs, values, strict=True):
-            self._strings[self._string_names[vr - len(self._values)]] = value
-        self._initialised = False
+        self._strings.update(zip(names, values, strict=True))
+        self._model = None
+        self._fresh.clear()
 
+    @_reported
     def get_string(self, vrs):
         """Return the fixed parameters."""
-        return [self._strings[self._string_names[vr - len(self._values)]] for vr in vrs]
+        return [self._strings[name] for name in self._strings_asked(vrs)]
 
-    def _asked(self, vrs):
-        """Return an index of these variables and the names of the output blocks among them.
+    @_reported
+    def get_integer(self, vrs):
+        """Refuse: there are no integer variables."""
+        return self._require_none(vrs, "integer")
 
-        Masters ask for the same few lists over and over; the answer is kept, and where they follow
-        one another the index is a slice.
-        """
-        known = self._lists.get(vrs)
-        if known is None:
-            if vrs == tuple(range(vrs[0], vrs[0] + len(vrs))):
-                rows = slice(vrs[0], vrs[0] + len(vrs))
-            else:
-                rows = list(vrs)
-            known = rows, {self._output_of[vr] for vr in vrs if vr in self._output_of}
-            if len(self._lists) < _LISTS_KEPT:
-                self._lists[vrs] = known
-        return known
+    @_reported
+    def set_integer(self, vrs, values):
+        """Refuse: there are no integer variables."""
+        self._require_none(vrs, "integer")
+
+    @_reported
+    def get_boolean(self, vrs):
+        """Refuse: there are no boolean variables."""
+        return self._require_none(vrs, "boolean")
+
+    @_reported
+    def set_boolean(self, vrs, values):
+        """Refuse: there are no boolean variables."""
+        self._require_none(vrs, "boolean")
+
+    def _require_none(self, vrs, kind):
+        if vrs:
+            raise ParameterError(
+                f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
+            )
+        return []
+
+    def _strings_asked(self, vrs):
+        first = len(self._reals)
+        for vr in vrs:
+            if not 0 <= vr - first < len(self._string_names):
+                raise ParameterError(
+                    f"the value reference {vr} is asked for as a string variable; this FMU has {first}"
+                    f" to {first + len(self._string_names) - 1}"
+                )
+        return [self._string_names[vr - first] for vr in vrs]
 
     def _initialise(self):
-        if self._initialised:
+        if self._model is not None:
             return
-        for name, known in (("mode", MODES), ("initial_state", INITIAL_STATES)):
-            if self._strings[name] not in known:
-                raise ParameterError(
-                    f"{name} is {self._strings[name]!r}; needed is one of {', '.join(known)}"
-                )
-        self._model = ElasticRobot(
-            self._robot,
-            torque_curve=self._strings["torque_curve"],
-            quasistatic=self._strings["mode"] == "quasistatic",
-            tolerance=self._tolerance,
-        )
-        self._model.parameters = self._checked_parameters()
-        self._parameters_changed = False
-        path = self._strings["trajectory"]
-        self._trajectory = read_trajectory(Path(path), len(self._robot.joints)) if path else None
+        model = self._new_model(self._strings, self._tolerance)
+        model.parameters = self._checked_parameters()
+        self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
-        self._model.reset(self._time, self._drives(), self._block("wrench").copy(), undeflected)
+        model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
         self._fresh.clear()
-        self._initialised = True
+        self._parameters_changed = False
+        self._model = model
+
+    def _new_model(self, strings, tolerance):
+        for name, known in (("mode", MODES), ("initial_state", INITIAL_STATES)):
+            if strings[name] not in known:
+                raise ParameterError(
+                    f"{name} is {strings[name]!r}; needed is one of {', '.join(known)}"
+                )
+        quasistatic = strings["mode"] == "quasistatic"
+        return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
+
+    def _read_trajectory(self, strings):
+        if not strings["trajectory"]:
+            return None
+        path = Path(strings["trajectory"])
+        packed = Path(self.resources, path)  # of use where a master unpacks it no one knows where
+        file = packed if packed.is_file() and not path.exists() else path
+        return read_trajectory(file, len(self._robot.joints))
 
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = (self._block(key).copy() for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        q, qd, qdd = self._reals.span("q_cmd", "qdd_cmd").reshape(3, -1).copy()
         return HeldCommand(self._time, q, qd, qdd)
 
     def _checked_parameters(self):
-        backlash = np.zeros(len(self._block("stiffness")))
-        backlash[self._model.chain.elastic_tilt == 0] = self._block("backlash")
-        for key, strict in (("stiffness", True), ("damping", False), ("backlash", False)):
-            values = self._block(key)
-            bad = np.flatnonzero(values <= 0.0 if strict else values < 0.0)
-            if len(bad):
-                name = self._names[self._slices[key].start + bad[0]]
-                bound = "> 0" if strict else ">= 0"
-                raise ParameterError(f"{name} is {values[bad[0]]}; needed is a number {bound}")
+        reals = self._reals
+        for key, above in (("stiffness", True), ("damping", False), ("backlash", False)):
+            reals.require_at_least_zero(key, above)
+        own = Parameters.of(self._robot)
+        backlash = np.zeros_like(own.backlash)
+        backlash[self._twists] = reals.block("backlash")
         return Parameters(
-            gravity=self._block("gravity").copy(),
-            stiffness=self._block("stiffness").copy(),
-            damping=self._block("damping").copy(),
+            gravity=reals.block("gravity").copy(),
+            stiffness=reals.block("stiffness").copy(),
+            damping=reals.block("damping").copy(),
             backlash=backlash,
-            tables=self._model.parameters.tables,
+            tables=own.tables,
         )
+
+    @_reported
+    def _get_fmu_state(self):
+        """Return the state, an object that PythonFMU keeps for the host."""
+        trajectory = None if self._model is None else self._trajectory
+        return FmuState(
+            fingerprint=self._fingerprint,
+            time=self._time,
+            tolerance=self._tolerance,
+            stepped=self._stepped,
+            parameters_changed=self._parameters_changed,
+            values=self._reals.values.copy(),
+            strings=tuple(self._strings.values()),
+            model=None if self._model is None else self._model.snapshot,
+            trajectory=trajectory,
+            trajectory_digest="" if trajectory is None else trajectory.digest,
+        )
+
+    @_reported
+    def _set_fmu_state(self, state):
+        """Go back to a state of this instance or of another one of the same FMU."""
+        if isinstance(state, PackedState):
+            state = state.open(self._fingerprint, Parameters.of(self._robot))
+        require_own(state.fingerprint, self._fingerprint)
+        strings = dict(zip(self._string_names, state.strings, strict=True))
+        model, trajectory = None, None
+        if state.model is not None:
+            same = (strings, state.tolerance) == (self._strings, self._tolerance)
+            model = self._model if same else None
+            model = model or self._new_model(strings, state.tolerance)
+            trajectory = state.trajectory
+            if trajectory is None and state.trajectory_digest:
+                trajectory = self._read_trajectory(strings)
+                if trajectory.digest != state.trajectory_digest:
+                    raise StateError(
+                        f"the file {strings['trajectory']} holds another motion than when the state was"
+                        " saved; needed is the same file"
+                    )
+            model.snapshot = state.model
+        self._model, self._trajectory, self._strings = model, trajectory, strings
+        self._time, self._tolerance = state.time, state.tolerance
+        self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
+        self._reals.values[:] = state.values
+        self._fresh.clear()
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        return state.to_bytes()
+
+    @staticmethod
+    def _fmu_state_from_bytes(data):
+        # Damaged bytes are refused when they are set, where there is an instance to tell it.
+        return PackedState(data)

@@ -24,6 +24,8 @@ settings.register_profile("project", deadline=None, derandomize=True, max_exampl
 settings.load_profile("project")
 
 HERE = Path(__file__).parent
+# Scripts that tests run in processes of their own; not to be imported for doctests.
+collect_ignore = ["hosts", "stock"]
 REFERENCE = HERE / "reference"
 
 
@@ -64,6 +66,24 @@ def run_fmu(tmp_path: Path):
         for answer in answers:
             answer["stderr"] = done.stderr
         return answers
+
+    return run
+
+
+@pytest.fixture
+def run_host(tmp_path: Path):
+    """Run a script of tests/hosts in a process that has not imported the project; return stderr."""
+
+    def run(script: str, *arguments: object, succeeds: bool = True) -> str:
+        done = subprocess.run(
+            [sys.executable, str(HERE / "hosts" / f"{script}.py"), *map(str, arguments)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert (done.returncode == 0) == succeeds, done.stderr
+        assert done.returncode >= 0, f"killed by signal {-done.returncode}"
+        return done.stderr
 
     return run
 

@@ -10,7 +10,9 @@ import pytest
 from conftest import REFERENCE
 from random_robots import make_robot
 
-from build_fmu import BuildError, build, fingerprint, main
+from build_fmu import build, main
+from coupling.errors import BuildError
+from elastic_robot.fingerprint import fingerprint
 
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
@@ -137,6 +139,22 @@ def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
         np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
 
 
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(example, run_fmu, tmp_path):
+    """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
+    table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
+    fmu = build(example, tmp_path / "R.fmu", {"motion.csv": table.format(0.3).encode()})
+    job = {
+        "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
+        "time": [0.0, 0.1],
+        "outputs": ["rigid.x", "rigid.y"],
+    }
+    for angle in (0.3, 0.1):
+        (answer,) = run_fmu(fmu, job)
+        x, y = answer["values"][-1]
+        assert np.arctan2(y, x) == pytest.approx(angle, abs=1e-12)
+        (tmp_path / "motion.csv").write_text(table.format(0.1))
+
+
 def test_held_commands_are_used_without_a_trajectory(example_fmu, run_fmu):
     """Joint 1 turned at 0.1 rad/s by its rate input, re-commanded at each step's start."""
     time = np.arange(0.0, 0.51, 0.01)
@@ -169,6 +187,53 @@ def test_tunable_parameters_change_at_run_time(example_fmu, run_fmu):
     (answer,) = run_fmu(example_fmu, job)
     assert answer["values"][1, 0] < -5e-4
     assert answer["values"][2, 0] == 0.0
+
+
+@pytest.mark.parametrize("element", ["Outputs", "InitialUnknowns"])
+def test_outputs_follow_what_the_model_structure_says(example_fmu, run_fmu, element):
+    """Each variable is changed in both modes: an output that answers has declared it."""
+    description = fmpy.read_model_description(str(example_fmu))
+    variables = description.modelVariables
+    names = [v.name for v in variables]
+    outputs = [v.name for v in variables if v.causality == "output"]
+    listed = description.outputs if element == "Outputs" else description.initialUnknowns
+    declared = {u.variable.name: {d.name for d in u.dependencies} for u in listed}
+    rest = {name: v for name, v in zip(names, variables, strict=True) if v.type == "Real"}
+    rest = {name: float(v.start) for name, v in rest.items() if v.causality != "output"}
+    rest |= {**POSTURE, "force.x": 300.0, "force.y": 200.0, "qd_cmd[1]": 0.1, "q_cmd[4]": 0.3}
+    time = [0.0, 0.01] if element == "Outputs" else [0.0]
+    changed = [n for n in rest if element != "Outputs" or not n.startswith(("gravity", "joint"))]
+    modes = ("dynamic", "quasistatic")
+
+    def job(values, mode):
+        strings = {"mode": mode, "torque_curve": "spline"}
+        if element == "InitialUnknowns":
+            return {"settings": strings, "start": values, "time": time, "outputs": outputs}
+        acting = {name: [rest[name], values[name]] for name in changed}
+        return {
+            "settings": strings,
+            "start": rest,
+            "inputs": acting,
+            "time": time,
+            "outputs": outputs,
+        }
+
+    cases = [(name, mode) for name in [None, *changed] for mode in modes]
+    jobs = [
+        job(rest if n is None else rest | {n: 1.1 * rest[n] + 0.05 * (rest[n] == 0.0)}, mode)
+        for n, mode in cases
+    ]
+    ends = {c: a["values"][-1] for c, a in zip(cases, run_fmu(example_fmu, *jobs), strict=True)}
+    answering = {output: set() for output in outputs}
+    for name, mode in cases:
+        for output, before, now in zip(outputs, ends[None, mode], ends[name, mode], strict=True):
+            if now != before:
+                answering[output].add(name)
+    for output in outputs:
+        assert answering[output] <= declared[output] | {None}, output
+    for group in ("force.", "q_cmd"):
+        assert any(name.startswith(group) for name in answering["tcp.x"])
+    assert not any(name.startswith("force") for name in answering["rigid.x"])
 
 
 MISUSE = {

@@ -9,7 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.path import ToolPath, WrenchHistory
+from coupling.process import forces
 from coupling.process.base import Task
+from coupling.process.point_law import PointLaw
 from elastic_robot.robot_file import Vector3
 from elastic_robot.toml_file import Schema
 
@@ -36,9 +38,16 @@ class ElasticWall:
 
     def wrench(self, path: ToolPath) -> WrenchHistory:
         """Return stiffness times penetration along the normal; nothing off the wall."""
-        penetration = np.maximum((self.point - path.position) @ self.normal, 0.0)
-        force = self.stiffness * np.outer(penetration, self.normal)
-        return WrenchHistory(path.time, np.hstack([force, np.zeros_like(force)]))
+        return self.point_law().wrench(path)
+
+    def point_law(self) -> PointLaw:
+        """Return the law that gives the force at a position."""
+        constants: dict[str, float | np.ndarray] = {
+            "point": self.point,
+            "normal": self.normal,
+            "stiffness": self.stiffness,
+        }
+        return PointLaw(forces.elastic_wall, constants)
 
 
 class ElasticWallTable(Schema):

@@ -10,7 +10,9 @@ from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.path import ToolPath, WrenchHistory
+from coupling.process import forces
 from coupling.process.base import Task
+from coupling.process.point_law import PointLaw
 from coupling.toolpaths.part import Part
 from elastic_robot.toml_file import Positive, Schema
 
@@ -106,19 +108,19 @@ class IsfForceLaw:
 
     def wrench(self, path: ToolPath) -> WrenchHistory:
         """Return the forming force along the actual path; zero in air moves."""
-        points = self.part.coordinates(self.desired)
-        ramp = np.clip(-points[:, 2] / self.ramp_depth, 0.0, 1.0)
-        distance = np.linalg.norm(points[:, :2], axis=1, keepdims=True)
-        inward = -points[:, :2] / np.maximum(distance, 1e-12)  # no direction on the axis itself
-        steady = float(np.hypot(self.axial, self.radial))
-        direction = (
-            np.column_stack([self.radial * inward, np.full(len(points), self.axial)]) / steady
-        )
-        direction = self.part.rotation.apply(direction)
-        beyond = np.sum((self.desired.position - path.position) * direction, axis=1)
-        size = ramp * np.maximum(steady + self.penetration_stiffness * beyond, 0.0)
-        force = size[:, None] * direction
-        return WrenchHistory(path.time, np.hstack([force, np.zeros_like(force)]))
+        return self.point_law().wrench(path)
+
+    def point_law(self) -> PointLaw:
+        """Return the law that gives the force at a time and a position."""
+        constants = {
+            "part_position": self.part.position,
+            "base_from_part": self.part.rotation.as_matrix(),
+            "axial": self.axial,
+            "radial": self.radial,
+            "penetration_stiffness": self.penetration_stiffness,
+            "ramp_depth": self.ramp_depth,
+        }
+        return PointLaw(forces.sheet_forming, constants, self.desired)
 
 
 class IsfForceLawTable(Schema):

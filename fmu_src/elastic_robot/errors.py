@@ -23,3 +23,7 @@ class EquilibriumError(ElasticRobotError):
 
 class IntegrationError(ElasticRobotError):
     """The motion could not be integrated: too fast for the smallest step, or unstable."""
+
+
+class StateError(ElasticRobotError):
+    """A saved state is damaged or belongs to another robot."""

@@ -9,15 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.chain import build_chain
+from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
+MODEL_NAME = "ElasticRobot"
+# To begin with: communication step [s], and error allowed at the TCP over a path [m].
+STEP_SIZE = 0.01
+TOLERANCE = 1e-6
 AXES = ("x", "y", "z")
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 TORQUE_CURVE_DEFAULT = "backlash"
 MODES = ("dynamic", "quasistatic")
 INITIAL_STATES = ("equilibrium", "undeflected")
+
+Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -29,12 +35,17 @@ class Variable:
         unit: Of a real; empty for strings.
         text: Description.
         start: Start value of an input or parameter; None for outputs.
+        minimum, maximum: Range, where there is one.
+        nominal: Usual size, where it is not about 1.
     """
 
     name: str
     unit: str
     text: str
     start: float | str | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -45,97 +56,174 @@ class Block:
         causality: "input", "output" or "parameter".
         variability: "continuous", "tunable" or "fixed".
         variables: In the order of their value references.
+        follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
+            one of the modes at least.
+        starts_from: Of outputs: the blocks that their initial value depends on.
     """
 
     causality: str
     variability: str
     variables: tuple[Variable, ...]
+    follows: Names = ()
+    starts_from: Names = ()
+
+
+# Sizes that occur, for solvers and plots that scale by them.
+_FORCE, _MOMENT, _DEVIATION, _ANGLE, _COMPLIANCE = 1e3, 1e2, 1e-3, 1e-3, 1e-6
+# What the state at a step's end follows, and what the initial equilibrium follows.
+_STEP = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd")
+_REST = ("wrench", "q_cmd", "gravity", "stiffness", "backlash", "strings")
 
 
 def blocks(robot: Robot) -> dict[str, Block]:
     """Return the FMU's variables by block; the last block holds the strings."""
-    n = len(robot.joints)
     chain = build_chain(robot)
-    parameters = Parameters.of(robot)
-    names = chain.elastic_names
+    return {**_inputs(len(robot.joints)), **_outputs(chain), **_parameters(chain, robot)}
 
-    def inputs(*variables: Variable) -> Block:
+
+def _inputs(joints: int) -> dict[str, Block]:
+    def block(*variables: Variable) -> Block:
         return Block("input", "continuous", variables)
 
-    def outputs(*variables: Variable) -> Block:
-        return Block("output", "continuous", variables)
+    def drives(name: str, unit: str, text: str) -> Block:
+        return block(
+            *(
+                Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
+                for i in range(1, joints + 1)
+            )
+        )
+
+    on_tool = "on the tool at the TCP, base axes"
+    return {
+        "wrench": block(
+            *(
+                Variable(f"{name}.{c}", unit, f"{text}, {c}, {on_tool}", 0.0, nominal=nominal)
+                for name, unit, text, nominal in (
+                    ("force", "N", "Force", _FORCE),
+                    ("moment", "N.m", "Moment", _MOMENT),
+                )
+                for c in AXES
+            )
+        ),
+        "q_cmd": drives("q_cmd", "rad", "Angle at the step's start"),
+        "qd_cmd": drives("qd_cmd", "rad/s", "Rate at the step's start"),
+        "qdd_cmd": drives("qdd_cmd", "rad/s2", "Acceleration, held over the step,"),
+    }
+
+
+def _outputs(chain: Chain) -> dict[str, Block]:
+    def block(*variables: Variable, follows: Names = _STEP, starts_from: Names = _REST) -> Block:
+        return Block("output", "continuous", variables, follows, starts_from)
+
+    def pose(group: str, text: str) -> list[Variable]:
+        position = [
+            Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
+        ]
+        return position + [
+            Variable(
+                f"{group}.{c}",
+                "1",
+                f"Unit quaternion of {text}, component {c[1]}: tool axes to base axes",
+                minimum=0.0 if c == "qw" else -1.0,
+                maximum=1.0,
+            )
+            for c in POSE[3:]
+        ]
+
+    return {
+        "tcp": block(*pose("tcp", "the elastic robot's TCP")),
+        "velocity": block(
+            *(Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES),
+            starts_from=(*_REST, "qd_cmd"),
+        ),
+        "rigid": block(
+            *pose("rigid", "the TCP with undeflected joints"),
+            follows=("q_cmd", "qd_cmd", "qdd_cmd"),
+            starts_from=("q_cmd", "strings"),
+        ),
+        "deviation": block(
+            *(
+                Variable(
+                    f"deviation.{c}",
+                    "m",
+                    f"TCP minus rigid TCP, {c}, base axes",
+                    nominal=_DEVIATION,
+                )
+                for c in AXES
+            ),
+            *(
+                Variable(
+                    f"deviation.r{c}",
+                    "rad",
+                    f"Rotation vector from the rigid to the elastic tool, {c}, base axes",
+                    nominal=_ANGLE,
+                )
+                for c in AXES
+            ),
+        ),
+        "compliance": block(
+            *(
+                Variable(
+                    f"compliance.{c}",
+                    "m/N",
+                    f"Static compliance of the TCP: displacement {c[0]} by force {c[1]}, base axes",
+                    nominal=_COMPLIANCE,
+                )
+                for c in ("xx", "xy", "xz", "yy", "yz", "zz")
+            )
+        ),
+        "deflection": block(
+            *(
+                Variable(f"deflection[{k}]", "rad", f"Elastic angle of {name}", nominal=_ANGLE)
+                for k, name in enumerate(chain.elastic_names, start=1)
+            )
+        ),
+    }
+
+
+def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
+    parameters, names = Parameters.of(robot), chain.elastic_names
 
     def tunable(*variables: Variable) -> Block:
         return Block("parameter", "tunable", variables)
 
-    def pose(group: str, text: str) -> list[Variable]:
-        return [Variable(f"{group}.{c}", "m" if c in AXES else "1", text) for c in POSE]
-
-    def drives(name: str, unit: str, text: str) -> list[Variable]:
+    def elastic(key: str, unit: str, text: str, values: np.ndarray) -> list[Variable]:
         return [
-            Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0) for i in range(1, n + 1)
+            Variable(
+                f"{name}.{key}",
+                unit,
+                f"{text} of {name}",
+                float(value),
+                minimum=0.0,
+                nominal=float(value) or None,
+            )
+            for name, value in zip(names, values, strict=True)
         ]
 
-    def elastic(
-        key: str, unit: str, text: str, values: np.ndarray, rows: np.ndarray
-    ) -> list[Variable]:
-        return [Variable(f"{names[k]}.{key}", unit, text, float(values[k])) for k in rows]
-
-    every, twists = np.arange(len(names)), chain.twists
-    on_tool = "on the tool at the TCP, base axes"
+    backlash = elastic("backlash", "rad", "Half width of the dead band", parameters.backlash)
     return {
-        "wrench": inputs(
-            *[Variable(f"force.{c}", "N", f"Force {on_tool}", 0.0) for c in AXES],
-            *[Variable(f"moment.{c}", "N.m", f"Moment {on_tool}", 0.0) for c in AXES],
-        ),
-        "q_cmd": inputs(*drives("q_cmd", "rad", "Angle at the step's start")),
-        "qd_cmd": inputs(*drives("qd_cmd", "rad/s", "Rate at the step's start")),
-        "qdd_cmd": inputs(*drives("qdd_cmd", "rad/s2", "Acceleration, held over the step,")),
-        "tcp": outputs(*pose("tcp", "Pose of the elastic robot's TCP in the base frame")),
-        "velocity": outputs(
-            *[Variable(f"tcp.v{c}", "m/s", "Velocity of the TCP, base axes") for c in AXES]
-        ),
-        "rigid": outputs(*pose("rigid", "Pose of the TCP with undeflected joints")),
-        "deviation": outputs(
-            *[Variable(f"deviation.{c}", "m", "TCP minus rigid TCP, base axes") for c in AXES],
-            *[
-                Variable(
-                    f"deviation.r{c}", "rad", "Rotation vector from rigid to elastic, base axes"
-                )
-                for c in AXES
-            ],
-        ),
-        "compliance": outputs(
-            *[
-                Variable(f"compliance.{c}", "m/N", "Static translational compliance of the TCP")
-                for c in ("xx", "xy", "xz", "yy", "yz", "zz")
-            ]
-        ),
-        "deflection": outputs(
-            *[
-                Variable(f"deflection[{k + 1}]", "rad", f"Elastic angle of {name}")
-                for k, name in enumerate(names)
-            ]
-        ),
         "gravity": tunable(
-            *[
-                Variable(f"gravity.{c}", "m/s2", "Gravity in base axes", float(value))
+            *(
+                Variable(
+                    f"gravity.{c}", "m/s2", f"Gravity {c}, base axes", float(value), nominal=10.0
+                )
                 for c, value in zip(AXES, robot.gravity, strict=True)
-            ]
+            )
         ),
         "stiffness": tunable(
-            *elastic("stiffness", "N.m/rad", "Spring", parameters.stiffness, every)
+            *elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
         ),
-        "damping": tunable(*elastic("damping", "N.m.s/rad", "Damper", parameters.damping, every)),
-        "backlash": tunable(
-            *elastic("backlash", "rad", "Half width of the dead band", parameters.backlash, twists)
-        ),
+        "damping": tunable(*elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
+        "backlash": tunable(*(backlash[k] for k in chain.twists)),
         "strings": Block(
             "parameter",
             "fixed",
             (
                 Variable(
-                    "trajectory", "", "CSV or NPZ file of the joint motion; empty: inputs", ""
+                    "trajectory",
+                    "",
+                    "CSV or NPZ file of the joint motion (time, q1.., qd1.., qdd1..); empty: q_cmd",
+                    "",
                 ),
                 Variable("torque_curve", "", "linear, backlash or spline", TORQUE_CURVE_DEFAULT),
                 Variable("mode", "", " or ".join(MODES), MODES[0]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -29,6 +29,7 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
+from elastic_robot.snapshot import Held, Snapshot
 from elastic_robot.static_sensitivity import (
     StaticSensitivities,
     static_sensitivities,
@@ -49,21 +50,6 @@ _FIRST_STEP = 1e-3
 # A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
 # by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at the jump.
 _JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
-
-
-@dataclass(frozen=True)
-class _Held:
-    """What acts on the robot at the present time: q, q', q'' of the drives, and the wrench."""
-
-    q: np.ndarray
-    qd: np.ndarray
-    qdd: np.ndarray
-    wrench: np.ndarray
-
-    @classmethod
-    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> _Held:
-        q, qd, qdd = drives.at(np.array([time]))[:, 0]
-        return cls(q, qd, qdd, wrench)
 
 
 class ElasticRobot:
@@ -135,6 +121,17 @@ class ElasticRobot:
             )
 
     @property
+    def snapshot(self) -> Snapshot:
+        """The present state; assigning one of the same robot goes on from there, bit for bit."""
+        return Snapshot(self._now(), self._held, self._parameters)
+
+    @snapshot.setter
+    def snapshot(self, snapshot: Snapshot) -> None:
+        if snapshot.parameters is not self._parameters:
+            self.parameters = snapshot.parameters
+        self._state, self._held = snapshot.state, snapshot.held
+
+    @property
     def time(self) -> float:
         """Present time [s]."""
         return self._now().time
@@ -154,7 +151,7 @@ class ElasticRobot:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = _Held.at(time, drives, wrench)
+        held = Held.at(time, drives, wrench)
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
@@ -167,7 +164,7 @@ class ElasticRobot:
         Raises:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
-        state, held = self._now(), _Held.at(end, drives, wrench)
+        state, held = self._now(), Held.at(end, drives, wrench)
         if self._quasistatic or self.chain.elastic_count == 0:
             x = equilibrium(self._dynamics, self._curve, held.q, wrench)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
@@ -221,7 +218,7 @@ class ElasticRobot:
             self._motion.hold(drives, row)
             follow = partial(forward.follow, drives=drives, wrench=row)
             self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = _Held.at(time, drives, row)
+            self._held = Held.at(time, drives, row)
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)

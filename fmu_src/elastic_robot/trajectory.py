@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from bisect import bisect_right
-from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
@@ -16,8 +18,7 @@ from elastic_robot.errors import TrajectoryError
 END_SLACK = 1e-9
 
 
-@dataclass(frozen=True)
-class HeldCommand:
+class HeldCommand(NamedTuple):
     """Drives from the command at a step's start: q + q' s + q'' s^2 / 2, s seconds later.
 
     Attributes:
@@ -99,6 +100,13 @@ class Trajectory:
             times = np.clip(times, self.start, self.end)
         values: np.ndarray = self._polynomial(times)
         return values.reshape(len(times), 3, self._joint_count).swapaxes(0, 1)
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the motion, 16 hexadecimal digits."""
+        parts = (self._polynomial.x, self._polynomial.c)
+        digest = hashlib.sha256(b"".join(part.tobytes() for part in parts))
+        return digest.hexdigest()[:16]
 
     def next_kink(self, time: float, jump: float) -> float:
         """Return the first time after `time` of a jump of the third derivative.

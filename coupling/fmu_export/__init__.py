@@ -1,0 +1,1 @@
+"""Writing FMUs: model description, documentation, archive."""

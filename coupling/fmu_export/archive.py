@@ -1,0 +1,91 @@
+"""Archives whose bytes depend on nothing but what is in them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+from coupling.errors import BuildError
+
+# Masters unpack with these permissions; a library must be readable and may be executable.
+_FILE_MODE = 0o100644
+_LIBRARY_MODE = 0o100755
+
+
+def write_fmu(file: Path, entries: Mapping[str, bytes], date: datetime) -> None:
+    """Write an FMU; arguments and errors as for `write_archive`, the file's name ends in .fmu."""
+    write_archive(file, ".fmu", entries, date)
+
+
+def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: datetime) -> None:
+    """Write an archive; an existing file is replaced only when the new one is complete.
+
+    Args:
+        file: Where to write it.
+        suffix: That its name must have.
+        entries: Content by path inside the archive.
+        date: Of every entry; times before 1980 are taken as 1980, as ZIP begins there.
+
+    Raises:
+        BuildError: If the file cannot be written.
+    """
+    if file.suffix != suffix:
+        raise BuildError(f"{file}: the file's name must end in {suffix}")
+    stamp = (max(date.year, 1980), *date.timetuple()[1:6])
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=suffix) as folder:
+            complete = Path(folder, file.name)
+            with zipfile.ZipFile(complete, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+                for name in sorted(entries):
+                    entry = zipfile.ZipInfo(name, stamp)
+                    entry.compress_type = zipfile.ZIP_DEFLATED
+                    entry.create_system = 3  # Unix, wherever it is written
+                    library = name.startswith("binaries/")
+                    entry.external_attr = (_LIBRARY_MODE if library else _FILE_MODE) << 16
+                    archive.writestr(entry, entries[name])
+            os.replace(complete, file)
+    except OSError as cause:
+        raise BuildError(f"{file}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def content_guid(entries: Mapping[str, bytes]) -> str:
+    """Return a GUID that is a hash of names and contents.
+
+    Example:
+        >>> content_guid({"a": b"1"}) == content_guid({"a": b"1"}) != content_guid({"a": b"2"})
+        True
+    """
+    digest = hashlib.sha256()
+    for name in sorted(entries):
+        for part in (name.encode(), entries[name]):
+            digest.update(len(part).to_bytes(8, "big"))
+            digest.update(part)
+    h = digest.hexdigest()
+    return f"{{{h[:8]}-{h[8:12]}-{h[12:16]}-{h[16:20]}-{h[20:32]}}}"
+
+
+def build_date(sources: Path) -> datetime:
+    """Return the date to state in what is built: the same for the same input.
+
+    SOURCE_DATE_EPOCH [s since 1970] where it is set (reproducible-builds.org), else the time at
+    which the newest of the sources was written.
+
+    Raises:
+        BuildError: If SOURCE_DATE_EPOCH is not a time.
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    if epoch is None:
+        newest = max(f.stat().st_mtime for f in sources.rglob("*") if f.is_file())
+        return datetime.fromtimestamp(int(newest), UTC)
+    try:
+        return datetime.fromtimestamp(int(epoch), UTC)
+    except (ValueError, OverflowError, OSError) as cause:
+        raise BuildError(
+            f"SOURCE_DATE_EPOCH is {epoch!r}; needed is a whole number of seconds since 1970"
+        ) from cause

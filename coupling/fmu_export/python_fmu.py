@@ -1,0 +1,79 @@
+"""The robot's FMU that runs in Python, on PythonFMU's binaries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from types import MappingProxyType
+
+import elastic_robot
+from coupling.fmu_export.archive import build_date
+from coupling.fmu_export.documentation import index_html
+from coupling.fmu_export.model_description import About
+from coupling.fmu_export.python_slave import slave_entries, write_slave
+from coupling.fmu_export.requirements import (
+    conda_environment,
+    external_dependencies,
+    pip_requirements,
+)
+from elastic_robot.description import Robot
+from elastic_robot.interface import MODEL_NAME, STEP_SIZE, TOLERANCE, blocks
+
+_ICON = Path(__file__).parent / "model.png"
+# The need of a Python environment is told in externalDependencies.txt and by the first error;
+# masters refuse an FMU that declares needsExecutionTool.
+_CAPABILITIES = (
+    "canHandleVariableCommunicationStepSize",
+    "canNotUseMemoryManagementFunctions",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+)
+
+
+def build_python_fmu(
+    robot: Robot, file: Path, resources: Mapping[str, bytes] = MappingProxyType({})
+) -> Path:
+    """Write a robot's FMU; an existing file is replaced only when the new one is complete.
+
+    The same robot and the same sources give the same bytes.
+
+    Args:
+        robot: The robot, fixed in the FMU.
+        file: Where to write it, ending in .fmu.
+        resources: More files by name; `trajectory` can name one of them.
+
+    Returns:
+        The file.
+
+    Raises:
+        BuildError: If the file cannot be written.
+    """
+    package = Path(elastic_robot.__file__).parent
+    table = blocks(robot)
+    date = build_date(package)
+    slave = package.parent / "elastic_robot_slave.py"
+    packed = {"robot.json": robot.to_json().encode(), **resources}
+    entries = slave_entries(slave, MODEL_NAME, packed, [package])
+    html = index_html(robot, table, elastic_robot.__version__)
+    texts = {
+        "resources/requirements.txt": "\n".join([*pip_requirements(), ""]),
+        "resources/environment.yml": conda_environment(),
+        "documentation/index.html": html,
+        "documentation/externalDependencies.txt": external_dependencies(),
+    }
+    entries |= {name: text.encode() for name, text in texts.items()}
+    entries["model.png"] = _ICON.read_bytes()
+    about = About(
+        model_name=MODEL_NAME,
+        description=f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
+        " tool forces in, TCP pose out",
+        version=elastic_robot.__version__,
+        tool=f"elastic-robot-fmu {elastic_robot.__version__}, PythonFMU {metadata.version('pythonfmu')}",
+        date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
+        capabilities=_CAPABILITIES,
+        step_size=STEP_SIZE,
+        tolerance=TOLERANCE,
+    )
+    write_slave(file, about, table, entries, date)
+    return file

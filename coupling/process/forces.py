@@ -1,0 +1,82 @@
+"""Force laws as formulas: for a whole path in `coupling.process`, step by step in a process FMU.
+
+Imports NumPy alone: a process FMU packs this file.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Distance from the part's axis [m] below which there is no radial direction.
+_ON_AXIS = 1e-12
+
+
+def elastic_wall(
+    position: np.ndarray, *, point: np.ndarray, normal: np.ndarray, stiffness: float
+) -> np.ndarray:
+    """Return the force of a frictionless plane wall on linear springs, nothing off the wall.
+
+    Args:
+        position: Of the TCP, base frame [m], (n, 3).
+        point: Of the wall's plane, base frame [m], (3,).
+        normal: Unit vector out of the wall, base axes, (3,).
+        stiffness: [N/m].
+
+    Returns:
+        Force on the tool, base axes [N], (n, 3).
+
+    Example:
+        >>> up = np.array([0.0, 0.0, 1.0])
+        >>> elastic_wall(np.array([[0.0, 0.0, -1e-3]]), point=0.0 * up, normal=up, stiffness=1e5)
+        array([[  0.,   0., 100.]])
+    """
+    penetration = np.maximum((point - position) @ normal, 0.0)
+    return stiffness * np.outer(penetration, normal)
+
+
+def sheet_forming(
+    position: np.ndarray,
+    *,
+    desired: np.ndarray,
+    part_position: np.ndarray,
+    base_from_part: np.ndarray,
+    axial: float,
+    radial: float,
+    penetration_stiffness: float,
+    ramp_depth: float,
+) -> np.ndarray:
+    """Return the force of a sheet that is formed, closed on the actual position.
+
+    F = ramp max(0, F_s + k_p p) d, d the unit vector out of the sheet (+z) and towards the part's
+    axis in the ratio of the steady forces, F_s their resultant, p how far the actual TCP is beyond
+    the desired one against d; the ramp rises with the desired depth.
+
+    Args:
+        position: Of the TCP, base frame [m], (n, 3).
+        desired: Where it should be at the same times [m], (n, 3).
+        part_position: Origin of the part frame in the base frame [m], (3,).
+        base_from_part: Rotation matrix, (3, 3).
+        axial, radial: Steady force [N].
+        penetration_stiffness: k_p [N/m].
+        ramp_depth: Depth at which the force is steady [m].
+
+    Returns:
+        Force on the tool, base axes [N], (n, 3).
+
+    Example:
+        >>> constants = dict(part_position=np.zeros(3), base_from_part=np.eye(3), axial=300.0,
+        ...                  radial=400.0, penetration_stiffness=0.0, ramp_depth=1e-3)
+        >>> deep = np.array([[0.06, 0.08, -0.01]])
+        >>> sheet_forming(deep, desired=deep, **constants)
+        array([[-240., -320.,  300.]])
+    """
+    points = (desired - part_position) @ base_from_part
+    ramp = np.clip(-points[:, 2] / ramp_depth, 0.0, 1.0)
+    distance = np.linalg.norm(points[:, :2], axis=1, keepdims=True)
+    inward = -points[:, :2] / np.maximum(distance, _ON_AXIS)
+    steady = float(np.hypot(axial, radial))
+    direction = np.column_stack([radial * inward, np.full(len(points), axial)]) / steady
+    direction = direction @ np.transpose(base_from_part)
+    beyond = np.sum((desired - position) * direction, axis=1)
+    size = ramp * np.maximum(steady + penetration_stiffness * beyond, 0.0)
+    return size[:, None] * direction

@@ -1,0 +1,115 @@
+"""A process without memory as an FMU: TCP pose in, wrench on the tool out."""
+
+from __future__ import annotations
+
+import io
+import json
+from importlib import metadata
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+import elastic_robot
+import process_slave
+from coupling.errors import BuildError
+from coupling.fmu_export.archive import build_date
+from coupling.fmu_export.model_description import About
+from coupling.fmu_export.python_slave import slave_entries, write_slave
+from coupling.path import ToolPath
+from coupling.process import Process, forces
+from coupling.process.point_law import PointLaw
+from elastic_robot.interface import AXES, POSE, STEP_SIZE, TOLERANCE, Block, Variable
+
+MODEL_NAME = "Process"
+
+
+@runtime_checkable
+class PointProcess(Protocol):
+    """A process whose wrench follows from time and position alone."""
+
+    def point_law(self) -> PointLaw:
+        """Return the law."""
+        ...
+
+
+def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
+    """Write a process's FMU.
+
+    Its inputs are named as the robot FMU's outputs and the other way round.  The wrench that it
+    shows after a step is that of the pose at the step's start.
+
+    Args:
+        process: One that has a `point_law`.
+        desired: Desired tool path; its first pose is the inputs' start value.
+        file: Where to write it, ending in .fmu.
+
+    Returns:
+        The file.
+
+    Raises:
+        BuildError: If the process needs the whole path at once, or the file cannot be written.
+    """
+    if not isinstance(process, PointProcess):
+        raise BuildError(
+            f"process: a {type(process).__name__} needs the whole path at once; step by step work the"
+            " models elastic-wall and isf-force-law"
+        )
+    slave = Path(process_slave.__file__)
+    entries = slave_entries(slave, MODEL_NAME, _law(process, desired))
+    version = elastic_robot.__version__
+    date = build_date(Path(elastic_robot.__file__).parent)
+    about = About(
+        model_name=MODEL_NAME,
+        description=f"{type(process).__name__}: TCP pose in, wrench on the tool out",
+        version=version,
+        tool=f"elastic-robot-fmu {version}, PythonFMU {metadata.version('pythonfmu')}",
+        date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
+        capabilities=(
+            "canHandleVariableCommunicationStepSize",
+            "canNotUseMemoryManagementFunctions",
+        ),
+        step_size=STEP_SIZE,
+        tolerance=TOLERANCE,
+    )
+    write_slave(file, about, _blocks(desired.pose[0]), entries, date)
+    return file
+
+
+def _law(process: PointProcess, desired: ToolPath) -> dict[str, bytes]:
+    """Return the files that the slave reads."""
+    law = process.point_law()
+    description = {
+        "force": law.force.__name__,
+        "constants": {name: np.asarray(value).tolist() for name, value in law.constants.items()},
+        "pose_at_start": desired.pose[0].tolist(),
+    }
+    files = {
+        "law.json": json.dumps(description, indent=1).encode(),
+        "forces.py": Path(forces.__file__).read_bytes(),
+    }
+    if law.desired is not None:
+        table = io.BytesIO()
+        np.save(table, np.column_stack([law.desired.time, law.desired.position]))
+        files["desired.npy"] = table.getvalue()
+    return files
+
+
+def _blocks(pose: np.ndarray) -> dict[str, Block]:
+    """Return the FMU's variables, in the order of their value references."""
+    inputs = (
+        Variable(
+            f"tcp.{name}", "m" if name in AXES else "1", "Pose of the TCP, base frame", float(start)
+        )
+        for name, start in zip(POSE, pose, strict=True)
+    )
+    outputs = (
+        Variable(f"{name}.{axis}", unit, f"{text}, {axis}, on the tool at the TCP, base axes")
+        for name, unit, text in (("force", "N", "Force"), ("moment", "N.m", "Moment"))
+        for axis in AXES
+    )
+    return {
+        "pose": Block("input", "continuous", tuple(inputs)),
+        # After a step the wrench does not follow the pose any more; before the first step it does.
+        "wrench": Block("output", "continuous", tuple(outputs), (), ("pose",)),
+    }

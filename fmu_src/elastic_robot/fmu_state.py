@@ -1,0 +1,141 @@
+"""State of an FMU instance, and its bytes.
+
+The bytes are a header that tells what they are, a SHA-256 of the rest, and an NPZ archive of plain
+arrays.  They belong to FMUs of one fingerprint: the same robot and the same model sources.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.errors import StateError
+from elastic_robot.parameters import Parameters
+from elastic_robot.snapshot import Snapshot
+from elastic_robot.trajectory import Trajectory
+
+_HEADER = b"elastic-robot FMU state 1\n"
+_DIGEST = hashlib.sha256().digest_size
+_MODEL = "model."
+
+
+@dataclass(frozen=True)
+class FmuState:
+    """State of an instance.
+
+    Attributes:
+        fingerprint: Of the FMU that it belongs to.
+        time: Where the next step starts [s].
+        tolerance: Error allowed at the TCP over a path [m].
+        stepped: Initialisation is over.
+        parameters_changed: `values` has parameters that the model takes with the next step.
+        values: Of all real variables.
+        strings: Values of the string variables.
+        model: State of the model; None before the initial state is computed.
+        trajectory: That the drives follow; None where they follow the inputs, and in a state made
+            from bytes, where the instance reads it anew.
+        trajectory_digest: Of that trajectory; empty: the drives follow the inputs.
+    """
+
+    fingerprint: str
+    time: float
+    tolerance: float
+    stepped: bool
+    parameters_changed: bool
+    values: np.ndarray
+    strings: tuple[str, ...]
+    model: Snapshot | None
+    trajectory: Trajectory | None
+    trajectory_digest: str
+
+    def to_bytes(self) -> bytes:
+        """Return the state as bytes; equal states give equal bytes."""
+        arrays = {
+            "fingerprint": np.array(self.fingerprint),
+            "clock": np.array([self.time, self.tolerance]),
+            "flags": np.array([self.stepped, self.parameters_changed]),
+            "values": self.values,
+            "strings": np.array(self.strings),
+            "trajectory": np.array(self.trajectory_digest),
+        }
+        if self.model is not None:
+            arrays |= {f"{_MODEL}{key}": value for key, value in self.model.to_arrays().items()}
+        archive = io.BytesIO()
+        np.savez(archive, allow_pickle=False, **arrays)
+        content = archive.getvalue()
+        return _HEADER + hashlib.sha256(content).digest() + content
+
+
+@dataclass(frozen=True)
+class PackedState:
+    """A state that arrived as bytes; what they hold is known when an FMU opens them.
+
+    Attributes:
+        data: From `FmuState.to_bytes`, or whatever else a host took for it.
+    """
+
+    data: bytes
+
+    def to_bytes(self) -> bytes:
+        """Return the bytes it came from."""
+        return self.data
+
+    def _archive(self) -> bytes:
+        if not self.data.startswith(_HEADER):
+            raise StateError(
+                f"the {len(self.data)} bytes begin with {self.data[:12]!r}; needed is a state that an"
+                " FMU of an elastic robot has serialised"
+            )
+        start = len(_HEADER) + _DIGEST
+        archive = self.data[start:]
+        if hashlib.sha256(archive).digest() != self.data[len(_HEADER) : start]:
+            raise StateError(
+                f"the state of {len(self.data)} bytes is damaged; needed is an unchanged copy"
+            )
+        return archive
+
+    def open(self, fingerprint: str, parameters: Parameters) -> FmuState:
+        """Return the state.
+
+        Args:
+            fingerprint: Of the FMU that asks.
+            parameters: Of its robot; their tables are used.
+
+        Raises:
+            StateError: If the bytes are no state, damaged, or belong to another FMU.
+        """
+        with np.load(io.BytesIO(self._archive()), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        found = str(arrays["fingerprint"])
+        require_own(found, fingerprint)
+        of_model = {
+            name.removeprefix(_MODEL): value
+            for name, value in arrays.items()
+            if name.startswith(_MODEL)
+        }
+        time, tolerance = arrays["clock"].tolist()
+        stepped, parameters_changed = arrays["flags"].tolist()
+        return FmuState(
+            fingerprint=found,
+            time=time,
+            tolerance=tolerance,
+            stepped=stepped,
+            parameters_changed=parameters_changed,
+            values=arrays["values"],
+            strings=tuple(arrays["strings"].tolist()),
+            model=Snapshot.from_arrays(of_model, parameters) if of_model else None,
+            trajectory=None,
+            trajectory_digest=str(arrays["trajectory"]),
+        )
+
+
+def require_own(found: str, fingerprint: str) -> None:
+    """Raise a StateError unless a state's fingerprint is that of the FMU that it is given to."""
+    if found != fingerprint:
+        raise StateError(
+            f"the state belongs to an FMU with fingerprint {found}; needed is one of {fingerprint},"
+            " the same robot and version"
+        )

@@ -1,0 +1,104 @@
+"""Everything that an ElasticRobot needs to go on as it would have; as an object and as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic_robot.integrator import NewtonMatrix, State
+from elastic_robot.motion import Drives
+from elastic_robot.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Held:
+    """What acts on the robot at the present time.
+
+    Attributes:
+        q, qd, qdd: Of the drives [rad, rad/s, rad/s^2], (n,).
+        wrench: On the robot at the TCP, base axes [N, N m], (6,).
+    """
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+    wrench: np.ndarray
+
+    @classmethod
+    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> Held:
+        """Return the drives' motion at a time, with a wrench."""
+        q, qd, qdd = drives.at(np.array([time]))[:, 0]
+        return cls(q, qd, qdd, wrench)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of an ElasticRobot; frozen, so that a copy costs nothing.
+
+    Attributes:
+        state: Of the stepper.
+        held: What acts at that time.
+        parameters: That the state was computed with.
+    """
+
+    state: State
+    held: Held
+    parameters: Parameters
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the snapshot as named arrays, from which `from_arrays` restores it exactly.
+
+        The Newton matrices are represented by what they are built from; the tables of the torque
+        curve belong to the robot.
+        """
+        state, newton = self.state, self.state.newton
+        arrays = {
+            "clock": np.array([state.time, state.step, state.predictor_step]),
+            "x": state.x,
+            "v": state.v,
+            "region": state.region,
+            **{f"held_{key}": getattr(self.held, key) for key in _HELD},
+            **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
+        }
+        if state.predictor is not None:
+            arrays["predictor"] = state.predictor
+        if newton is not None:
+            arrays["newton_step"] = np.array(newton.step)
+            arrays |= {f"newton_{key}": getattr(newton, key) for key in _NEWTON}
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray], parameters: Parameters) -> Snapshot:
+        """Return the snapshot of `to_arrays`.
+
+        Args:
+            arrays: From `to_arrays`.
+            parameters: Of the same robot; their tables are used.
+        """
+        time, step, predictor_step = arrays["clock"].tolist()
+        newton = None
+        if "newton_step" in arrays:
+            newton = NewtonMatrix.build(
+                float(arrays["newton_step"]), *(arrays[f"newton_{key}"] for key in _NEWTON)
+            )
+        state = State(
+            time,
+            arrays["x"],
+            arrays["v"],
+            arrays["region"],
+            step,
+            arrays.get("predictor"),
+            predictor_step,
+            newton,
+        )
+        held = Held(**{key: arrays[f"held_{key}"] for key in _HELD})
+        gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
+        tables = parameters.tables
+        return cls(state, held, Parameters(gravity, stiffness, damping, backlash, tables))
+
+
+_HELD = ("q", "qd", "qdd", "wrench")
+_PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
+_NEWTON = ("mass", "damping", "stiffness")

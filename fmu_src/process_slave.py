@@ -1,0 +1,88 @@
+"""FMI variables <-> a force law without memory: the process FMU of `coupling.process_fmu`.
+
+Beside this file the FMU's resources hold forces.py (the formulas), law.json (which one, and its
+constants) and, where the law follows a desired path, desired.npy (time, x, y, z).  All three are
+read per instance and by path, so that process and robot FMUs in one process share nothing.
+"""
+
+import importlib.util
+import json
+import sys
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+POSE, WRENCH = range(7), range(7, 13)  # value references: tcp.x .. tcp.qw, force.x .. moment.z
+_NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
+
+
+class ProcessSlave(Fmi2Slave):
+    """The force at the pose that is set, for the time at which a step starts."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.modelName = "Process"
+        resources = Path(self.resources)
+        law = json.loads((resources / "law.json").read_text(encoding="utf-8"))
+        self._force = getattr(_module(resources / "forces.py"), law["force"])
+        self._constants = {name: np.array(value) for name, value in law["constants"].items()}
+        path = resources / "desired.npy"
+        self._desired = np.load(path) if path.is_file() else None
+        self._time = 0.0
+        self._values = np.concatenate([law["pose_at_start"], np.zeros(len(WRENCH))])
+        self._stepped = False
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        """Take the start time."""
+        self._time = start_time
+
+    def exit_initialization_mode(self):
+        """Compute the first wrench."""
+        self._evaluate()
+
+    def do_step(self, current_time, step_size):
+        """Compute the wrench of the pose, which is the robot's at the step's start."""
+        self._time = current_time
+        self._evaluate()
+        self._stepped = True
+        return True
+
+    def get_real(self, vrs):
+        """Return values; before the first step the wrench follows the pose at once."""
+        if not self._stepped:
+            self._evaluate()
+        return self._values[list(vrs)].tolist()
+
+    def set_real(self, vrs, values):
+        """Set the pose."""
+        for vr, value in zip(vrs, values, strict=True):
+            if vr not in POSE:
+                self._refuse("a force or moment is an output and cannot be set")
+            if not isfinite(value):
+                self._refuse(f"{_NAMES[vr]} is {value}; needed is a finite number")
+        self._values[list(vrs)] = values
+
+    def _evaluate(self):
+        arguments = dict(self._constants)
+        if self._desired is not None:
+            time, *axes = self._desired.T
+            arguments["desired"] = np.array([[np.interp(self._time, time, axis) for axis in axes]])
+        force = self._force(self._values[None, :3], **arguments)[0]
+        self._values[WRENCH.start :] = [*force, 0.0, 0.0, 0.0]
+
+    def _refuse(self, reason):
+        text = f"{self.instance_name}: {reason}"
+        print(text, file=sys.stderr, flush=True)  # FMI passes on a status only
+        self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
+        raise ValueError(text)
+
+
+def _module(file):
+    """Import a file without a name that other FMUs could take."""
+    spec = importlib.util.spec_from_file_location(f"forces of {file.parent}", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,83 @@
+"""FMPy with names instead of value references; knows nothing of this project."""
+
+import itertools
+import os
+import sys
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+
+POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
+
+
+class Fmu:
+    """An unpacked FMU."""
+
+    def __init__(self, file):
+        self.description = fmpy.read_model_description(file)
+        self.folder = fmpy.extract(file)
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
+        self._numbers = itertools.count(1)
+
+    def instance(self):
+        return Instance(self, f"robot{next(self._numbers)}")
+
+
+class Instance:
+    """An instance whose variables go by name."""
+
+    def __init__(self, fmu, name):
+        self.slave = FMU2Slave(
+            guid=fmu.description.guid,
+            unzipDirectory=fmu.folder,
+            modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self._references, self._outputs = fmu.references, fmu.outputs
+        self.slave.instantiate()
+
+    def start(self, time=0.0, tolerance=None, strings=(), **reals):
+        self.slave.setupExperiment(startTime=time, tolerance=tolerance)
+        for name, value in dict(strings).items():
+            self.slave.setString([self._references[name]], [value])
+        self.slave.enterInitializationMode()
+        posture = {name: q for name, q in POSTURE.items() if name in self._references}
+        self.set({**posture, **reals})
+        self.slave.exitInitializationMode()
+        self.time = time
+        return self
+
+    def set(self, values):
+        self.slave.setReal([self._references[name] for name in values], list(values.values()))
+
+    def get(self, names=None):
+        references = [self._references[name] for name in names or self._outputs]
+        return np.array(self.slave.getReal(references))
+
+    def step(self, size):
+        self.slave.doStep(self.time, size)
+        self.time += size
+
+    def free(self):
+        # Not FMPy's freeInstance, which unloads the library: PythonFMU's may crash then.
+        self.slave.fmi2FreeInstance(self.slave.component)
+
+
+def push(k):
+    """Return a force that shakes the robot through its play."""
+    return {"force.x": 300.0 * np.sin(0.9 * k), "force.z": -400.0 * (k % 7 < 3)}
+
+
+def fatal_or_error(error):
+    """FMI's status 3; PythonFMU's binary answers 4 where a Python exception was raised."""
+    assert error.status in (3, 4), error
+
+
+def leave():
+    """End past the destructors of PythonFMU's binary, which may corrupt the heap."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)

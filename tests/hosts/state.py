@@ -1,0 +1,81 @@
+"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE save|load."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from fmu import Fmu, leave, push
+
+STEPS = [0.004, 0.004, 0.011, 0.0007, 0.02, 0.004, 0.003, 0.05]
+
+
+def shake(instance, first, count=24):
+    rows = []
+    for k in range(first, first + count):
+        instance.set(push(k))
+        instance.step(STEPS[k % len(STEPS)])
+        rows.append(instance.get())
+    return np.array(rows)
+
+
+def save(fmu, folder, strings):
+    instance = fmu.instance().start(strings=strings)
+    shake(instance, 0)
+    # A tunable parameter that waits for the next step belongs to the state as well.
+    instance.set({"joint[2].stiffness": 1.7e6})
+    time, state = instance.time, instance.slave.getFMUState()
+    data = instance.slave.serializeFMUstate(state)
+    assert data == instance.slave.serializeFMUstate(state)
+    expected = shake(instance, 24)
+
+    def goes_on(other):
+        other.time = time
+        np.testing.assert_array_equal(shake(other, 24), expected)
+
+    for _ in range(2):  # back, and back again
+        instance.slave.setFMUState(state)
+        goes_on(instance)
+    # Later states do not disturb an earlier one.
+    instance.slave.getFMUState()
+    instance.slave.setFMUState(state)
+    goes_on(instance)
+    # Another instance, fresh or in the middle of something else.
+    fresh, busy = fmu.instance(), fmu.instance()
+    busy.start(strings={**strings, "torque_curve": "linear"})
+    shake(busy, 5)
+    for other in (fresh, busy):
+        other.slave.setFMUState(state)
+        goes_on(other)
+    # A state from before initialisation ended, and fmi2Reset.
+    raw = fmu.instance()
+    before = raw.slave.getFMUState()
+    raw.start(strings=strings)
+    first = shake(raw, 0)
+    raw.slave.setFMUState(before)
+    raw.start(strings=strings)
+    np.testing.assert_array_equal(shake(raw, 0), first)
+    raw.set({"joint[1].stiffness": 5e5})
+    raw.slave.reset()
+    raw.start(strings=strings)
+    np.testing.assert_array_equal(shake(raw, 0), first)
+    raw.slave.setFMUState(raw.slave.deSerializeFMUstate(data))
+    goes_on(raw)
+    folder.joinpath("state.bin").write_bytes(data)
+    np.savez(folder / "expected.npz", expected=expected, time=time)
+
+
+def load(fmu, folder, strings):
+    data = folder.joinpath("state.bin").read_bytes()
+    with np.load(folder / "expected.npz") as archive:
+        expected, time = archive["expected"], float(archive["time"])
+    instance = fmu.instance()
+    instance.slave.setFMUState(instance.slave.deSerializeFMUstate(data))
+    instance.time = time
+    np.testing.assert_array_equal(shake(instance, 24), expected)
+
+
+if __name__ == "__main__":
+    file, folder, curve, mode, trajectory, what = sys.argv[1:]
+    strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
+    {"save": save, "load": load}[what](Fmu(file), Path(folder), strings)
+    leave()

@@ -1,0 +1,87 @@
+"""How the FMU behaves among others, when misused, and in the long run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from conftest import HERE
+from random_robots import make_robot
+
+from build_fmu import build
+from elastic_robot.description import Body, Joint, Robot
+
+
+def test_instances_do_not_mix(example_fmu, run_host, tmp_path):
+    run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
+
+
+NEEDED = {
+    "NaN": "force.x is nan N; needed is a finite number",
+    "infinite": "moment.y is inf N.m; needed is a finite number",
+    "output": "tcp.x is an output",
+    "negative stiffness": "joint[2].stiffness is -1.0 N.m/rad; needed is a number > 0",
+    "zero stiffness": "joint[1].tilt[1].stiffness is 0.0 N.m/rad; needed is a number > 0",
+    "negative damping": "joint[3].damping is -1.0 N.m.s/rad; needed is a number >= 0",
+    "negative backlash": "joint[4].backlash is -1e-09 rad; needed is a number >= 0",
+    "unknown real": "the value reference 5000 is asked for as a real variable",
+    "string as real": "this FMU has 0 to",
+    "integer": "this FMU has real and string variables only",
+    "string too late": "set them before initialisation ends",
+    "negative step": "step size is -0.01 s",
+    "NaN step": "step size is nan s",
+    "step elsewhere": "needed is the last step's end, 0.0 s",
+}
+
+
+def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu, run_host):
+    said = run_host("errors", example_fmu)
+    sections = dict(re.findall(r"^## (.*)\n((?:(?!## ).*\n)*)", said, re.MULTILINE))
+    for name, sentence in NEEDED.items():
+        assert sentence in sections[name], sections[name]
+    assert all(text.startswith("robot") for text in sections.values()), sections
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_random_calls_neither_crash_nor_leave_a_trace(example_fmu, run_host, seed):
+    said = run_host("fuzz", example_fmu, 100, seed)
+    assert int(re.search(r"(\d+) calls refused", said)[1]) > 300
+
+
+def test_memory_stays_flat(run_host, tmp_path):
+    """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
+    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 100_000)
+
+
+def rigid_robot() -> Robot:
+    link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+    joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link)
+    return Robot("rigid", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
+
+
+def test_a_host_without_pinocchio_is_told_what_to_install(example_fmu, tmp_path):
+    tmp_path.joinpath("pinocchio.py").write_text(
+        "raise ImportError(\"No module named 'pinocchio'\")"
+    )
+    script = f"""
+import sys
+sys.path.append({str(HERE / "hosts")!r})
+from fmu import Fmu, leave
+try:
+    Fmu({str(example_fmu)!r}).instance()
+except Exception as error:
+    print(error)
+leave()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "needed are numpy, scipy and pin" in done.stderr
+    assert "externalDependencies.txt" in done.stderr
