@@ -1,4 +1,4 @@
-"""Figures of what the process leaves: its shape in a cut, and its fields seen from above."""
+"""Figures of what the process leaves: its shape in a cut, and its fields in space."""
 
 from __future__ import annotations
 
@@ -45,10 +45,20 @@ def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
     )
     first = next(iter(workpieces.values()))
     labels = [*first.point_fields, *first.cell_fields]
+    limits = {
+        label: _range(np.concatenate([_values(piece, label) for piece in workpieces.values()]))
+        for label in labels
+    }
     for column, piece in enumerate(workpieces.values(), start=1):
         for label in labels:
             figure.add_trace(
-                _surface(piece, label, visible=label == labels[0], bar=column == len(names)),
+                _surface(
+                    piece,
+                    label,
+                    limits[label],
+                    visible=label == labels[0],
+                    bar=column == len(names),
+                ),
                 row=1,
                 col=column,
             )
@@ -61,11 +71,12 @@ def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
         for label in labels
     ]
     figure.update_layout(
-        updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.15}],
+        updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.25}],
     )
     figure.update_scenes(
-        aspectmode="data",
-        camera_eye={"x": 0.9, "y": -0.9, "z": 0.9},
+        aspectmode="manual",
+        aspectratio={"x": 1.0, "y": 1.0, "z": 0.35},
+        camera_eye={"x": 1.2, "y": -1.2, "z": 1.1},
         xaxis_title="x [mm]",
         yaxis_title="y [mm]",
         zaxis_title="z [mm]",
@@ -73,12 +84,20 @@ def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
     return style(figure, 460)
 
 
-def _surface(piece: Workpiece, label: str, visible: bool, bar: bool) -> go.Mesh3d:
+def _values(piece: Workpiece, label: str) -> np.ndarray:
+    """Return a field of points or cells."""
+    fields = piece.cell_fields if label in piece.cell_fields else piece.point_fields
+    return fields[label]
+
+
+def _surface(
+    piece: Workpiece, label: str, limits: tuple[float, float], visible: bool, bar: bool
+) -> go.Mesh3d:
     """Return the surface in triangles, coloured by a field of its points or cells."""
     x, y, z = _MM * piece.points.T
     triangles = _triangles(piece.cells)
     of_cells = label in piece.cell_fields
-    values = piece.cell_fields[label] if of_cells else piece.point_fields[label]
+    values = _values(piece, label)
     if of_cells:
         values = np.tile(values, len(triangles) // len(values))
     name, _, unit = label.partition(" [")
@@ -91,6 +110,8 @@ def _surface(piece: Workpiece, label: str, visible: bool, bar: bool) -> go.Mesh3
         j=triangles[:, 1],
         k=triangles[:, 2],
         intensity=scale * values,
+        cmin=scale * limits[0],
+        cmax=scale * limits[1],
         intensitymode="cell" if of_cells else "vertex",
         colorscale="Viridis",
         colorbar={"title": f"{name} [mm]" if unit == "m]" else label, "len": 0.8},
