@@ -15,6 +15,9 @@ from coupling.process.sheet.contact import Sphere
 from coupling.process.sheet.forming import SheetModel, SheetSettings
 from coupling.process.sheet.material import Material, tensile_strength
 from coupling.process.sheet.mesh import SheetMesh
+from coupling.report import workpiece_figures
+from coupling.results import read_run
+from docs.screenshot import save_side_by_side
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent / "tests"))
@@ -138,13 +141,27 @@ def cone_table() -> str:
     )
 
 
+def picture() -> None:
+    """Draw the formed sheet of results/cone_fem, where that case has been run."""
+    folder = DOCS.parent / "results" / "cone_fem"
+    if not (folder / "result.json").exists():
+        print(f"{folder}: not there; the picture stays as it is")
+        return
+    pieces = read_run(folder).workpieces
+    cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
+    cut.update_layout(width=500, height=420)
+    fields.update_layout(width=900, height=420, updatemenus=[])
+    save_side_by_side([cut, fields], DOCS / "figures" / "cone_fem.png")
+
+
 def main() -> None:
-    """Fill the page's tables."""
+    """Fill the page's tables and draw its picture."""
     page = (DOCS / "sheet_fem.md.in").read_text(encoding="utf-8")
     for name, table in (("shallow", shallow_table), ("deep", deep_table), ("cone", cone_table)):
         print(name, flush=True)
         page = page.replace(f"@{name}@\n", table())
     (DOCS / "sheet_fem.md").write_text(page, encoding="utf-8")
+    picture()
 
 
 if __name__ == "__main__":
