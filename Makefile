@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test emulators figures comparison performance masters masters-table clean
+.PHONY: run test emulators figures comparison milling two-robots performance masters masters-table clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -27,6 +27,12 @@ figures: .venv/installed
 
 comparison: .venv/installed
 	.venv/bin/python docs/make_comparison.py
+
+milling: .venv/installed
+	.venv/bin/python docs/make_milling.py
+
+two-robots: .venv/installed
+	.venv/bin/python docs/make_two_robots.py
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md

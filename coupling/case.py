@@ -2,107 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
-from build_fmu import KINDS
 from coupling.acceleration import SCHEMES, Scheme
-from coupling.compensation import METHODS, MirrorSettings
+from coupling.case_tables import (
+    CompensationTable,
+    CouplingTable,
+    PartTable,
+    RobotTable,
+    SupportTable,
+)
+from coupling.cell import Placement
 from coupling.errors import CaseError
-from coupling.iteration import Tolerance
 from coupling.path import ToolPath
-from coupling.process import PROCESSES, Process, Task
+from coupling.process import Process, Task
+from coupling.process.own import find_process
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.support import Support
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.interface import MODES
-from elastic_robot.robot_file import Vector3, find_robot, load_robot
-from elastic_robot.toml_file import Positive, Schema, load_toml, nearest, validate
-from elastic_robot.torque_curves import TORQUE_CURVES
-
-
-def _one_of(names: Iterable[str]) -> AfterValidator:
-    """Refuse a text that is none of the names."""
-    known = list(names)
-
-    def check(value: str) -> str:
-        if value not in known:
-            raise ValueError(f"found {value!r}; {nearest(value, known)}")
-        return value
-
-    return AfterValidator(check)
-
-
-class RobotTable(Schema):
-    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
-
-    description: str
-    torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
-    mode: Annotated[str, _one_of(MODES)] = "quasistatic"
-    fmu: Annotated[str, _one_of(KINDS)] = "python"
-    home_deg: list[float]
-
-
-class PartTable(Schema):
-    """[part]: placement of the part frame in the robot's base."""
-
-    position_m: Vector3
-    rpy_deg: Vector3 = [0.0, 0.0, 0.0]
-
-    def part(self) -> Part:
-        """Return the placement; roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        rotation = Rotation.from_euler("xyz", self.rpy_deg, degrees=True)
-        return Part(np.array(self.position_m), rotation)
-
-
-class CouplingTable(Schema):
-    """[coupling]: scheme, its first relaxation, and when the iteration ends."""
-
-    scheme: Annotated[str, _one_of(SCHEMES)] = "anderson"
-    relaxation: Positive = 1.0
-    tolerance_m: Positive = 1e-6
-    rms_tolerance_m: Positive | None = None
-    force_tolerance: Positive = 1e-3
-    max_evaluations: Annotated[int, Field(ge=2)] = 40
-
-    def tolerance(self) -> Tolerance:
-        """Return the limits; the rms is half the maximum unless given."""
-        rms = self.rms_tolerance_m or 0.5 * self.tolerance_m
-        return Tolerance(self.tolerance_m, rms, self.force_tolerance)
-
-
-class CompensationTable(Schema):
-    """[compensation]: method and its settings."""
-
-    method: Annotated[str, _one_of(METHODS)] = "mirror"
-    tolerance_m: Positive = 1e-5
-    gain: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
-    cutoff_Hz: Positive | None = None
-    max_correction_rate_m_s: Positive = 0.05
-    max_passes: Annotated[int, Field(ge=1)] = 12
-
-    def settings(self) -> MirrorSettings:
-        """Return the settings of the mirroring."""
-        return MirrorSettings(
-            self.tolerance_m,
-            self.gain,
-            self.cutoff_Hz,
-            self.max_correction_rate_m_s,
-            self.max_passes,
-        )
+from elastic_robot.robot_file import find_robot, load_robot
+from elastic_robot.toml_file import Schema, load_toml, nearest, validate
 
 
 class _CaseFile(Schema):
     """The whole file; the tables of a tool path and a process depend on their kind."""
 
     robot: RobotTable
+    support: SupportTable | None = None
     part: PartTable
     tool_path: dict[str, Any]
     process: dict[str, Any]
@@ -111,15 +44,35 @@ class _CaseFile(Schema):
 
 
 @dataclass(frozen=True)
+class PlacedRobot:
+    """A robot of a case.
+
+    Attributes:
+        name: "forming", or "support" for the second robot of a cell.
+        description: The robot.
+        torque_curve: "linear", "backlash" or "spline".
+        home: Joint angles where inverse kinematics starts [rad].
+        placement: Of its base in the world, which is the base of the first robot.
+    """
+
+    name: str
+    description: Robot
+    torque_curve: str
+    home: np.ndarray
+    placement: Placement
+
+
+@dataclass(frozen=True)
 class Case:
     """A validated case.
 
     Attributes:
         name: The file's name without ending.
-        robot: The robot.
+        robots: One robot, or forming and supporting robot of a cell.
         settings: Table [robot].
         part: Placement of the part.
-        desired: Desired tool path.
+        desired: Desired tool path; in a cell, those of both tools.
+        support: What the supporting tool is to do, in a cell.
         process: Process model.
         coupling: Table [coupling].
         compensation: Table [compensation].
@@ -127,27 +80,37 @@ class Case:
     """
 
     name: str
-    robot: Robot
+    robots: tuple[PlacedRobot, ...]
     settings: RobotTable
     part: Part
     desired: ToolPath
+    support: Support | None
     process: Process
     coupling: CouplingTable
     compensation: CompensationTable
     resolved: dict[str, Any]
 
     @property
+    def robot(self) -> Robot:
+        """The robot that holds the tool; in a cell, the forming tool."""
+        return self.robots[0].description
+
+    @property
     def home(self) -> np.ndarray:
-        """Joint angles where inverse kinematics starts [rad]."""
-        return np.deg2rad(self.settings.home_deg)
+        """Its joint angles where inverse kinematics starts [rad]."""
+        return self.robots[0].home
 
     def scheme(self) -> Scheme:
         """Return a new relaxation scheme."""
         return SCHEMES[self.coupling.scheme](self.coupling.relaxation)
 
 
-def load_case(path: str | Path) -> Case:
+def load_case(path: str | Path, workspace: Path | None = None) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.
+
+    Args:
+        path: The file.
+        workspace: Folder for files that a process leaves; a new temporary one unless given.
 
     Raises:
         CaseError: With file, table, key, value found and what is needed.
@@ -155,20 +118,11 @@ def load_case(path: str | Path) -> Case:
     path = Path(path)
     data = load_toml(path, CaseError)
     file = validate(data, _CaseFile, CaseError, str(path))
-    try:
-        robot_file = find_robot(file.robot.description, path.parent)
-        robot = load_robot(robot_file)
-    except ElasticRobotError as cause:
-        raise CaseError(f"{path}: robot: description: {cause}") from cause
-    if len(file.robot.home_deg) != len(robot.joints):
-        raise CaseError(
-            f"{path}: robot: home_deg: found {len(file.robot.home_deg)} angles; needed are"
-            f" {len(robot.joints)}, one for each joint"
-        )
+    robots = [_placed_robot(path, "robot", file.robot, _AT_THE_ORIGIN)]
+    if file.support is not None:
+        robots.append(_placed_robot(path, "support", file.support, file.support.placement()))
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
-    if hasattr(tool_path, "file"):
-        tool_path = tool_path.model_copy(update={"file": (path.parent / tool_path.file).resolve()})
-    process_table = _variant(path, "process", "model", file.process, PROCESSES)
+    process_table = _process_table(path, file.process)
     part = file.part.part()
     try:
         desired = tool_path.path(part)
@@ -179,22 +133,29 @@ def load_case(path: str | Path) -> Case:
             wall_angle=None if angle is None else float(np.deg2rad(angle)),
             step_down=getattr(tool_path, "step_down_m", None),
         )
-        process = process_table.process(task)
+        if workspace is not None:
+            task = replace(task, workspace=workspace)
+        if file.support is None:
+            support, process = None, process_table.process(task)
+        else:
+            support = _support(file.support, task, process_table)
+            process = process_table.supported_process(task, support)
     except CaseError as cause:
         raise CaseError(f"{path}: {cause}") from cause
     resolved = file.model_dump(exclude_none=True)
-    shipped = file.robot.description == robot_file.stem and "/" not in file.robot.description
-    resolved["robot"]["description"] = (
-        file.robot.description if shipped else str(robot_file.resolve())
-    )
+    for table in ("robot", "support"):
+        if table in resolved:
+            description = resolved[table]["description"]
+            resolved[table]["description"] = _resolved(description, path.parent)
     resolved["tool_path"] = tool_path.model_dump(exclude_none=True, mode="json")
     resolved["process"] = process_table.model_dump(exclude_none=True, mode="json")
     return Case(
         name=path.stem,
-        robot=robot,
+        robots=tuple(robots),
         settings=file.robot,
         part=part,
-        desired=desired,
+        desired=desired if support is None else ToolPath.of_tools([desired, support.desired]),
+        support=support,
         process=process,
         coupling=file.coupling,
         compensation=file.compensation,
@@ -210,4 +171,52 @@ def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict
         raise CaseError(
             f"{path}: {table}: {key}: found {data[key]!r}; {nearest(str(data[key]), list(known))}"
         )
-    return validate(data, known[data[key]], CaseError, f"{path}: {table}")
+    return validate(data, known[data[key]], CaseError, f"{path}: {table}", path.parent)
+
+
+def _process_table(path: Path, data: dict[str, Any]) -> Any:
+    """Validate [process], whose schema is shipped or the user's own."""
+    if "model" not in data:
+        raise CaseError(f"{path}: process: key 'model' is missing; it is needed")
+    try:
+        model, schema = find_process(str(data["model"]), path.parent)
+    except CaseError as cause:
+        raise CaseError(f"{path}: process: model: {cause}") from cause
+    return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
+
+
+_AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
+
+
+def _placed_robot(
+    path: Path, table: str, keys: RobotTable | SupportTable, placement: Placement
+) -> PlacedRobot:
+    """Read the robot that a table describes."""
+    try:
+        robot = load_robot(find_robot(keys.description, path.parent))
+    except ElasticRobotError as cause:
+        raise CaseError(f"{path}: {table}: description: {cause}") from cause
+    if len(keys.home_deg) != len(robot.joints):
+        raise CaseError(
+            f"{path}: {table}: home_deg: found {len(keys.home_deg)} angles; needed are"
+            f" {len(robot.joints)}, one for each joint"
+        )
+    name = "forming" if table == "robot" else table
+    return PlacedRobot(name, robot, keys.torque_curve, np.deg2rad(keys.home_deg), placement)
+
+
+def _resolved(description: str, folder: Path) -> str:
+    """Return a shipped robot's name as it is, another one's file as an absolute path."""
+    file = find_robot(description, folder)
+    shipped = description == file.stem and "/" not in description
+    return description if shipped else str(file.resolve())
+
+
+def _support(table: SupportTable, task: Task, process_table: Any) -> Support:
+    """Return what the supporting tool is to do, where the process knows two tools."""
+    if not hasattr(process_table, "supported_process"):
+        raise CaseError(
+            f"process: model {process_table.model!r} knows one tool; needed with [support] is one"
+            " that knows two, as isf-force-law"
+        )
+    return table.support(task, process_table.tool_diameter_m)

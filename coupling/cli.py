@@ -100,9 +100,9 @@ def report(
 def _run(
     file: Path, output: Path | None, overwrite: bool, work: Callable[[Case, Watch], Run]
 ) -> None:
-    case = load_case(file)
-    folder = output or Path("results", case.name)
+    folder = output or Path("results", file.stem)
     with new_run_folder(folder, overwrite) as scratch:
+        case = load_case(file, scratch)
         with RunView(Console()) as view:
             run = work(case, view.watch())
         write_run(scratch, case, run)
@@ -117,11 +117,18 @@ def main() -> None:
     try:
         app()
     except (CouplingError, ElasticRobotError) as error:
-        Console(stderr=True).print(f"error: {error}", style="red", soft_wrap=True, markup=False)
+        text = "\n".join([f"error: {error}", *_notes(error)])
+        Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
         sys.exit(BAD_INPUT)
-    except KeyboardInterrupt:
-        Console(stderr=True).print("stopped; nothing was written")
+    except KeyboardInterrupt as stop:
+        kept = _notes(stop) or ["nothing was written"]
+        Console(stderr=True).print(f"stopped; {kept[0]}", soft_wrap=True, markup=False)
         sys.exit(130)
+
+
+def _notes(error: BaseException) -> list[str]:
+    """Return what was added to an error on its way here."""
+    return getattr(error, "__notes__", [])
 
 
 if __name__ == "__main__":

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from coupling.acceleration import Scheme
 from coupling.deviation import Deviation, measure
-from coupling.errors import CouplingError
+from coupling.errors import CouplingError, ProcessError
 from coupling.iteration import Coupling, Evaluation, SimulatedRobot, Tolerance, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
-from coupling.planning import Planner
 from coupling.process import Process
+
+
+class PathPlanner(Protocol):
+    """Inverse kinematics, of one robot or of a cell."""
+
+    def plan(self, path: ToolPath) -> JointPath:
+        """Return the joint angles along a path."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ class Mirror:
 
     robot: SimulatedRobot
     process: Process
-    planner: Planner
+    planner: PathPlanner
     scheme: Scheme
     settings: MirrorSettings = field(default_factory=MirrorSettings)
     tolerance: Tolerance = field(default_factory=Tolerance)
@@ -143,7 +151,7 @@ class Mirror:
             SimulationError: If the robot cannot be simulated.
         """
         command, joints = desired, self.planner.plan(desired)
-        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time))
+        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time, len(desired.tools)))
         uncompensated = coupling = self._couple(joints, unloaded)
         passes = [Pass(0, measure(coupling.path, desired), coupling.evaluations)]
         self.observers.finished_pass(passes[0])
@@ -156,6 +164,9 @@ class Mirror:
                 # The process sees at first what it saw last, moved with the command.
                 shift = corrected.deviation_from(command)
                 coupling = self._couple(joints, coupling.path.displaced(shift))
+            except ProcessError as error:
+                reason = f"the process failed in pass {len(passes)}: {error}"
+                break
             except CouplingError as error:
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
                 break
@@ -190,10 +201,17 @@ class Mirror:
             correction = low_pass(desired.time, correction, self.settings.cutoff)
         limited = limit_rate(desired.time, correction, self.settings.max_rate)
         count = int(np.count_nonzero(np.any(limited != correction, axis=1)))
-        steps = np.linalg.norm(np.diff(limited[:, :3], axis=0), axis=1)
+        corrected = desired.displaced(limited)
+        steps = np.max(
+            [
+                np.linalg.norm(np.diff(tool.position - d.position, axis=0), axis=1)
+                for tool, d in zip(corrected.tools, desired.tools, strict=True)
+            ],
+            axis=0,
+        )
         worst = int(np.argmax(steps))
         report = (float(steps[worst]), float(desired.time[worst]), count)
-        return desired.displaced(limited), report
+        return corrected, report
 
     def _verdict(self, passes: list[Pass], coupling: Coupling) -> str | None:
         """Return why the iteration ends, if it does."""
@@ -235,11 +253,21 @@ class Mirror:
     ) -> Compensation:
         """Run the best command once more with the process on the path that it really takes."""
         command, joints, coupling = best
-        wrench = self.process.wrench(coupling.path)
-        achieved = self.robot.simulate(joints, wrench)
+        achieved, wrench = coupling.path, coupling.wrench
+        consistency = coupling.evaluations[-1].path_change
+        validated = True
+        try:
+            wrench = self.process.wrench(coupling.path)
+            achieved = self.robot.simulate(joints, wrench)
+            consistency = float(achieved.distance_to(coupling.path).max())
+        except ProcessError as error:
+            validated = False
+            reason = f"{reason}; the process failed in the validation: {error}"
         deviation = measure(achieved, desired)
         return Compensation(
-            converged=coupling.converged and deviation.maximum <= self.settings.tolerance,
+            converged=validated
+            and coupling.converged
+            and deviation.maximum <= self.settings.tolerance,
             reason=reason,
             unloaded=unloaded,
             uncompensated=uncompensated,
@@ -247,9 +275,9 @@ class Mirror:
             joints=joints,
             achieved=achieved,
             wrench=wrench,
-            consistency=float(achieved.distance_to(coupling.path).max()),
+            consistency=consistency,
             passes=tuple(passes),
-            evaluations=1 + sum(len(entry.coupling) for entry in passes),
+            evaluations=validated + sum(len(entry.coupling) for entry in passes),
         )
 
 

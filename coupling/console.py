@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from coupling.case import Case
 from coupling.compensation import Pass
 from coupling.deviation import Deviation
 from coupling.iteration import Evaluation
+from coupling.results import runs_of_robots
 from coupling.run import Run, Watch
 
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
     f"{'':>5} {'[um]':>16} {'[um]':>10} {'[%]':>13} {'[um]':>11}"
 )
+
+
+# What a process tells while it works, line by line.
+_PROCESS_LOG = logging.getLogger("coupling.process")
+
+
+class _Lines(logging.Handler):
+    """Hands the messages of a log to a function."""
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__()
+        self._show = show
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._show(record.getMessage())
 
 
 class RunView:
@@ -32,17 +51,20 @@ class RunView:
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
-            TextColumn("{task.completed}/{task.total} steps"),
+            TextColumn("{task.fields[count]}"),
             TimeRemainingColumn(),
             console=console,
             transient=True,
         )
-        self._task = self._progress.add_task("", visible=False)
+        self._task = self._progress.add_task("", visible=False, count="")
+        self._lines = _Lines(self._process_says)
         self._count = 0
 
     def __enter__(self) -> RunView:
         self._console.print(_HEADER, style="bold", highlight=False, markup=False)
         self._progress.start()
+        _PROCESS_LOG.addHandler(self._lines)
+        _PROCESS_LOG.setLevel(logging.INFO)
         return self
 
     def __exit__(
@@ -51,6 +73,7 @@ class RunView:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        _PROCESS_LOG.removeHandler(self._lines)
         self._progress.stop()
 
     def watch(self) -> Watch:
@@ -63,7 +86,13 @@ class RunView:
             description=f"simulating the {mode} robot",
             completed=done,
             total=total,
+            count=f"{done}/{total} steps",
             visible=done < total,
+        )
+
+    def _process_says(self, line: str) -> None:
+        self._progress.update(
+            self._task, description=escape(f"process: {line}"), total=None, count="", visible=True
         )
 
     def _evaluated(self, evaluation: Evaluation, deviation: float) -> None:
@@ -108,6 +137,16 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
             "The corrected command simulated in dynamic mode, under the same wrench:",
             f"                                       {_figures(run.shares.dynamic)}",
         ]
+    if run.gap is not None:
+        gap = run.gap.as_dict()
+        lines += [
+            f"Gap between the tools, commanded {1e3 * run.gap.commanded:.3f} mm:"
+            f" {1e3 * gap['narrowest_before']:.3f} to {1e3 * gap['widest_before']:.3f} mm before,"
+            f" {1e3 * gap['narrowest_after']:.3f} to {1e3 * gap['widest_after']:.3f} mm after.",
+        ]
+        for name, own in runs_of_robots(case, run).items():
+            lines.append(f"  {name} robot before: {_figures(own.before)}")
+            lines.append(f"  {name} robot after:  {_figures(own.after)}")
     lines += [
         f"Peak force {run.wrench.peak_force:.1f} N; {run.process_evaluations} evaluations of the"
         f" process; {sum(run.durations.values()):.1f} s.",

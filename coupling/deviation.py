@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,18 @@ class Deviation:
 
 
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
-    """Return the deviation of an actual path from the desired one."""
+    """Return the deviation of an actual path from the desired one; in a cell, the worst figures."""
+    figures = [_of_tool(a, d) for a, d in zip(actual.tools, desired.tools, strict=True)]
+    worst = max(figures, key=lambda figure: figure.maximum)
+    return replace(
+        worst,
+        rms=max(figure.rms for figure in figures),
+        normal_maximum=max(figure.normal_maximum for figure in figures),
+        tangential_maximum=max(figure.tangential_maximum for figure in figures),
+    )
+
+
+def _of_tool(actual: ToolPath, desired: ToolPath) -> Deviation:
     difference = actual.position - desired.position
     distance = actual.distance_to(desired)
     along = np.sum(difference * _directions(desired), axis=1)

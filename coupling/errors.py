@@ -17,6 +17,10 @@ class SimulationError(CouplingError):
     """The FMU could not be loaded or refused a step."""
 
 
+class ProcessError(CouplingError):
+    """A process has no answer: its program or FMU failed or answered nonsense."""
+
+
 class ResultError(CouplingError):
     """A run folder cannot be read or written."""
 

@@ -1,23 +1,16 @@
-"""The process that runs a robot FMU; the only place that drives FMPy.
+"""What runs a robot FMU in a `coupling.worker`; the only place that drives FMPy for the robot.
 
-A process of its own, because PythonFMU's binary corrupts the heap when it is unloaded or the
+In a process of its own, because PythonFMU's binary corrupts the heap when it is unloaded or the
 process ends in the ordinary way, and because only in a process that has not imported the model the
-FMU's own modules answer.  Started by `coupling.robot_fmu`; speaks pickles over its standard
-streams: jobs in, ("progress", done, total) and ("path", poses) or ("error", text) out.
+FMU's own modules answer.
 """
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
-import io
-import os
-import pickle
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 import fmpy
 import numpy as np
@@ -25,6 +18,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from coupling.tables import POSE_COLUMNS
+from coupling.worker import Progress, WorkerError
 
 WRENCH = ("force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z")
 # Steps between two reports of progress.
@@ -79,7 +73,7 @@ class Worker:
             instanceName="robot",
         )
 
-    def run(self, job: Job, progress: Callable[[int, int], None]) -> np.ndarray:
+    def run(self, job: Job, progress: Progress) -> np.ndarray:
         """Return the TCP's poses, (n, 7)."""
         settings = job.settings
         load = _Buffer([self._references[name] for name in WRENCH])
@@ -108,44 +102,21 @@ class Worker:
         return poses
 
 
-def _serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
-    """Answer jobs until there are no more."""
+def load(folder: Path) -> Callable[[Job, Progress], np.ndarray]:
+    """Return what runs jobs on the unpacked FMU in a folder.
 
-    def tell(*answer: object) -> None:
-        pickle.dump(answer, answers)
-        answers.flush()
-
+    Raises:
+        WorkerError: If it is no robot FMU.
+    """
     try:
         worker = Worker(folder)
-    except Exception as error:  # whatever FMPy finds wrong with the file: the user's to read
-        tell("error", f"is not a robot FMU that runs here: {error}")
-        return
-    tell("ready")
-    while True:
+    except Exception as cause:  # whatever FMPy finds wrong with the file
+        raise WorkerError(f"is not a robot FMU that runs here: {cause}") from cause
+
+    def run(job: Job, progress: Progress) -> np.ndarray:
         try:
-            job: Job = pickle.load(jobs)
-        except EOFError:
-            return
-        answer: tuple[str, object]
-        said = io.StringIO()  # the FMU tells the reason of an error on stderr only
-        with contextlib.redirect_stderr(said):
-            try:
-                answer = (
-                    "path",
-                    worker.run(job, lambda done, total: tell("progress", done, total)),
-                )
-            except (FMICallException, KeyError) as error:
-                reason = said.getvalue().strip().splitlines()
-                answer = ("error", reason[-1] if reason else f"{type(error).__name__}: {error}")
-        tell(*answer)
+            return worker.run(job, progress)
+        except (FMICallException, KeyError) as cause:
+            raise WorkerError(f"{type(cause).__name__}: {cause}") from cause
 
-
-if __name__ == "__main__":
-    # Whatever else prints to stdout must not come between the answers.
-    _answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    # Started as __main__: pickled jobs name this module by its own name.
-    sys.modules["coupling.fmu_worker"] = sys.modules["__main__"]
-    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
-        _serve(Path(sys.argv[1]), sys.stdin.buffer, _answers)
-    os._exit(0)  # past the destructors of PythonFMU's binary
+    return run

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from coupling.acceleration import Scheme
-from coupling.errors import SimulationError
+from coupling.errors import ProcessError, SimulationError
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.process import Process
 
@@ -104,7 +104,8 @@ def couple(
         scheme: Relaxation; it is reset first.
         tolerance: When to stop.
         max_evaluations: Of the process.
-        start: First path shown to the process; the robot's path without load unless given.
+        start: First path shown to the process; the robot's path without load unless given (in a
+            cell it must be given).
         observe: Called after each evaluation.
 
     Returns:
@@ -112,6 +113,7 @@ def couple(
 
     Raises:
         SimulationError: If the robot cannot be simulated at all.
+        ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
     tolerance = tolerance or Tolerance()
     scheme.reset()
@@ -120,7 +122,13 @@ def couple(
     evaluations: list[Evaluation] = []
     reason = f"not converged within {max_evaluations} evaluations of the process"
     for number in range(1, max_evaluations + 1):
-        wrench = process.wrench(x)
+        try:
+            wrench = process.wrench(x)
+        except ProcessError as error:
+            if answer is None:
+                raise
+            reason = f"the process failed in evaluation {number}: {error}"
+            return _result(False, reason, answer, evaluations)
         try:
             g = robot.simulate(command, wrench)
         except SimulationError as error:
@@ -191,7 +199,7 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
         distance = g.distance_to(x)
         worst = np.argsort(distance)[::-1][:3]
         places = "; ".join(
-            f"t = {g.time[k]:.3f} s at {np.round(g.position[k], 4).tolist()} m" for k in worst
+            f"t = {g.time[k]:.3f} s at {np.round(_farthest(g, x, k), 4).tolist()} m" for k in worst
         )
         recent = changes[best + 1 :]
         kind = "a limit cycle" if max(recent) < 4.0 * min(recent) else "stagnation"
@@ -200,3 +208,9 @@ def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | N
             f" {1e6 * max(recent):.3g} um for {_PATIENCE} evaluations, most at {places}{_ADVICE}"
         )
     return None
+
+
+def _farthest(g: ToolPath, x: ToolPath, sample: int) -> np.ndarray:
+    """Return where the tool is that has moved farthest between two paths [m], (3,)."""
+    pairs = zip(g.tools, x.tools, strict=True)
+    return max(pairs, key=lambda pair: pair[0].distance_to(pair[1])[sample])[0].position[sample]

@@ -36,16 +36,19 @@ class RateWarning:
         time: Where it is worst [s].
         rate: There [rad/s].
         limit: The joint's maximum rate [rad/s].
+        robot: Its name in a cell of several.
     """
 
     joint: int
     time: float
     rate: float
     limit: float
+    robot: str = ""
 
     def __str__(self) -> str:
+        whose = f"{self.robot}: " if self.robot else ""
         return (
-            f"joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
+            f"{whose}joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
             f" its maximum rate is {self.limit:.3g} rad/s"
         )
 
@@ -74,6 +77,11 @@ class Planner:
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
             + np.linalg.norm(robot.tcp_position)
         )
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints."""
+        return self._chain.joint_count
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return continuous joint angles along a path, damped least squares from pose to pose.

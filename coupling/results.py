@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import tomli_w
 from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.process.base import EVALUATIONS
 from coupling.run import Run, as_figures
 from coupling.tables import (
     CORRECTION_COLUMNS,
@@ -30,6 +31,7 @@ from coupling.tables import (
 )
 
 _RESULT = "result.json"
+GAP, GAP_COLUMNS = "gap", ("before", "after")
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
 
 
@@ -61,7 +63,8 @@ class StoredRun:
 def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """Give a scratch folder that becomes `folder` if the block ends well, and vanishes if not.
 
-    It is made at once, so that a folder that cannot be written is found before the work is done.
+    Only what a process's programs computed in it is kept in any case, and a note on the error tells
+    where.  It is made at once, so that a folder that cannot be written is found before the work.
 
     Raises:
         ResultError: If `folder` exists and may not be replaced, or cannot be written.
@@ -69,7 +72,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     _require_free(folder, overwrite)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}-"))
+        scratch = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f"{folder.name}.unfinished-"))
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
     try:
@@ -80,8 +83,13 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
         os.replace(scratch, folder)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+    except BaseException as error:
+        if (scratch / EVALUATIONS).exists():
+            error.add_note(f"what the process computed is kept in {scratch / EVALUATIONS}")
+        raise
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        if not (scratch / EVALUATIONS).exists():
+            shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _require_free(folder: Path, overwrite: bool) -> None:
@@ -103,24 +111,66 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
     Raises:
         ResultError: If a file cannot be written.
     """
-    figures = {"case": case.name, **as_figures(run), "versions": _versions()}
-    joints = [f"q{i + 1}" for i in range(run.joints.q.shape[1])]
     try:
         (folder / "case.toml").write_text(tomli_w.dumps(case.resolved), encoding="utf-8")
-        (folder / _RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
-        for name, path in (
-            ("desired", run.desired),
-            ("uncompensated", run.uncompensated),
-            ("achieved", run.achieved),
-        ):
-            _write(folder, name, POSE_COLUMNS, path.time, path.pose)
-        command = np.hstack([run.command.pose, run.joints.q])
-        _write(folder, "command", (*POSE_COLUMNS, *joints), run.command.time, command)
-        correction = run.command.deviation_from(run.desired)
-        _write(folder, "correction", CORRECTION_COLUMNS, run.command.time, correction)
-        _write(folder, "wrench", WRENCH_COLUMNS, run.wrench.time, run.wrench.wrench)
+        if run.gap is None:
+            _write_robot(folder, case.name, run)
+            return
+        _write_figures(folder, case.name, run)
+        gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
+        _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
+        for name, own in runs_of_robots(case, run).items():
+            (folder / name).mkdir()
+            _write_robot(folder / name, f"{case.name}, {name} robot", own)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def runs_of_robots(case: Case, run: Run) -> dict[str, Run]:
+    """Return the run of a cell as one run for each of its robots.
+
+    Convergence is that of the cell: passes, evaluations and verdict are the same in all.
+    """
+    counts = [len(placed.description.joints) for placed in case.robots]
+    joints = np.split(run.joints.q, np.cumsum(counts)[:-1], axis=1)
+    return {
+        placed.name: replace(
+            run,
+            desired=run.desired.tools[k],
+            uncompensated=run.uncompensated.tools[k],
+            achieved=run.achieved.tools[k],
+            command=run.command.tools[k],
+            joints=JointPath(run.joints.time, joints[k]),
+            wrench=run.wrench.tools[k],
+            unloaded=run.unloaded.tools[k],
+            dynamic=None if run.dynamic is None else run.dynamic.tools[k],
+            rate_warnings=[w for w in run.rate_warnings if w.robot == placed.name],
+            gap=None,
+        )
+        for k, placed in enumerate(case.robots)
+    }
+
+
+def _write_figures(folder: Path, name: str, run: Run) -> None:
+    figures = {"case": name, **as_figures(run), "versions": _versions()}
+    (folder / _RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
+
+
+def _write_robot(folder: Path, name: str, run: Run) -> None:
+    """Write the figures and tables of one robot."""
+    joints = [f"q{i + 1}" for i in range(run.joints.q.shape[1])]
+    _write_figures(folder, name, run)
+    for table, path in (
+        ("desired", run.desired),
+        ("uncompensated", run.uncompensated),
+        ("achieved", run.achieved),
+    ):
+        _write(folder, table, POSE_COLUMNS, path.time, path.pose)
+    command = np.hstack([run.command.pose, run.joints.q])
+    _write(folder, "command", (*POSE_COLUMNS, *joints), run.command.time, command)
+    correction = run.command.deviation_from(run.desired)
+    _write(folder, "correction", CORRECTION_COLUMNS, run.command.time, correction)
+    _write(folder, "wrench", WRENCH_COLUMNS, run.wrench.time, run.wrench.wrench)
 
 
 def _write(
@@ -139,20 +189,59 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def read_run(folder: Path) -> StoredRun:
-    """Read a run folder.
+@dataclass(frozen=True)
+class StoredCell:
+    """A run of a cell read back from its folder.
+
+    Attributes:
+        figures: Content of result.json.
+        robots: The run of every robot, by name.
+        time: Of the gap [s], (n,).
+        gap: Between the tools before and after compensation [m], (n, 2).
+    """
+
+    figures: dict[str, Any]
+    robots: dict[str, StoredRun]
+    time: np.ndarray
+    gap: np.ndarray
+
+
+def is_cell(folder: Path) -> bool:
+    """Return whether a run folder is that of a cell."""
+    return (folder / f"{GAP}.csv").exists()
+
+
+def read_cell(folder: Path) -> StoredCell:
+    """Read the run folder of a cell.
 
     Raises:
         ResultError: If a file is missing or broken.
     """
+    table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
+    names = sorted(file.parent.name for file in folder.glob(f"*/{_RESULT}"))
+    robots = {name: read_run(folder / name) for name in names}
+    return StoredCell(_read_figures(folder), robots, table[:, 0], table[:, 1:])
+
+
+def _read_figures(folder: Path) -> dict[str, Any]:
     try:
-        figures = json.loads((folder / _RESULT).read_text(encoding="utf-8"))
+        figures: dict[str, Any] = json.loads((folder / _RESULT).read_text(encoding="utf-8"))
     except OSError as cause:
         raise ResultError(
             f"{folder / _RESULT}: cannot be read: {cause.strerror or cause}; needed is a run folder"
         ) from cause
     except ValueError as cause:
         raise ResultError(f"{folder / _RESULT}: is not valid JSON: {cause}") from cause
+    return figures
+
+
+def read_run(folder: Path) -> StoredRun:
+    """Read a run folder.
+
+    Raises:
+        ResultError: If a file is missing or broken.
+    """
+    figures = _read_figures(folder)
 
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
         return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)

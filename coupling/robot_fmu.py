@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-import pickle
 import re
-import subprocess
-import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -19,73 +16,15 @@ import numpy as np
 from coupling.errors import SimulationError
 from coupling.fmu_worker import Job
 from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.worker import Progress, WorkerError, WorkerProcess
 from elastic_robot.fingerprint import fingerprint
 
-Progress = Callable[[int, int], None]
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 
 
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
-
-
-class _Process:
-    """A running `coupling.fmu_worker`."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        self._file = file
-        one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115  (closed by close)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "coupling.fmu_worker", str(folder)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._said,
-            env={**os.environ, **one_thread},
-        )
-        kind, *text = self._answer()
-        if kind != "ready":
-            self.close()
-            raise SimulationError(f"{file}: {text[0]}")
-
-    def close(self) -> None:
-        self._process.kill()
-        self._process.communicate()
-        self._said.close()
-
-    def send(self, job: Job) -> None:
-        assert self._process.stdin is not None
-        try:
-            pickle.dump(job, self._process.stdin)
-            self._process.stdin.flush()
-        except OSError as cause:
-            raise self._death() from cause
-
-    def receive(self, progress: Progress) -> np.ndarray:
-        """Return the poses of the job sent last, (n, 7)."""
-        while True:
-            kind, *content = self._answer()
-            if kind == "path":
-                poses: np.ndarray = content[0]
-                return poses
-            if kind == "error":
-                raise SimulationError(content[0])
-            progress(*content)
-
-    def _answer(self) -> tuple[Any, ...]:
-        assert self._process.stdout is not None
-        try:
-            answer: tuple[Any, ...] = pickle.load(self._process.stdout)
-        except (EOFError, pickle.UnpicklingError) as cause:
-            raise self._death() from cause
-        return answer
-
-    def _death(self) -> SimulationError:
-        self._said.seek(0)
-        lines = self._said.read().decode(errors="replace").strip().splitlines()
-        last = f": {lines[-1]}" if lines else ""
-        return SimulationError(f"{self._file}: the process that runs the FMU has ended{last}")
 
 
 class RobotFmu:
@@ -126,7 +65,7 @@ class RobotFmu:
         except Exception as cause:  # fmpy raises bare Exception for every kind of broken file
             raise SimulationError(f"{file}: is not a readable FMU: {cause}") from cause
         self.fingerprint = fingerprint(Path(self._folder.name, "resources"))
-        self._processes = [_Process(file, Path(self._folder.name))]
+        self._processes = [self._start()]
 
     def __enter__(self) -> RobotFmu:
         return self
@@ -169,7 +108,8 @@ class RobotFmu:
         }
         parts = self._parts(len(command.time))
         for process, rows in zip(self._processes, parts, strict=False):
-            process.send(Job(settings, wrench.time[rows], wrench.wrench[rows]))
+            with _simulation_errors():
+                process.send(Job(settings, wrench.time[rows], wrench.wrench[rows]))
 
         def progress(done: int, total: int) -> None:
             self._progress(len(parts) * done, len(parts) * total)
@@ -179,7 +119,8 @@ class RobotFmu:
         errors: list[SimulationError] = []
         for process, _ in zip(self._processes, parts, strict=False):
             try:
-                poses.append(process.receive(progress))
+                with _simulation_errors():
+                    poses.append(process.receive(progress))
             except SimulationError as error:
                 errors.append(error)
         if errors:
@@ -191,5 +132,18 @@ class RobotFmu:
         if self.mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
             return [slice(0, samples)]
         if len(self._processes) < 2:
-            self._processes.append(_Process(self._file, Path(self._folder.name)))
+            self._processes.append(self._start())
         return [slice(0, samples // 2), slice(samples // 2, samples)]
+
+    def _start(self) -> WorkerProcess:
+        with _simulation_errors(f"{self._file}: "):
+            return WorkerProcess("coupling.fmu_worker", Path(self._folder.name))
+
+
+@contextmanager
+def _simulation_errors(where: str = "") -> Iterator[None]:
+    """Turn a worker's errors into those of a simulation."""
+    try:
+        yield
+    except WorkerError as cause:
+        raise SimulationError(f"{where}{cause}") from cause

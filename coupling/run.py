@@ -5,17 +5,19 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from build_fmu import build_kind
 from coupling.case import Case
+from coupling.cell import Cell, Member
 from coupling.compensation import METHODS, Compensation, Observers, Pass
 from coupling.deviation import Deviation, measure
-from coupling.iteration import Coupling, Evaluation, couple
+from coupling.iteration import Evaluation, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.pinch import PinchGap
 from coupling.planning import Planner, RateWarning
 from coupling.robot_fmu import RobotFmu
 
@@ -61,12 +63,14 @@ class Run:
         desired, uncompensated, achieved, command: Tool paths.
         joints: Joint angles of `command`.
         wrench: Acting on the tool along `achieved`.
-        shares: Of the deviation.
+        unloaded: The tool's path under gravity alone, desired path commanded.
+        dynamic: Its path under `command` and `wrench` in dynamic mode; None where that was not run.
         passes: The way there, pass by pass.
         process_evaluations: In all.
         consistency: Largest distance between the path that the process saw last and `achieved` [m].
         rate_warnings: Joints that would have to move too fast.
         fmu_fingerprint: Hash of the FMU's sources and robot.
+        gap: Between the tools of a cell.
         durations: Wall time by part [s].
     """
 
@@ -79,13 +83,24 @@ class Run:
     command: ToolPath
     joints: JointPath
     wrench: WrenchHistory
-    shares: Shares
+    unloaded: ToolPath
+    dynamic: ToolPath | None
     passes: tuple[Pass, ...]
     process_evaluations: int
     consistency: float
     rate_warnings: list[RateWarning]
     fmu_fingerprint: str
+    gap: PinchGap | None = None
     durations: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def shares(self) -> Shares:
+        """Of the deviation."""
+        return Shares(
+            gravity=measure(self.unloaded, self.desired),
+            process=measure(self.uncompensated, self.unloaded),
+            dynamic=None if self.dynamic is None else measure(self.dynamic, self.desired),
+        )
 
     @property
     def before(self) -> Deviation:
@@ -100,11 +115,12 @@ class Run:
 
 @dataclass
 class _Desk:
-    """What both kinds of run work with."""
+    """What both kinds of run work with; a cell of two robots does for one."""
 
     case: Case
-    robot: RobotFmu
-    planner: Planner
+    fmus: list[RobotFmu]
+    robot: RobotFmu | Cell
+    planner: Planner | Cell
     watch: Watch
     durations: dict[str, float]
 
@@ -114,6 +130,10 @@ class _Desk:
         yield
         self.durations[name] = self.durations.get(name, 0.0) + time.perf_counter() - start
 
+    def unloaded(self, joints: JointPath) -> ToolPath:
+        none = WrenchHistory.none(joints.time, len(self.fmus))
+        return self.robot.simulate(joints, none)
+
     def evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         self.watch.evaluation(evaluation, measure(path, self.case.desired).maximum)
 
@@ -122,17 +142,30 @@ class _Desk:
 def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     durations: dict[str, float] = {}
     start = time.perf_counter()
-    planner = Planner(case.robot, case.home)
-    with tempfile.TemporaryDirectory() as folder:
-        file = build_kind(case.robot, Path(folder, "ElasticRobot.fmu"), kind=case.settings.fmu)
+    fmus: list[RobotFmu] = []
 
-        def progress(done: int, total: int) -> None:
-            watch.progress(robot.mode, done, total)
+    def progress(done: int, total: int) -> None:
+        watch.progress(fmus[0].mode, done, total)
 
-        settings = case.settings
-        with RobotFmu(file, settings.torque_curve, settings.mode, progress) as robot:
-            durations["build"] = time.perf_counter() - start
-            yield _Desk(case, robot, planner, watch, durations)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        members = []
+        for placed in case.robots:
+            planner = Planner(placed.description, placed.home)
+            file = build_kind(
+                placed.description, folder / f"{placed.name}.fmu", kind=case.settings.fmu
+            )
+            fmu = stack.enter_context(
+                RobotFmu(file, placed.torque_curve, case.settings.mode, progress)
+            )
+            fmus.append(fmu)
+            members.append(Member(placed.name, placed.placement, fmu, planner))
+        durations["build"] = time.perf_counter() - start
+        if case.support is None:
+            yield _Desk(case, fmus, fmus[0], members[0].planner, watch, durations)
+        else:
+            cell = Cell(tuple(members))
+            yield _Desk(case, fmus, cell, cell, watch, durations)
 
 
 def run_coupling(case: Case, watch: Watch | None = None) -> Run:
@@ -144,7 +177,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
     with _desk(case, watch or Watch()) as desk:
         with desk.timed("couple"):
             joints = desk.planner.plan(case.desired)
-            unloaded = desk.robot.simulate(joints, WrenchHistory.none(joints.time))
+            unloaded = desk.unloaded(joints)
             result = couple(
                 desk.robot,
                 case.process,
@@ -166,12 +199,14 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             command=case.desired,
             joints=joints,
             wrench=result.wrench,
-            shares=_shares(case, unloaded, result),
+            unloaded=unloaded,
+            dynamic=None,
             passes=(first,),
             process_evaluations=len(result.evaluations),
             consistency=result.evaluations[-1].path_change,
             rate_warnings=desk.planner.rate_warnings(joints),
-            fmu_fingerprint=desk.robot.fingerprint,
+            fmu_fingerprint="+".join(fmu.fingerprint for fmu in desk.fmus),
+            gap=_gap(case, result.path, result.path),
             durations=desk.durations,
         )
 
@@ -197,8 +232,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
         with desk.timed("compensate"):
             result = method.run(case.desired)
         with desk.timed("dynamic"):
-            dynamic = _dynamic_deviation(desk, result)
-        shares = _shares(case, result.unloaded, result.uncompensated, dynamic)
+            dynamic = _dynamic_path(desk, result)
         return Run(
             kind="compensate",
             converged=result.converged,
@@ -209,31 +243,37 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
             command=result.command,
             joints=result.joints,
             wrench=result.wrench,
-            shares=shares,
+            unloaded=result.unloaded,
+            dynamic=dynamic,
             passes=result.passes,
             process_evaluations=result.evaluations,
             consistency=result.consistency,
             rate_warnings=desk.planner.rate_warnings(result.joints),
-            fmu_fingerprint=desk.robot.fingerprint,
+            fmu_fingerprint="+".join(fmu.fingerprint for fmu in desk.fmus),
+            gap=_gap(case, result.uncompensated.path, result.achieved),
             durations=desk.durations,
         )
 
 
-def _dynamic_deviation(desk: _Desk, result: Compensation) -> Deviation:
+def _dynamic_path(desk: _Desk, result: Compensation) -> ToolPath:
     """Simulate the corrected command in dynamic mode; free where the achieved path is dynamic."""
     if desk.case.settings.mode == "dynamic":
-        return measure(result.achieved, desk.case.desired)
-    desk.robot.mode = "dynamic"
-    return measure(desk.robot.simulate(result.joints, result.wrench), desk.case.desired)
+        return result.achieved
+    for fmu in desk.fmus:
+        fmu.mode = "dynamic"
+    return desk.robot.simulate(result.joints, result.wrench)
 
 
-def _shares(
-    case: Case, unloaded: ToolPath, coupled: Coupling, dynamic: Deviation | None = None
-) -> Shares:
-    return Shares(
-        gravity=measure(unloaded, case.desired),
-        process=measure(coupled.path, unloaded),
-        dynamic=dynamic,
+def _gap(case: Case, before: ToolPath, after: ToolPath) -> PinchGap | None:
+    """Return the gap between the tools of a cell."""
+    if case.support is None:
+        return None
+    forming = case.desired.tools[0]
+    return PinchGap(
+        before.time,
+        case.support.gap,
+        case.support.opening(before, forming),
+        case.support.opening(after, forming),
     )
 
 
@@ -254,6 +294,7 @@ def as_figures(run: Run) -> dict[str, Any]:
             "process": shares.process.as_dict(),
             "dynamic_after": shares.dynamic.as_dict() if shares.dynamic else None,
         },
+        **({} if run.gap is None else {"pinch_gap_m": run.gap.as_dict()}),
         "passes": [_pass_figures(entry) for entry in run.passes],
         "rate_warnings": [str(warning) for warning in run.rate_warnings],
         "durations_s": run.durations,

@@ -13,6 +13,7 @@ import numpy as np
 import elastic_robot
 from build_fmu import build
 from coupling.case import Case
+from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path import JointPath
@@ -44,9 +45,12 @@ def write_ssp(case: Case, file: Path) -> Path:
         The file.
 
     Raises:
-        BuildError: If the process needs the whole path at once, or the file cannot be written.
+        BuildError: If the process needs the whole path at once, the case is a cell of two robots, or
+            the file cannot be written.
         CouplingError: If the path cannot be planned.
     """
+    if case.support is not None:
+        raise BuildError(f"{case.name}: a cell of two robots; needed is a case without [support]")
     command = Planner(case.robot, case.home).plan(case.desired)
     settings = {
         "trajectory": _TRAJECTORY,

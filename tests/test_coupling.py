@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import HERE
 from hypothesis import given
 from hypothesis import strategies as st
+from pythonfmu.builder import FmuBuilder
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from spring_robot import SpringRobot
 
 from build_fmu import build
 from coupling.acceleration import SCHEMES, Aitken, Constant
@@ -21,21 +24,6 @@ from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
 
 TIGHT = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
-
-
-def upright(points: np.ndarray) -> np.ndarray:
-    return np.hstack([points, np.tile([0.0, 0.0, 0.0, 1.0], (len(points), 1))])
-
-
-class SpringRobot:
-    """A tool on springs: position = commanded position + compliance force.  The drives are x, y, z."""
-
-    def __init__(self, compliance: np.ndarray) -> None:
-        self.compliance = compliance  # (3, 3) or (n, 3, 3) [m/N]
-
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
-        give = np.einsum("...ij,...j->...i", self.compliance, wrench.wrench[:, :3])
-        return ToolPath(command.time, upright(command.q + give))
 
 
 def moving_command(n: int = 50) -> JointPath:
@@ -324,13 +312,24 @@ def test_isf_law_without_a_wall_asks_for_one():
         table.process(bare)
 
 
-def test_every_process_answers_on_the_paths_time_axis():
+def test_every_process_answers_on_the_paths_time_axis(tmp_path):
     task = isf_task()
-    tables = {
+    (tmp_path / "record.csv").write_text("time,fx,fy,fz\n0,0,0,0\n99,0,0,1\n")
+    wall = FmuBuilder.build_FMU(HERE / "process_fmus" / "wall_slave.py", dest=tmp_path / "W.fmu")
+    program = str(HERE.parent / "examples" / "process_template.py")
+    coefficients = ("K_tc_Pa", "K_rc_Pa", "K_ac_Pa", "K_te_N_m", "K_re_N_m", "K_ae_N_m")
+    tables: dict[str, dict] = {
         "elastic-wall": {"stiffness_N_m": 1e5},
+        "external": {"command": ["{python}", program], "time_limit_s": 60.0},
+        "fmu": {"file": str(wall), "inputs": {"z": "height"}, "outputs": {"fz": "force"}},
         "isf-force-law": LAW,
+        "measured": {"file": str(tmp_path / "record.csv")},
+        "milling-force": {
+            **{"force": "mean", "engagement": "slot", "cutter_diameter_m": 0.016, "teeth": 2},
+            **{"helix_deg": 30.0, "spindle_speed_rpm": 2e4, **dict.fromkeys(coefficients, 1e4)},
+        },
     }
     assert set(tables) == set(PROCESSES)
     for name, table in PROCESSES.items():
-        wrench = table(model=name, **tables[name]).process(task).wrench(task.desired)
-        assert np.array_equal(wrench.time, task.desired.time)
+        process = table.model_validate({"model": name, **tables[name]}).process(task)
+        assert np.array_equal(process.wrench(task.desired).time, task.desired.time)

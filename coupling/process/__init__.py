@@ -5,16 +5,34 @@ A process sees the whole actual tool path and returns the whole wrench history o
 
 from coupling.process.base import Process, Task
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
+from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
+from coupling.process.measured import Measured, MeasuredTable
+from coupling.process.milling_force import MillingForceTable
+from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 
-PROCESSES = {"elastic-wall": ElasticWallTable, "isf-force-law": IsfForceLawTable}
+PROCESSES = {
+    "elastic-wall": ElasticWallTable,
+    "external": ExternalTable,
+    "fmu": ProcessFmuTable,
+    "isf-force-law": IsfForceLawTable,
+    "measured": MeasuredTable,
+    "milling-force": MillingForceTable,
+}
 
 __all__ = [
     "PROCESSES",
     "ElasticWall",
     "ElasticWallTable",
+    "External",
+    "ExternalTable",
     "IsfForceLaw",
     "IsfForceLawTable",
+    "Measured",
+    "MeasuredTable",
+    "MillingForceTable",
     "Process",
+    "ProcessFmu",
+    "ProcessFmuTable",
     "Task",
 ]

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
+from uuid import uuid4
 
 from coupling.path import ToolPath, WrenchHistory
 from coupling.toolpaths.part import Part
+
+# Folder in the workspace for what programs compute; kept even where a run fails.
+EVALUATIONS = "evaluations"
 
 
 class Process(Protocol):
@@ -15,6 +21,10 @@ class Process(Protocol):
     def wrench(self, path: ToolPath) -> WrenchHistory:
         """Return the wrench on the tool along an actual path, base axes."""
         ...
+
+
+def _temporary_folder() -> Path:
+    return Path(tempfile.gettempdir(), f"elastic_robot_{uuid4().hex}")
 
 
 @dataclass(frozen=True)
@@ -26,9 +36,11 @@ class Task:
         desired: Tool path that would make it.
         wall_angle: Of the wall from the sheet's plane [rad], or None where the path has none.
         step_down: Between two contours [m], or None.
+        workspace: Folder for files that a process leaves; a new temporary one unless given.
     """
 
     part: Part
     desired: ToolPath
     wall_angle: float | None = None
     step_down: float | None = None
+    workspace: Path = field(default_factory=_temporary_folder)

@@ -13,7 +13,9 @@ from coupling.path import ToolPath, WrenchHistory
 from coupling.process import forces
 from coupling.process.base import Task
 from coupling.process.point_law import PointLaw
+from coupling.process.supported_forming import SupportedForming
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.support import Support
 from elastic_robot.toml_file import Positive, Schema
 
 
@@ -124,10 +126,11 @@ class IsfForceLaw:
 
 
 class IsfForceLawTable(Schema):
-    """Keys of the material and the tool; see docs/processes.md.
+    """Keys of the material and the tool; see docs/case_file.md.
 
     wall_angle_deg and step_down_m are those of the tool path unless given here; ramp_depth_m is
-    four step-downs unless given.
+    four step-downs unless given.  In a cell support_share is the share of the forming force that the
+    supporting tool takes, and pinch_stiffness_N_m that of the sheet between both tools.
     """
 
     model: Literal["isf-force-law"]
@@ -138,6 +141,8 @@ class IsfForceLawTable(Schema):
     wall_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = None
     step_down_m: Positive | None = None
     ramp_depth_m: Positive | None = None
+    support_share: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    pinch_stiffness_N_m: Annotated[float, Field(ge=0.0)] = 0.0
 
     def process(self, task: Task) -> IsfForceLaw:
         """Return the force law for a task.
@@ -167,4 +172,19 @@ class IsfForceLawTable(Schema):
             radial=radial,
             penetration_stiffness=self.penetration_stiffness_N_m,
             ramp_depth=self.ramp_depth_m or 4.0 * step_down,
+        )
+
+    def supported_process(self, task: Task, support: Support) -> SupportedForming:
+        """Return the force law between two tools.
+
+        Raises:
+            CaseError: As `process`, and if the share of the supporting tool is not given.
+        """
+        if self.support_share is None:
+            raise CaseError(
+                "process: key support_share is missing; needed with [support] is the share of the"
+                " forming force that the supporting tool takes, 0 to 1"
+            )
+        return SupportedForming(
+            self.process(task), support, self.support_share, self.pinch_stiffness_N_m
         )

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.path import ToolPath
-from coupling.results import StoredRun
+from coupling.results import StoredCell, StoredRun
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"
@@ -150,3 +150,29 @@ def paths(run: StoredRun, factor: int) -> go.Figure:
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
     figure.update_layout(scene={**axes, "aspectmode": "data"})
     return _style(figure, 620)
+
+
+def gap(cell: StoredCell) -> go.Figure:
+    """Gap between the tools of a cell over time, before and after, and as commanded."""
+    figure = go.Figure()
+    for values, name, color in zip(
+        cell.gap.T, ("before compensation", "after"), (BEFORE, AFTER), strict=True
+    ):
+        figure.add_scatter(x=cell.time, y=1e3 * values, name=name, line={"color": color})
+    commanded = 1e3 * cell.figures["pinch_gap_m"]["commanded"]
+    figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    figure.update_yaxes(title="gap [mm]")
+    figure.update_xaxes(title="time [s]")
+    return _style(figure)
+
+
+def cell(stored: StoredCell) -> go.Figure:
+    """Draw the desired paths of all tools in space."""
+    figure = go.Figure()
+    for (name, run), color in zip(stored.robots.items(), (AFTER, BEFORE), strict=False):
+        x, y, z = 1e3 * run.desired.position.T
+        line = {"color": color, "width": 2}
+        figure.add_scatter3d(x=x, y=y, z=z, mode="lines", name=f"{name} tool", line=line)
+    axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
+    figure.update_layout(scene={**axes, "aspectmode": "data"})
+    return _style(figure, 560)

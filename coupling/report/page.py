@@ -6,12 +6,13 @@ import html
 from pathlib import Path
 from typing import Any
 
+import plotly.graph_objects as go
 from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
 from coupling.report import figures
-from coupling.results import StoredRun, read_run
+from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -25,7 +26,7 @@ td:first-child, th:first-child { text-align: left; } th { border-bottom: 1px sol
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:
-    """Write the report of a run folder.
+    """Write the report of a run folder; in that of a cell, also those of its robots.
 
     Args:
         folder: The run.
@@ -38,7 +39,13 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the run cannot be read or the report not written.
     """
     target = file or folder / "report.html"
-    page = report_page(read_run(folder))
+    if is_cell(folder):
+        cell = read_cell(folder)
+        for name in cell.robots:
+            write_report(folder / name)
+        page = cell_page(cell)
+    else:
+        page = report_page(read_run(folder))
     try:
         target.write_text(page, encoding="utf-8")
     except OSError as cause:
@@ -55,16 +62,49 @@ def report_page(run: StoredRun) -> str:
         ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
         ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
     ]
+    return _page(run.figures, _table(run.figures), sections)
+
+
+def cell_page(cell: StoredCell) -> str:
+    """Return the page of a cell, which leads to those of its robots."""
+    rows = "".join(
+        f'<tr><td><a href="{name}/report.html">{name}</a></td>'
+        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _before_and_after(run.figures))
+        + f"<td>{run.figures['peak_force_N']:.1f}</td></tr>"
+        for name, run in cell.robots.items()
+    )
+    table = (
+        "<table><tr><th>robot</th><th>deviation before, max [um]</th><th>after, max [um]</th>"
+        f"<th>peak force [N]</th></tr>{rows}</table>"
+        f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
+    )
+    first = next(iter(cell.robots.values()))
+    sections = [
+        ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
+        ("Tools in the cell", "path", figures.cell(cell), _CELL_TEXT),
+        ("Convergence", "convergence", figures.convergence(first), _CONVERGENCE_TEXT),
+    ]
+    return _page(cell.figures, table, sections)
+
+
+def _before_and_after(figures_: dict[str, Any]) -> tuple[float, float]:
+    return figures_["deviation_before_m"]["maximum"], figures_["deviation_after_m"]["maximum"]
+
+
+def _page(
+    figures_: dict[str, Any], table: str, sections: list[tuple[str, str, go.Figure, str]]
+) -> str:
+    """Return verdict, table and sections as one self-contained HTML text."""
     body = "".join(
         f"<h2>{title}</h2><p>{text}</p>"
         + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
         for title, name, figure, text in sections
     )
-    title = html.escape(f"{run.figures['case']}: {run.figures['kind']}")
+    title = html.escape(f"{figures_['case']}: {figures_['kind']}")
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<h1>{title}</h1>{_verdict(run.figures)}{_table(run.figures)}{_warnings(run.figures)}{body}"
+        f"<h1>{title}</h1>{_verdict(figures_)}{table}{_warnings(figures_)}{body}"
         "</body></html>"
     )
 
@@ -77,6 +117,10 @@ _DEVIATION_TEXT = (
     "Distance between actual and desired TCP at equal times. After compensation it is measured in a"
     " simulation of the FMU with the process evaluated on the path that the tool really takes."
 )
+_GAP_TEXT = (
+    "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
+)
+_CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
 _WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
 
 

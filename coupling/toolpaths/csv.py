@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import field_validator
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.path import ToolPath
 from coupling.tables import POSE_COLUMNS, read_table
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Schema
+from elastic_robot.toml_file import FilePath, Schema
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
@@ -27,12 +25,7 @@ class CsvPath(Schema):
     """
 
     kind: Literal["csv"]
-    file: Path
-
-    @field_validator("file", mode="before")
-    @classmethod
-    def _path(cls, value: object) -> object:
-        return Path(value) if isinstance(value, str) else value
+    file: FilePath
 
     def path(self, part: Part) -> ToolPath:
         """Return the tool path in the robot's base frame.

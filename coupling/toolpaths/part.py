@@ -12,6 +12,9 @@ from coupling.path import ToolPath
 # Tool axes in the part frame: x = -z (approach), y = y, z = x.
 _PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
+# Axes of a tool at the sheet's back: x = z (approach), y = -y, z = x.
+_PART_FROM_SUPPORT = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+
 
 @dataclass(frozen=True)
 class Part:
@@ -30,8 +33,15 @@ class Part:
 
         The tool keeps its orientation: its x axis points into the sheet.
         """
+        return self._path(time, points, _PART_FROM_TOOL)
+
+    def support_path(self, time: np.ndarray, points: np.ndarray) -> ToolPath:
+        """Return the path of a tool at the sheet's back: its x axis points the other way."""
+        return self._path(time, points, _PART_FROM_SUPPORT)
+
+    def _path(self, time: np.ndarray, points: np.ndarray, part_from_tool: Rotation) -> ToolPath:
         position = self.position + self.rotation.apply(points)
-        quaternion = (self.rotation * _PART_FROM_TOOL).as_quat()
+        quaternion = (self.rotation * part_from_tool).as_quat()
         quaternion = quaternion if quaternion[3] >= 0.0 else -quaternion
         return ToolPath(time, np.hstack([position, np.tile(quaternion, (len(time), 1))]))
 

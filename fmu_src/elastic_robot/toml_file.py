@@ -11,7 +11,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+)
 
 from elastic_robot.errors import ElasticRobotError
 
@@ -39,8 +46,22 @@ def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
         raise error(f"{path}: is not valid TOML: {cause}") from cause
 
 
+def _from_folder(value: object, info: ValidationInfo) -> object:
+    """Return the path that a text means in the folder of the file it stands in."""
+    folder: Path = (info.context or {}).get("folder", Path())
+    return (folder / value).resolve() if isinstance(value, str) else value
+
+
+# The path of a file, absolute or relative to the folder of the file that names it.
+FilePath = Annotated[Path, BeforeValidator(_from_folder)]
+
+
 def validate(
-    data: dict[str, Any], schema: type[SchemaT], error: type[Exception], where: str
+    data: dict[str, Any],
+    schema: type[SchemaT],
+    error: type[Exception],
+    where: str,
+    folder: Path | None = None,
 ) -> SchemaT:
     """Validate parsed data against a schema.
 
@@ -50,12 +71,13 @@ def validate(
         error: Exception class for every problem; its message names the file, the place, the value
             found and what is needed.
         where: What the message begins with, such as the file's name.
+        folder: Where relative paths begin; the working folder unless given.
 
     Returns:
         The validated content.
     """
     try:
-        return schema.model_validate(data)
+        return schema.model_validate(data, context={"folder": folder or Path()})
     except ValidationError as cause:
         problems = [f"{where}: {_problem(item, schema)}" for item in cause.errors()]
         raise error("\n".join(problems)) from cause

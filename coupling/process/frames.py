@@ -1,0 +1,43 @@
+"""Frames in which processes outside of this package tell poses and wrenches."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.path import ToolPath
+from coupling.toolpaths.part import Part
+
+# Of poses; wrenches are told in the same axes.
+PoseFrame = Literal["part", "base"]
+WrenchFrame = Literal["part", "base", "tool"]
+
+
+def poses_in(frame: PoseFrame, path: ToolPath, part: Part) -> np.ndarray:
+    """Return the poses of the TCP in a frame: x, y, z [m], qx, qy, qz, qw, qw >= 0, (n, 7).
+
+    Example:
+        >>> part = Part(np.array([1.0, 0.0, 0.5]), Rotation.identity())
+        >>> pose = np.array([[1.0, 0.0, 0.6, 0.0, 0.0, 0.0, 1.0]] * 2)
+        >>> poses_in("part", ToolPath(np.array([0.0, 1.0]), pose), part)[0, :3].round(9)
+        array([0. , 0. , 0.1])
+    """
+    if frame == "base":
+        return path.pose
+    quaternion = (part.rotation.inv() * path.rotation).as_quat()
+    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
+    return np.hstack([part.coordinates(path), quaternion])
+
+
+def wrench_in_base(
+    frame: WrenchFrame, wrench: np.ndarray, path: ToolPath, part: Part
+) -> np.ndarray:
+    """Return wrenches at the TCP in base axes [N, N m], (n, 6), from those in the axes of a frame.
+
+    The reference point stays the TCP: only axes change.
+    """
+    base_from_frame = {"base": Rotation.identity(), "part": part.rotation, "tool": path.rotation}
+    turn = base_from_frame[frame]
+    return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])

@@ -1,0 +1,110 @@
+"""A measured wrench history, for those who own a load cell: the same for every path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from coupling.errors import CaseError
+from coupling.path import ToolPath, WrenchHistory
+from coupling.process.base import Task
+from coupling.process.frames import WrenchFrame, wrench_in_base
+from coupling.tables import WRENCH_COLUMNS, read_header, read_table
+from coupling.toolpaths.part import Part
+from elastic_robot.toml_file import FilePath, Schema
+
+_FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
+# A record may end this share of its length before the path does: printed digits, not missing data.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A wrench that was recorded along the desired path, and does not ask where the tool is now.
+
+    Attributes:
+        part: Placement of the part.
+        wrench_along_path: On the tool at the TCP in axes of `frame` [N, N m], (n, 6), one row per
+            sample of the desired path.
+        frame: "part", "base", or "tool" for a sensor that turns with the tool.
+    """
+
+    part: Part
+    wrench_along_path: np.ndarray
+    frame: WrenchFrame
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the record, turned to base axes with the actual tool."""
+        in_base = wrench_in_base(self.frame, self.wrench_along_path, path, self.part)
+        return WrenchHistory(path.time, in_base)
+
+
+class MeasuredTable(Schema):
+    """Keys: file, a CSV; frame of its axes, "tool" unless given.
+
+    Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
+    on the tool, and mx, my, mz [N m] about the TCP where they were measured.
+    """
+
+    model: Literal["measured"]
+    file: FilePath
+    frame: WrenchFrame = "tool"
+
+    def process(self, task: Task) -> Measured:
+        """Return the record along a task's path.
+
+        Raises:
+            CaseError: If the file is unreadable, or does not cover the path.
+        """
+        header = read_header(self.file, CaseError)
+        axis = _axis(self.file, header)
+        columns = WRENCH_COLUMNS if set(_MOMENTS) & set(header) else _FORCES
+        table = read_table(self.file, (axis, *columns), CaseError)
+        stations, record = table[:, 0], table[:, 1:]
+        asked = task.desired.time if axis == "time" else distance_along(task.desired)
+        _require_cover(self.file, axis, stations, asked)
+        wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
+        for k in range(record.shape[1]):
+            wrench[:, k] = np.interp(asked, stations, record[:, k])
+        return Measured(task.part, wrench, self.frame)
+
+
+def distance_along(path: ToolPath) -> np.ndarray:
+    """Return the distance travelled by the TCP [m], (n,), zero at the start.
+
+    Example:
+        >>> pose = np.array([[0, 0, 0, 0, 0, 0, 1.0], [3, 4, 0, 0, 0, 0, 1.0]])
+        >>> distance_along(ToolPath(np.array([0.0, 1.0]), pose))
+        array([0., 5.])
+    """
+    steps = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _axis(file: Path, header: list[str]) -> str:
+    found = [name for name in ("time", "distance") if name in header]
+    if len(found) != 1:
+        raise CaseError(
+            f"process: {file}: the header has {', '.join(header)}; needed is either a column time"
+            " or a column distance"
+        )
+    return found[0]
+
+
+def _require_cover(file: Path, axis: str, stations: np.ndarray, asked: np.ndarray) -> None:
+    if np.any(np.diff(stations) <= 0.0):
+        row = int(np.argmax(np.diff(stations) <= 0.0))
+        raise CaseError(
+            f"process: {file}: {axis} goes from {stations[row]:.9g} to {stations[row + 1]:.9g} in"
+            f" row {row + 2}; needed are rising values"
+        )
+    slack = _ROUNDING * float(asked[-1] - asked[0])
+    if stations[0] > asked[0] + slack or stations[-1] < asked[-1] - slack:
+        unit = "s" if axis == "time" else "m"
+        raise CaseError(
+            f"process: {file}: {axis} covers {stations[0]:.6g} to {stations[-1]:.6g} {unit}; the"
+            f" tool path needs {asked[0]:.6g} to {asked[-1]:.6g} {unit}"
+        )

@@ -1,0 +1,250 @@
+"""Milling forces along the actual path: chip, engagement and depth follow from where the tool is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from coupling.errors import CaseError
+from coupling.path import ToolPath, WrenchHistory
+from coupling.process.base import Process, Task
+from coupling.process.cutting_force import (
+    Cut,
+    Cutter,
+    CuttingCoefficients,
+    mean_wrench,
+    tooth_wrench,
+)
+from coupling.toolpaths.part import Part
+from elastic_robot.toml_file import Positive, Schema
+
+# Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
+_SAMPLES_PER_TOOTH = 6
+# Gauss points and weights of the mean over a step.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+# A tool slower than this has no direction of feed of its own [m/s].
+_STANDING = 1e-6
+
+Arc = Callable[[np.ndarray, float], tuple[np.ndarray, np.ndarray]]
+
+
+def _arc_of_slot(depth: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros_like(depth), np.full_like(depth, np.pi)
+
+
+def _arc_of_up_milling(depth: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros_like(depth), np.arccos(1.0 - np.clip(depth / radius, 0.0, 2.0))
+
+
+def _arc_of_down_milling(depth: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    start, end = _arc_of_up_milling(depth, radius)
+    return np.pi - end, np.pi - start
+
+
+# Engaged arc from radial depth [m] and radius [m]; the material is on both sides, left or right.
+ARCS: dict[str, Arc] = {
+    "slot": _arc_of_slot,
+    "up": _arc_of_up_milling,
+    "down": _arc_of_down_milling,
+}
+_TOWARDS_MATERIAL = {"slot": 0.0, "up": 1.0, "down": -1.0}
+
+
+@dataclass(frozen=True)
+class Milling:
+    """A milling cut along a desired path, in the part's x-y plane.
+
+    Attributes:
+        part: Placement of the part.
+        desired: Path of the tip's centre.
+        cutter: The tool, its axis along the part's z.
+        coefficients: Of the material.
+        engagement: "slot", "up" (material left of the feed) or "down" (right of it).
+        radial_depth: Along the desired path [m].
+        surface: Height of the raw surface in the part frame [m].
+    """
+
+    part: Part
+    desired: ToolPath
+    cutter: Cutter
+    coefficients: CuttingCoefficients
+    engagement: str
+    radial_depth: float
+    surface: float
+
+    def feed_directions(self) -> np.ndarray:
+        """Return unit vectors along the desired feed in the part's x-y plane, (n, 2).
+
+        Where the tool stands or plunges it is the direction of the last feed, or of the first.
+        """
+        points = self.part.coordinates(self.desired)[:, :2]
+        velocity = np.gradient(points, self.desired.time, axis=0)
+        speed = np.linalg.norm(velocity, axis=1)
+        moving = speed > _STANDING
+        last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
+        at = np.where(last < 0, int(np.argmax(moving)), last)
+        return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
+
+    def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Cut:
+        """Return what the cutter meets on an actual path.
+
+        Args:
+            path: Actual path.
+            time: Instants [s], (m,).
+            feed: Directions of the desired feed there, (m, 2).
+        """
+        actual, desired = self.part.coordinates(path), self.part.coordinates(self.desired)
+
+        def at(instants: np.ndarray, values: np.ndarray) -> np.ndarray:
+            return np.column_stack([np.interp(instants, path.time, v) for v in values.T])
+
+        now = at(time, actual)
+        way = (now - at(time - self.cutter.tooth_period, actual))[:, :2]
+        left = np.column_stack([-feed[:, 1], feed[:, 0]])
+        chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * left, axis=1)])
+        offset = np.sum((now - at(time, desired))[:, :2] * left, axis=1)
+        radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
+        start, end = ARCS[self.engagement](radial, self.cutter.radius)
+        return Cut(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
+
+    def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
+        """Turn wrenches from the axes of the cut to those of the base, (n, 6)."""
+        cos, sin = feed[:, 0], feed[:, 1]
+
+        def turned(vectors: np.ndarray) -> np.ndarray:
+            f, n, z = vectors.T
+            in_part = np.column_stack([cos * f - sin * n, sin * f + cos * n, z])
+            in_base: np.ndarray = self.part.rotation.apply(in_part)
+            return in_base
+
+        return np.hstack([turned(wrench[:, :3]), turned(wrench[:, 3:])])
+
+
+@dataclass(frozen=True)
+class ToothPassing:
+    """Milling force of every tooth as it passes; each sample is the mean over its step.
+
+    Attributes:
+        milling: The cut.
+    """
+
+    milling: Milling
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the wrench along an actual path."""
+        milling, feed = self.milling, self.milling.feed_directions()
+        steps = np.diff(path.time, prepend=path.time[0])
+        total = np.zeros((len(path.time), 6))
+        for node, weight in zip(_NODES, 0.5 * _WEIGHTS, strict=True):
+            time = path.time - 0.5 * (1.0 - node) * steps
+            cut = milling.cut(path, time, feed)
+            total += weight * tooth_wrench(milling.cutter, milling.coefficients, cut, time)
+        return WrenchHistory(path.time, milling.in_base(total, feed))
+
+
+@dataclass(frozen=True)
+class MeanMilling:
+    """Milling force averaged over a revolution, for paths whose samples are far apart.
+
+    Attributes:
+        milling: The cut.
+    """
+
+    milling: Milling
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the wrench along an actual path."""
+        milling, feed = self.milling, self.milling.feed_directions()
+        cut = milling.cut(path, path.time, feed)
+        wrench = mean_wrench(milling.cutter, milling.coefficients, cut)
+        return WrenchHistory(path.time, milling.in_base(wrench, feed))
+
+
+FORCES: dict[str, Callable[[Milling], Process]] = {
+    "tooth-passing": ToothPassing,
+    "mean": MeanMilling,
+}
+
+
+class MillingForceTable(Schema):
+    """Keys of cutter, cut and material; see docs/milling.md.
+
+    force is "tooth-passing" (resolved in time) or "mean" (over a revolution); engagement is "slot",
+    "up" or "down", the latter two with radial_depth_m.  The axial depth is how far the tool's tip
+    is below surface_z_m.
+    """
+
+    model: Literal["milling-force"]
+    force: Literal["tooth-passing", "mean"] = "tooth-passing"
+    cutter_diameter_m: Positive
+    teeth: Annotated[int, Field(ge=1)]
+    helix_deg: Annotated[float, Field(ge=0.0, lt=80.0)]
+    spindle_speed_rpm: Positive
+    engagement: Literal["slot", "up", "down"]
+    radial_depth_m: Positive | None = None
+    surface_z_m: float = 0.0
+    K_tc_Pa: Annotated[float, Field(ge=0.0)]
+    K_rc_Pa: Annotated[float, Field(ge=0.0)]
+    K_ac_Pa: Annotated[float, Field(ge=0.0)]
+    K_te_N_m: Annotated[float, Field(ge=0.0)]
+    K_re_N_m: Annotated[float, Field(ge=0.0)]
+    K_ae_N_m: Annotated[float, Field(ge=0.0)]
+
+    @model_validator(mode="after")
+    def _radial_depth_fits(self) -> MillingForceTable:
+        depth, diameter = self.radial_depth_m, self.cutter_diameter_m
+        if (depth is None) != (self.engagement == "slot"):
+            raise ValueError(
+                f"engagement is {self.engagement!r} and radial_depth_m is {depth}; needed is a"
+                " radial depth for up and down, and none for a slot"
+            )
+        if depth is not None and depth > diameter:
+            raise ValueError(
+                f"radial_depth_m is {depth}; needed is at most cutter_diameter_m, {diameter}"
+            )
+        return self
+
+    def process(self, task: Task) -> Process:
+        """Return the milling force along a task's path.
+
+        Raises:
+            CaseError: If the path's samples are too far apart for its teeth, or it never feeds.
+        """
+        cutter = Cutter(
+            radius=0.5 * self.cutter_diameter_m,
+            teeth=self.teeth,
+            helix=float(np.deg2rad(self.helix_deg)),
+            speed=self.spindle_speed_rpm * 2.0 * np.pi / 60.0,
+        )
+        longest = float(np.diff(task.desired.time).max())
+        limit = cutter.tooth_period / _SAMPLES_PER_TOOTH
+        if self.force == "tooth-passing" and longest > limit:
+            raise CaseError(
+                f"process: a tooth passes every {1e3 * cutter.tooth_period:.4g} ms and the tool"
+                f" path has samples {1e3 * longest:.4g} ms apart; needed are at most"
+                f' {1e3 * limit:.4g} ms (sample_s), or force = "mean"'
+            )
+        coefficients = CuttingCoefficients(
+            self.K_tc_Pa,
+            self.K_rc_Pa,
+            self.K_ac_Pa,
+            self.K_te_N_m,
+            self.K_re_N_m,
+            self.K_ae_N_m,
+        )
+        milling = Milling(
+            part=task.part,
+            desired=task.desired,
+            cutter=cutter,
+            coefficients=coefficients,
+            engagement=self.engagement,
+            radial_depth=self.radial_depth_m or self.cutter_diameter_m,
+            surface=self.surface_z_m,
+        )
+        if not np.any(milling.feed_directions()):
+            raise CaseError("process: the tool path never moves in the part's x-y plane")
+        return FORCES[self.force](milling)

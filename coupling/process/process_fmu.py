@@ -1,0 +1,122 @@
+"""A process that comes as an FMU: poses of the tool in, forces out, mapped by name."""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import fmpy
+import numpy as np
+from pydantic import Field
+
+from coupling.errors import CaseError, ProcessError
+from coupling.path import ToolPath, WrenchHistory
+from coupling.process.base import Task
+from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
+from coupling.process_fmu_worker import SignalJob
+from coupling.tables import POSE_COLUMNS, WRENCH_COLUMNS
+from coupling.toolpaths.part import Part
+from coupling.worker import WorkerError, WorkerProcess
+from elastic_robot.toml_file import FilePath, Schema
+
+_LOG = logging.getLogger(__name__)
+
+PoseColumn = Literal["x", "y", "z", "qx", "qy", "qz", "qw"]
+WrenchColumn = Literal["fx", "fy", "fz", "mx", "my", "mz"]
+
+
+@dataclass(frozen=True)
+class ProcessFmu:
+    """A process FMU, run over the whole path in a process of its own.
+
+    Attributes:
+        file: FMI 2 or 3, co-simulation.
+        inputs: Names of its inputs by pose column; the pose at time[k] is held over the step that
+            ends there.
+        outputs: Names of its outputs by wrench column; those not named are zero.
+        parameters: Start values by name.
+        part: Placement of the part.
+        frame: Of poses and wrenches: "part" or "base".
+    """
+
+    file: Path
+    inputs: Mapping[PoseColumn, str]
+    outputs: Mapping[WrenchColumn, str]
+    parameters: Mapping[str, float | int | bool | str]
+    part: Part
+    frame: PoseFrame
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Simulate the FMU along a path and return its wrenches, base axes.
+
+        Raises:
+            ProcessError: If it cannot be run, does not know a name or fails.
+        """
+        poses = poses_in(self.frame, path, self.part)
+        job = SignalJob(
+            self.parameters,
+            path.time,
+            tuple(self.inputs.values()),
+            poses[:, [POSE_COLUMNS.index(name) for name in self.inputs]],
+            tuple(self.outputs.values()),
+        )
+        wrench = np.zeros((len(path.time), len(WRENCH_COLUMNS)))
+        wrench[:, [WRENCH_COLUMNS.index(name) for name in self.outputs]] = self._run(job)
+        if not np.all(np.isfinite(wrench)):
+            row = int(np.argmin(np.all(np.isfinite(wrench), axis=1)))
+            raise ProcessError(
+                f"{self.file}: an output is not finite at t = {path.time[row]:.6g} s"
+            )
+        return WrenchHistory(path.time, wrench_in_base(self.frame, wrench, path, self.part))
+
+    def _run(self, job: SignalJob) -> np.ndarray:
+        with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
+            try:
+                fmpy.extract(str(self.file), unzipdir=folder)
+            except Exception as cause:  # fmpy raises bare Exception for every broken file
+                raise ProcessError(f"{self.file}: is not a readable FMU: {cause}") from cause
+            try:
+                worker = WorkerProcess("coupling.process_fmu_worker", Path(folder))
+                try:
+                    worker.send(job)
+                    answers: np.ndarray = worker.receive(_tell)
+                finally:
+                    worker.close()
+            except WorkerError as cause:
+                raise ProcessError(f"{self.file}: {cause}") from cause
+        return answers
+
+
+def _tell(done: int, total: int) -> None:
+    _LOG.info("step %d of %d", done, total)
+
+
+class ProcessFmuTable(Schema):
+    """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame.
+
+    inputs has keys x, y, z [m], qx, qy, qz, qw; outputs has keys fx, fy, fz [N], mx, my, mz [N m]
+    on the tool at the TCP.  parameters are start values; frame is "part" unless given.
+    """
+
+    model: Literal["fmu"]
+    file: FilePath
+    inputs: Annotated[dict[PoseColumn, str], Field(min_length=1)]
+    outputs: Annotated[dict[WrenchColumn, str], Field(min_length=1)]
+    parameters: dict[str, float | int | bool | str] = {}
+    frame: PoseFrame = "part"
+
+    def process(self, task: Task) -> ProcessFmu:
+        """Return the FMU as a process.
+
+        Raises:
+            CaseError: If the file is not there.
+        """
+        if not self.file.is_file():
+            raise CaseError(f"process: file: {self.file} is not there; needed is an FMU")
+        return ProcessFmu(
+            self.file, self.inputs, self.outputs, self.parameters, task.part, self.frame
+        )
