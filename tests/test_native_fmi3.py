@@ -13,6 +13,7 @@ import fmpy
 import fmpy.validation
 import numpy as np
 import pytest
+from conftest import HERE
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
@@ -249,29 +250,22 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
     assert pair.get(three, "time") == [time]
 
 
-def test_fmpy_simulates_it_with_an_array_as_input(pair, example, tmp_path):
-    """Quasi-static, so the end's pose is that of the end's force and posture alone."""
-    file = build_native_fmu(example, tmp_path / "R.fmu", fmi="3")
-    force = np.array(
-        [(0.0, [0.0, 0.0, 0.0]), (1.0, [0.0, 0.0, -1000.0])],
-        dtype=[("time", float), ("force", float, (3,))],
-    )
-    result = fmpy.simulate_fmu(
-        str(file),
-        stop_time=1.0,
-        step_size=1 / 128,
-        output_interval=1 / 128,
-        start_values={"mode": "quasistatic", "q_cmd": POSTURE},
-        input=force,
-        output=["tcp.position", "tcp.orientation"],
-    )
-    slave = pair.started(mode="quasistatic")
-    pair.set(slave, "force", [0.0, 0.0, -1000.0 * 127 / 128])  # held from the last step's start
-    slave.doStep(0.0, 1.0)
+def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypatch):
+    """As stepped by hand with the force at each step's start, to the rounding of FMPy's times."""
+    build_native_fmu(example, tmp_path / "ElasticRobot3.fmu", fmi="3")
+    monkeypatch.chdir(tmp_path)
+    page = (HERE.parent / "docs" / "native.md").read_text()
+    (snippet,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, np.ndarray] = {}
+    exec(snippet, names)
+    result, slave, size = names["result"], pair.started(), 1 / 128
     assert result["tcp.position"].shape == (129, 3)
-    found = [*result["tcp.position"][-1], *result["tcp.orientation"][-1]]
-    expected = pair.get(slave, "tcp.position", "tcp.orientation")
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    for k in range(128):
+        pair.set(slave, "force", [0.0, 0.0, -1000.0 * k * size])
+        slave.doStep(k * size, size)
+        found = [*result["tcp.position"][k + 1], *result["tcp.orientation"][k + 1]]
+        expected = pair.get(slave, "tcp.position", "tcp.orientation")
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 
 
 def _advance(pair: Pair, slave: FMU3Slave, begin: int) -> list[list[float]]:
