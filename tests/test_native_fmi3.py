@@ -25,6 +25,7 @@ from coupling.errors import BuildError, SimulationError
 from coupling.fmu_export.arrays import array_variables
 from coupling.fmu_export.native_compiler import SOURCES, host_platform
 from coupling.fmu_export.native_fmu import build_native_fmu
+from coupling.fmu_export.native_standards import STANDARDS
 from coupling.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.interface import blocks
@@ -445,6 +446,30 @@ def test_sentences_go_to_the_masters_log_where_it_is_on(pair, capfd):
     assert said[0][2] == b"logStatusError"
     assert b"before initialisation has ended" in said[0][3]
     assert "initialisation" not in capfd.readouterr().err
+
+
+def test_sanitizers_find_nothing_in_random_calls(pair, tmp_path):
+    """Address and undefined behaviour; buffers of exactly the size that the FMU is told."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler named cc")
+    flags = ["-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Werror"]
+    flags += ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    files = [HERE / "native" / "host3.c", *STANDARDS["3"].sources()]
+    host = tmp_path / "host3"
+    include = f"-I{SOURCES / 'fmi'}"
+    subprocess.run([compiler, *flags, include, "-o", host, *files, "-lm"], check=True)
+    resources = pair.folder3 / "resources"
+    for folder, calls in ((f"{resources}/", "1000"), (str(resources), "20")):
+        done = subprocess.run(
+            [host, pair.description.guid, folder, calls],
+            env={},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith(f"{calls} calls")
 
 
 def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):
