@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 from conftest import HERE
+from emulators import EMULATORS
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
@@ -23,7 +25,7 @@ from random_robots import make_robot
 from build_fmu import build_kind, main
 from coupling.errors import BuildError, SimulationError
 from coupling.fmu_export.arrays import array_variables
-from coupling.fmu_export.native_compiler import SOURCES, host_platform
+from coupling.fmu_export.native_compiler import PLATFORMS, SOURCES, host_platform, zig
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from coupling.robot_fmu import RobotFmu
@@ -470,6 +472,29 @@ def test_sanitizers_find_nothing_in_random_calls(pair, tmp_path):
         )
         assert done.returncode == 0, done.stderr
         assert done.stdout.startswith(f"{calls} calls")
+
+
+@pytest.mark.skipif(
+    not EMULATORS or shutil.which("wine") is None,
+    reason="run by `make emulators`; needs ziglang and wine",
+)
+def test_a_windows_path_of_the_resources_is_taken_in_wine(pair, tmp_path):
+    """With backslashes and one at the end, as FMI 3.0 wants it there; the same random calls."""
+    files = [str(file) for file in (HERE / "native" / "host3.c", *STANDARDS["3"].sources())]
+    target = ["-target", PLATFORMS["win64"].target, "-o", str(tmp_path / "host3.exe")]
+    flags = [*target, "-std=c99", "-O1", "-fno-sanitize=all", f"-I{SOURCES / 'fmi'}"]
+    subprocess.run([*zig(), *flags, *files], cwd=tmp_path, check=True)
+    resources = f"Z:{pair.folder3 / 'resources'}/".replace("/", "\\")
+    done = subprocess.run(
+        [shutil.which("wine"), "host3.exe", pair.description.guid, resources, "200"],
+        cwd=tmp_path,
+        env={**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("200 calls")
 
 
 def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):

@@ -16,6 +16,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 from conftest import HERE
+from emulators import EMULATORS
 from fmpy.fmi2 import FMU2Slave
 from random_robots import make_robot
 
@@ -80,8 +81,6 @@ def start(slave: FMU2Slave, q=POSTURE, time=0.0, **strings: str) -> FMU2Slave:
     return slave
 
 
-# Emulators start slowly: `make emulators` asks for them.
-EMULATORS = "ELASTIC_ROBOT_EMULATORS" in os.environ and zig() is not None
 # Root of the emulated system's own libraries (Debian's libc6-arm64-cross).
 AARCH64_ROOT = Path("/usr/aarch64-linux-gnu")
 
