@@ -9,8 +9,8 @@ from coupling.fmu_export.arrays import array_variables
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.interface import Block, Variable
 
-# Name, causality, variability, unit, start, meaning.
 VariableRow = tuple[str, str, str, str, str, str]
+_VARIABLE_HEADER = ("name", "causality", "variability", "unit", "start", "meaning")
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; color: #222; max-width: 75em; margin: 2em auto; padding: 0 1em }
@@ -84,7 +84,6 @@ def array_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
     ]
 
 
-_VARIABLE_HEADER = ("name", "causality", "variability", "unit", "start", "meaning")
 _USE = """
 <p>Inputs are held over a communication step, outputs belong to its end. The drives follow the file
 named by <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code>
