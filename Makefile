@@ -5,7 +5,7 @@ PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test emulators figures comparison milling two-robots performance masters masters-table clean
+.PHONY: run test emulators figures comparison milling two-robots performance masters masters-table sheet-fem clean
 
 run: .venv/installed
 	rm -rf results/cone
@@ -36,6 +36,9 @@ two-robots: .venv/installed
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
+
+sheet-fem: .venv/installed
+	.venv/bin/python docs/make_sheet_fem.py
 
 # The co-simulation masters that the FMU is tried in; their tests are skipped without them.
 masters: .venv/masters

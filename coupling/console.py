@@ -80,10 +80,10 @@ class RunView:
         """Return the callbacks for a run."""
         return Watch(self._simulating, self._evaluated, self._passed)
 
-    def _simulating(self, mode: str, done: int, total: int) -> None:
+    def _simulating(self, what: str, done: int, total: int) -> None:
         self._progress.update(
             self._task,
-            description=f"simulating the {mode} robot",
+            description=what,
             completed=done,
             total=total,
             count=f"{done}/{total} steps",

@@ -18,7 +18,7 @@ class SimulationError(CouplingError):
 
 
 class ProcessError(CouplingError):
-    """A process has no answer: its program or FMU failed or answered nonsense."""
+    """A process has no answer: it cannot follow the path, or its program or FMU failed."""
 
 
 class ResultError(CouplingError):

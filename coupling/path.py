@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.workpiece import Workpiece
+
 _POSE, _TWIST, _WRENCH = 7, 6, 6  # columns of one tool
 
 
@@ -149,6 +151,7 @@ class WrenchHistory:
     Attributes:
         time: Rising [s], (n,).
         wrench: fx, fy, fz [N], mx, my, mz [N m] on each tool, (n, 6) for one.
+        workpiece: What the process leaves to look at, if anything.
 
     Raises:
         ValueError: As for ToolPath.
@@ -156,6 +159,7 @@ class WrenchHistory:
 
     time: np.ndarray
     wrench: np.ndarray
+    workpiece: Workpiece | None = None
 
     def __post_init__(self) -> None:
         _require_history(self.time, self.wrench, _WRENCH, "wrench history")

@@ -29,6 +29,7 @@ from coupling.tables import (
     read_table,
     write_table,
 )
+from coupling.workpiece import Workpiece
 
 _RESULT = "result.json"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
@@ -46,6 +47,7 @@ class StoredRun:
         joints: Joint angles of `command`.
         correction: command minus desired, (n, 6).
         wrench: On the tool.
+        workpieces: "before" and "after" compensation, where the process tells.
     """
 
     name: str
@@ -57,6 +59,7 @@ class StoredRun:
     joints: JointPath
     correction: np.ndarray
     wrench: WrenchHistory
+    workpieces: dict[str, Workpiece]
 
 
 @contextmanager
@@ -113,6 +116,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
     """
     try:
         (folder / "case.toml").write_text(tomli_w.dumps(case.resolved), encoding="utf-8")
+        _write_workpieces(folder, run)
         if run.gap is None:
             _write_robot(folder, case.name, run)
             return
@@ -171,6 +175,19 @@ def _write_robot(folder: Path, name: str, run: Run) -> None:
     correction = run.command.deviation_from(run.desired)
     _write(folder, "correction", CORRECTION_COLUMNS, run.command.time, correction)
     _write(folder, "wrench", WRENCH_COLUMNS, run.wrench.time, run.wrench.wrench)
+
+
+def _write_workpieces(folder: Path, run: Run) -> None:
+    for state, workpiece in (
+        ("before", run.workpiece_before),
+        ("after", run.wrench.workpiece),
+    ):
+        if workpiece is not None:
+            workpiece.write(_workpiece_file(folder, state))
+
+
+def _workpiece_file(folder: Path, state: str) -> Path:
+    return folder / f"workpiece_{state}.vtu"
 
 
 def _write(
@@ -264,6 +281,11 @@ def read_run(folder: Path) -> StoredRun:
             joints=JointPath(angles[:, 0], angles[:, 1:]),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            workpieces={
+                name: Workpiece.read(file)
+                for name in ("before", "after")
+                if (file := _workpiece_file(folder, name)).exists()
+            },
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

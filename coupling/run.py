@@ -19,7 +19,9 @@ from coupling.iteration import Evaluation, couple
 from coupling.path import JointPath, ToolPath, WrenchHistory
 from coupling.pinch import PinchGap
 from coupling.planning import Planner, RateWarning
+from coupling.process import Process, Watchable
 from coupling.robot_fmu import RobotFmu
+from coupling.workpiece import Workpiece
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Watch:
     """Called while a run goes on, for those who watch.
 
     Attributes:
-        progress: What is simulated, steps done, steps in all.
+        progress: What is going on, steps done, steps in all.
         evaluation: Each evaluation of the process, and the deviation from the desired path [m].
         finished_pass: Each pass of a compensation.
     """
@@ -62,7 +64,8 @@ class Run:
         converged, reason: The verdict in plain words.
         desired, uncompensated, achieved, command: Tool paths.
         joints: Joint angles of `command`.
-        wrench: Acting on the tool along `achieved`.
+        wrench: Acting on the tool along `achieved`, with the workpiece that it leaves.
+        workpiece_before: What the uncompensated command leaves, if the process tells.
         unloaded: The tool's path under gravity alone, desired path commanded.
         dynamic: Its path under `command` and `wrench` in dynamic mode; None where that was not run.
         passes: The way there, pass by pass.
@@ -83,6 +86,7 @@ class Run:
     command: ToolPath
     joints: JointPath
     wrench: WrenchHistory
+    workpiece_before: Workpiece | None
     unloaded: ToolPath
     dynamic: ToolPath | None
     passes: tuple[Pass, ...]
@@ -121,6 +125,7 @@ class _Desk:
     fmus: list[RobotFmu]
     robot: RobotFmu | Cell
     planner: Planner | Cell
+    process: Process
     watch: Watch
     durations: dict[str, float]
 
@@ -145,7 +150,10 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     fmus: list[RobotFmu] = []
 
     def progress(done: int, total: int) -> None:
-        watch.progress(fmus[0].mode, done, total)
+        watch.progress(f"simulating the {fmus[0].mode} robot", done, total)
+
+    def evaluating(done: int, total: int) -> None:
+        watch.progress("evaluating the process", done, total)
 
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -161,11 +169,14 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
             fmus.append(fmu)
             members.append(Member(placed.name, placed.placement, fmu, planner))
         durations["build"] = time.perf_counter() - start
+        process = case.process
+        if isinstance(process, Watchable):
+            process = process.watched(evaluating)
         if case.support is None:
-            yield _Desk(case, fmus, fmus[0], members[0].planner, watch, durations)
+            yield _Desk(case, fmus, fmus[0], members[0].planner, process, watch, durations)
         else:
             cell = Cell(tuple(members))
-            yield _Desk(case, fmus, cell, cell, watch, durations)
+            yield _Desk(case, fmus, cell, cell, process, watch, durations)
 
 
 def run_coupling(case: Case, watch: Watch | None = None) -> Run:
@@ -180,7 +191,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             unloaded = desk.unloaded(joints)
             result = couple(
                 desk.robot,
-                case.process,
+                desk.process,
                 joints,
                 case.scheme(),
                 case.coupling.tolerance(),
@@ -199,6 +210,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
             command=case.desired,
             joints=joints,
             wrench=result.wrench,
+            workpiece_before=result.wrench.workpiece,
             unloaded=unloaded,
             dynamic=None,
             passes=(first,),
@@ -221,7 +233,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
     with _desk(case, watch) as desk:
         method = METHODS[case.compensation.method](
             robot=desk.robot,
-            process=case.process,
+            process=desk.process,
             planner=desk.planner,
             scheme=case.scheme(),
             settings=case.compensation.settings(),
@@ -243,6 +255,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
             command=result.command,
             joints=result.joints,
             wrench=result.wrench,
+            workpiece_before=result.uncompensated.wrench.workpiece,
             unloaded=result.unloaded,
             dynamic=dynamic,
             passes=result.passes,

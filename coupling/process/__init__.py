@@ -3,13 +3,14 @@
 A process sees the whole actual tool path and returns the whole wrench history on the tool.
 """
 
-from coupling.process.base import Process, Task
+from coupling.process.base import Process, Task, Watchable
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.measured import Measured, MeasuredTable
 from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
+from coupling.process.sheet import SheetFemTable
 
 PROCESSES = {
     "elastic-wall": ElasticWallTable,
@@ -18,6 +19,7 @@ PROCESSES = {
     "isf-force-law": IsfForceLawTable,
     "measured": MeasuredTable,
     "milling-force": MillingForceTable,
+    "sheet-fem": SheetFemTable,
 }
 
 __all__ = [
@@ -34,5 +36,7 @@ __all__ = [
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",
+    "SheetFemTable",
     "Task",
+    "Watchable",
 ]

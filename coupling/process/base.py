@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, Self, runtime_checkable
 from uuid import uuid4
 
 from coupling.path import ToolPath, WrenchHistory
@@ -19,7 +20,27 @@ class Process(Protocol):
     """A process model."""
 
     def wrench(self, path: ToolPath) -> WrenchHistory:
-        """Return the wrench on the tool along an actual path, base axes."""
+        """Return the wrench on the tool along an actual path, base axes.
+
+        What there is to look at besides, such as a formed sheet, is the history's `workpiece`.
+        """
+        ...
+
+
+# Called with the work done and in all, in whatever unit the process counts.
+Progress = Callable[[int, int], None]
+
+
+def silent(done: int, total: int) -> None:
+    """Show no progress."""
+
+
+@runtime_checkable
+class Watchable(Process, Protocol):
+    """A process that takes longer than a second: it can tell how far it is."""
+
+    def watched(self, progress: Progress) -> Self:
+        """Return the same process, telling its progress."""
         ...
 
 

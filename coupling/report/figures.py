@@ -17,7 +17,8 @@ _UM = 1e6
 _FLOOR_UM = 1e-3
 
 
-def _style(figure: go.Figure, height: int = 380) -> go.Figure:
+def style(figure: go.Figure, height: int = 380) -> go.Figure:
+    """Give a figure the report's look."""
     figure.update_layout(
         template="plotly_white",
         height=height,
@@ -61,7 +62,7 @@ def convergence(run: StoredRun) -> go.Figure:
     )
     figure.update_xaxes(title="evaluation of the process", dtick=1)
     figure.update_yaxes(title="um", type="log")
-    return _style(figure)
+    return style(figure)
 
 
 def deviation(run: StoredRun) -> go.Figure:
@@ -93,7 +94,7 @@ def deviation(run: StoredRun) -> go.Figure:
     figure.update_yaxes(title="distance [um]", type="log", row=1, col=1)
     figure.update_yaxes(title="components before [um]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=2, col=1)
-    return _style(figure, 560)
+    return style(figure, 560)
 
 
 def wrench(run: StoredRun) -> go.Figure:
@@ -119,7 +120,7 @@ def wrench(run: StoredRun) -> go.Figure:
     if moments:
         figure.update_yaxes(title="moment [N m]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=1 + moments, col=1)
-    return _style(figure)
+    return style(figure)
 
 
 def amplification(run: StoredRun) -> int:
@@ -149,7 +150,7 @@ def paths(run: StoredRun, factor: int) -> go.Figure:
     add(run.achieved, f"after, deviation x {factor}", AFTER, 3)
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
     figure.update_layout(scene={**axes, "aspectmode": "data"})
-    return _style(figure, 620)
+    return style(figure, 620)
 
 
 def gap(cell: StoredCell) -> go.Figure:
@@ -163,7 +164,7 @@ def gap(cell: StoredCell) -> go.Figure:
     figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]")
     figure.update_xaxes(title="time [s]")
-    return _style(figure)
+    return style(figure)
 
 
 def cell(stored: StoredCell) -> go.Figure:
@@ -175,4 +176,4 @@ def cell(stored: StoredCell) -> go.Figure:
         figure.add_scatter3d(x=x, y=y, z=z, mode="lines", name=f"{name} tool", line=line)
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
     figure.update_layout(scene={**axes, "aspectmode": "data"})
-    return _style(figure, 560)
+    return style(figure, 560)

@@ -11,7 +11,7 @@ from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
-from coupling.report import figures
+from coupling.report import figures, workpiece_figures
 from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run
 
 _STYLE = """
@@ -62,6 +62,11 @@ def report_page(run: StoredRun) -> str:
         ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
         ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
     ]
+    if run.workpieces:
+        sections += [
+            ("Workpiece, cut", "cut", workpiece_figures.cut(run.workpieces), _CUT_TEXT),
+            ("Workpiece", "workpiece", workpiece_figures.fields(run.workpieces), _WORKPIECE_TEXT),
+        ]
     return _page(run.figures, _table(run.figures), sections)
 
 
@@ -122,6 +127,11 @@ _GAP_TEXT = (
 )
 _CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
 _WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
+_CUT_TEXT = "What the process leaves, cut along the part's x axis."
+_WORKPIECE_TEXT = (
+    "The same surface with its fields; choose one in the menu. The files workpiece_before.vtu and"
+    " workpiece_after.vtu hold it for ParaView."
+)
 
 
 def _path_text(factor: int) -> str:

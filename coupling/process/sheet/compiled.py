@@ -1,0 +1,44 @@
+"""The compiler of the inner loops: numba, of the extra `fem`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from coupling.errors import CaseError
+
+try:
+    import numba
+except ImportError as cause:
+    raise CaseError(
+        "process: sheet-fem needs the package numba, which is not installed; install the extra:"
+        " pip install 'elastic-robot-fmu[fem]', or pip install numba meshio"
+    ) from cause
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _forget_older_code() -> None:
+    """Drop compiled code older than any source beside it.
+
+    numba looks only at the file of a function, not at those of the functions that it calls.
+    """
+    folder = Path(__file__).parent
+    newest = max(source.stat().st_mtime for source in folder.glob("*.py"))
+    for index in folder.glob("__pycache__/*.nbi"):
+        if index.stat().st_mtime < newest:
+            index.unlink(missing_ok=True)
+
+
+_forget_older_code()
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function of numbers and arrays.
+
+    The code is kept beside the source; it runs without Python's lock.  Sums may be reordered.
+    """
+    reordering = {"contract", "reassoc", "nsz", "arcp"}
+    return numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=reordering)(function)

@@ -1,0 +1,40 @@
+"""Frictionless contact with a sphere by a smoothed penalty."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupling.process.sheet.compiled import compiled
+
+
+class Sphere(NamedTuple):
+    """The tool's hemispherical end.
+
+    Attributes:
+        center: In the part frame [m], (3,).
+        radius: [m].
+        stiffness: Pressure per penetration [Pa/m].
+        smoothing: Penetration over which the stiffness rises linearly from zero [m].
+    """
+
+    center: np.ndarray
+    radius: float
+    stiffness: float
+    smoothing: float
+
+
+@compiled
+def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[float, float]:
+    """Return pressure [Pa] and its slope [Pa/m]; continuous with its slope, zero without contact.
+
+    Example:
+        >>> pressure(2e-6, 1e12, 1e-6)
+        (1500000.0, 1000000000000.0)
+    """
+    if penetration <= 0.0:
+        return 0.0, 0.0
+    if penetration < smoothing:
+        return 0.5 * stiffness * penetration**2 / smoothing, stiffness * penetration / smoothing
+    return stiffness * (penetration - 0.5 * smoothing), stiffness

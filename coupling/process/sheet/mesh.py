@@ -1,0 +1,117 @@
+"""The sheet as a regular grid of C1 quadratic B-splines.
+
+Element (i, j) is shaped by the 3 x 3 control points (i..i+2, j..j+2).  The splines are uniform up to
+the edge: a row of control points lies half an element outside of it, and an edge is clamped (no
+displacement, no rotation) by holding the two outer rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Basis(NamedTuple):
+    """The nine splines of an element and their derivatives at points in it.
+
+    Spline 3 i + j belongs to the control point (i, j) of the element's patch.
+
+    Attributes:
+        value: (points, 9).
+        d1, d2: Slopes along x and y [1/m], (points, 9).
+        d11, d22, d12: Second derivatives [1/m2], (points, 9).
+        area: That a point stands for [m2], (points,).
+    """
+
+    value: np.ndarray
+    d1: np.ndarray
+    d2: np.ndarray
+    d11: np.ndarray
+    d22: np.ndarray
+    d12: np.ndarray
+    area: np.ndarray
+
+
+def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Basis:
+    """Return the splines at the points of a product rule.
+
+    Args:
+        rule: Points 0..1 and weights of one direction; the same in both.
+        size: Of an element in x and y [m].
+
+    Example:
+        >>> basis(gauss(1), (1.0, 1.0)).value[0, :3]
+        array([0.015625, 0.09375 , 0.015625])
+    """
+    u, weight = rule
+    value = np.column_stack([0.5 * (1.0 - u) ** 2, 0.5 + u - u**2, 0.5 * u**2])
+    slope = np.column_stack([u - 1.0, 1.0 - 2.0 * u, u])
+    curvature = np.tile([1.0, -2.0, 1.0], (len(u), 1))
+    hx, hy = size
+
+    def product(along_x: np.ndarray, along_y: np.ndarray) -> np.ndarray:
+        table = np.einsum("pi,qj->pqij", along_x, along_y)
+        return np.ascontiguousarray(table.reshape(len(u) ** 2, 9))
+
+    return Basis(
+        value=product(value, value),
+        d1=product(slope, value) / hx,
+        d2=product(value, slope) / hy,
+        d11=product(curvature, value) / hx**2,
+        d22=product(value, curvature) / hy**2,
+        d12=product(slope, slope) / (hx * hy),
+        area=np.outer(weight, weight).ravel() * hx * hy,
+    )
+
+
+def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return Gauss points on 0..1 and their weights."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return 0.5 * (points + 1.0), 0.5 * weights
+
+
+def midpoints(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middles of equal parts of 0..1 and their weights."""
+    return (np.arange(count) + 0.5) / count, np.full(count, 1.0 / count)
+
+
+@dataclass(frozen=True)
+class SheetMesh:
+    """Grid over a rectangle about the origin of the part's x-y plane.
+
+    Attributes:
+        size: Of the sheet in x and y [m].
+        elements: In x and y.
+        thickness: [m].
+
+    Example:
+        >>> mesh = SheetMesh((0.1, 0.1), (10, 10), 1e-3)
+        >>> mesh.control_points().shape
+        (12, 12, 3)
+    """
+
+    size: tuple[float, float]
+    elements: tuple[int, int]
+    thickness: float
+
+    @property
+    def element_size(self) -> tuple[float, float]:
+        """Sides of an element [m]."""
+        return self.size[0] / self.elements[0], self.size[1] / self.elements[1]
+
+    def control_points(self) -> np.ndarray:
+        """Return the control points of the flat sheet [m], (nx + 2, ny + 2, 3)."""
+        axes = [
+            (np.arange(count + 2) - 0.5) * h - 0.5 * side
+            for count, h, side in zip(self.elements, self.element_size, self.size, strict=True)
+        ]
+        x, y = np.meshgrid(*axes, indexing="ij")
+        return np.stack([x, y, np.zeros_like(x)], axis=-1)
+
+    def clamped(self) -> np.ndarray:
+        """Return which control points may move with all four edges clamped, (nx + 2, ny + 2, 3)."""
+        free = np.zeros((self.elements[0] + 2, self.elements[1] + 2, 3), dtype=bool)
+        free[2:-2, 2:-2] = True
+        return free

@@ -1,0 +1,132 @@
+"""Figures of what the process leaves: its shape in a cut, and its fields in space."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+from scipy.interpolate import LinearNDInterpolator
+
+from coupling.report.figures import AFTER, BEFORE, style
+from coupling.workpiece import Workpiece
+
+_COLORS = {"before": BEFORE, "after": AFTER}
+_MM = 1e3
+# Points of a cut.
+_SAMPLES = 400
+
+
+def cut(workpieces: dict[str, Workpiece]) -> go.Figure:
+    """Heights in the part's x-z plane, before and after compensation."""
+    figure = go.Figure()
+    for name, piece in workpieces.items():
+        x = np.linspace(*_range(piece.points[:, 0]), _SAMPLES)
+        height = LinearNDInterpolator(piece.points[:, :2], piece.points[:, 2])(x, 0.0)
+        figure.add_scatter(
+            x=_MM * x,
+            y=_MM * height,
+            name=f"{name} compensation",
+            line={"color": _COLORS[name]},
+        )
+    figure.update_xaxes(title="x in the part [mm]")
+    figure.update_yaxes(title="z [mm]")
+    return style(figure, 320)
+
+
+def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
+    """Every field of the workpiece before and after compensation, chosen from a menu."""
+    names = list(workpieces)
+    figure = make_subplots(
+        rows=1,
+        cols=len(names),
+        specs=[[{"type": "scene"}] * len(names)],
+        subplot_titles=[f"{name} compensation" for name in names],
+        horizontal_spacing=0.02,
+    )
+    first = next(iter(workpieces.values()))
+    labels = [*first.point_fields, *first.cell_fields]
+    limits = {
+        label: _range(np.concatenate([_values(piece, label) for piece in workpieces.values()]))
+        for label in labels
+    }
+    for column, piece in enumerate(workpieces.values(), start=1):
+        for label in labels:
+            figure.add_trace(
+                _surface(
+                    piece,
+                    label,
+                    limits[label],
+                    visible=label == labels[0],
+                    bar=column == len(names),
+                ),
+                row=1,
+                col=column,
+            )
+    buttons = [
+        {
+            "label": label,
+            "method": "restyle",
+            "args": [{"visible": [other == label for _ in names for other in labels]}],
+        }
+        for label in labels
+    ]
+    figure.update_layout(
+        updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.25}],
+    )
+    figure.update_scenes(
+        aspectmode="manual",
+        aspectratio={"x": 1.0, "y": 1.0, "z": 0.35},
+        camera_eye={"x": 1.2, "y": -1.2, "z": 1.1},
+        xaxis_title="x [mm]",
+        yaxis_title="y [mm]",
+        zaxis_title="z [mm]",
+    )
+    return style(figure, 460)
+
+
+def _values(piece: Workpiece, label: str) -> np.ndarray:
+    """Return a field of points or cells."""
+    fields = piece.cell_fields if label in piece.cell_fields else piece.point_fields
+    return fields[label]
+
+
+def _surface(
+    piece: Workpiece, label: str, limits: tuple[float, float], visible: bool, bar: bool
+) -> go.Mesh3d:
+    """Return the surface in triangles, coloured by a field of its points or cells."""
+    x, y, z = _MM * piece.points.T
+    triangles = _triangles(piece.cells)
+    of_cells = label in piece.cell_fields
+    values = _values(piece, label)
+    if of_cells:
+        values = np.tile(values, len(triangles) // len(values))
+    name, _, unit = label.partition(" [")
+    scale = _MM if unit == "m]" else 1.0
+    return go.Mesh3d(
+        x=x,
+        y=y,
+        z=z,
+        i=triangles[:, 0],
+        j=triangles[:, 1],
+        k=triangles[:, 2],
+        intensity=scale * values,
+        cmin=scale * limits[0],
+        cmax=scale * limits[1],
+        intensitymode="cell" if of_cells else "vertex",
+        colorscale="Viridis",
+        colorbar={"title": f"{name} [mm]" if unit == "m]" else label, "len": 0.8},
+        showscale=bar,
+        visible=visible,
+        flatshading=False,
+    )
+
+
+def _triangles(cells: np.ndarray) -> np.ndarray:
+    """Return cells as triangles; the two halves of all quadrangles one after the other."""
+    if cells.shape[1] == 3:
+        return cells
+    return np.vstack([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
