@@ -1,7 +1,7 @@
 """robot.toml -> ElasticRobot.fmu.
 
 python build_fmu.py [--robot ROBOT.toml] [-o FILE.fmu] [--kind python|native]
-                    [--platforms linux64,win64,...|all] [--sources]
+                    [--platforms linux64,win64,...|all] [--sources] [--fmi 2|3]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from types import MappingProxyType
 from coupling.errors import BuildError
 from coupling.fmu_export.native_compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
+from coupling.fmu_export.native_standards import STANDARDS
 from coupling.fmu_export.python_fmu import build_python_fmu as build
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
@@ -33,6 +34,7 @@ def build_kind(
     kind: str,
     platforms: str = "",
     with_sources: bool = False,
+    fmi: str = "2",
 ) -> Path:
     """Write a robot's FMU of either kind.
 
@@ -43,6 +45,7 @@ def build_kind(
         kind: One of KINDS.
         platforms: Of a native FMU: names with commas between them, or "all"; empty: this machine's.
         with_sources: Pack the C sources of a native FMU as well.
+        fmi: Version of FMI; 3 is for a native FMU.
 
     Returns:
         The file.
@@ -54,10 +57,10 @@ def build_kind(
         raise BuildError(f"kind is {kind!r}; needed is one of {', '.join(KINDS)}")
     if kind == "native":
         names = list(PLATFORMS) if platforms == "all" else [n for n in platforms.split(",") if n]
-        return build_native_fmu(robot, file, names, with_sources, resources)
-    if platforms or with_sources:
+        return build_native_fmu(robot, file, names, with_sources, resources, fmi)
+    if platforms or with_sources or fmi != "2":
         raise BuildError(
-            "platforms and sources are chosen for an FMU in Python; needed is --kind native"
+            "platforms, sources or FMI 3 are chosen for an FMU in Python; needed is --kind native"
         )
     return build(robot, file, resources)
 
@@ -76,6 +79,7 @@ def main(arguments: list[str] | None = None) -> int:
         help=f"of a native FMU: {','.join(PLATFORMS)} or all; this machine's unless given",
     )
     parser.add_argument("--sources", action="store_true", help="pack the C sources as well")
+    parser.add_argument("--fmi", choices=STANDARDS, default="2", help="version of FMI")
     options = parser.parse_args(arguments)
     try:
         robot = load_robot(find_robot(options.robot))
@@ -85,6 +89,7 @@ def main(arguments: list[str] | None = None) -> int:
             kind=options.kind,
             platforms=options.platforms,
             with_sources=options.sources,
+            fmi=options.fmi,
         )
     except (BuildError, ElasticRobotError) as error:
         print(f"error: {error}", file=sys.stderr)

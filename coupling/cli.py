@@ -54,11 +54,12 @@ def build(
         str, typer.Option(help="Of a native FMU: linux64,win64,... or all; this machine's.")
     ] = "",
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
+    fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
     file = build_fmu.build_kind(
-        described, output, kind=kind, platforms=platforms, with_sources=sources
+        described, output, kind=kind, platforms=platforms, with_sources=sources, fmi=fmi
     )
     Console().print(f"{file}: built")
 

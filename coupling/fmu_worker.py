@@ -63,6 +63,8 @@ class Worker:
 
     def __init__(self, folder: Path) -> None:
         description = fmpy.read_model_description(str(folder))
+        if description.fmiVersion != "2.0":
+            raise ValueError(f"it is of FMI {description.fmiVersion}; needed is one of FMI 2.0")
         self._references = {v.name: v.valueReference for v in description.modelVariables}
         self._fmu = FMU2Slave(
             guid=description.guid,

@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from html import escape
 
+from coupling.fmu_export.arrays import array_variables
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.interface import Block, Variable
+
+VariableRow = tuple[str, str, str, str, str, str]
+_VARIABLE_HEADER = ("name", "causality", "variability", "unit", "start", "meaning")
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; color: #222; max-width: 75em; margin: 2em auto; padding: 0 1em }
@@ -17,12 +21,15 @@ code { background: #f4f4f4; padding: .1em .3em }
 """
 
 
-def index_html(robot: Robot, blocks: Mapping[str, Block], version: str, needs: str) -> str:
+def index_html(
+    robot: Robot, variables: Iterable[VariableRow], fmi_version: str, version: str, needs: str
+) -> str:
     """Return the page: conventions, frames, joints, bodies, variables.
 
     Args:
         robot: The robot in the FMU.
-        blocks: Its variables.
+        variables: Lines of the table of variables.
+        fmi_version: Such as 2.0.
         version: Of the model.
         needs: What the host must have, as HTML.
     """
@@ -34,7 +41,7 @@ def index_html(robot: Robot, blocks: Mapping[str, Block], version: str, needs: s
             f"<style>{_STYLE}</style></head><body>",
             f"<h1>{name}</h1>",
             f"<p>Industrial robot with {len(robot.joints)} joints that give way under load, as an FMI"
-            f" 2.0 co-simulation unit. Model version {escape(version)}.</p>",
+            f" {fmi_version} co-simulation unit. Model version {escape(version)}.</p>",
             _USE,
             f'<p>{needs} Licences: <a href="licenses/">licenses</a>.</p>',
             "<h2>Frames and signs</h2>",
@@ -45,11 +52,36 @@ def index_html(robot: Robot, blocks: Mapping[str, Block], version: str, needs: s
             "<h2>Bodies</h2>",
             _bodies(robot),
             "<h2>Variables</h2>",
-            _variables(blocks),
+            _table("", list(_VARIABLE_HEADER), [list(row) for row in variables]),
             "</body></html>",
             "",
         ]
     )
+
+
+def scalar_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
+    """Return the lines of the table for FMI 2.0: one for each element."""
+    return [
+        (v.name, block.causality, block.variability, v.unit, _start(v), v.text)
+        for block in blocks.values()
+        for v in block.variables
+    ]
+
+
+def array_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
+    """Return the lines of the table for FMI 3.0: arrays with their sizes."""
+    return [
+        (
+            array.name if array.is_scalar else f"{array.name}[{len(array.elements)}]",
+            blocks[name].causality,
+            blocks[name].variability,
+            array.elements[0].unit,
+            " ".join(_start(v) for v in array.elements).strip(),
+            array.text,
+        )
+        for name, arrays in array_variables(blocks).items()
+        for array in arrays
+    ]
 
 
 _USE = """
@@ -117,15 +149,6 @@ def _bodies(robot: Robot) -> str:
 
 def _body(name: str, body: Body) -> list[str]:
     return [name, f"{body.mass:.6g}", _vector(body.com), _vector(body.inertia)]
-
-
-def _variables(blocks: Mapping[str, Block]) -> str:
-    rows = [
-        [v.name, block.causality, block.variability, v.unit, _start(v), v.text]
-        for block in blocks.values()
-        for v in block.variables
-    ]
-    return _table("", ["name", "causality", "variability", "unit", "start", "meaning"], rows)
 
 
 def _start(variable: Variable) -> str:

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMI 2.0 co-simulation FMU, from blocks of variables."""
+"""modelDescription.xml: what the descriptions of FMI 2.0 and 3.0 share."""
 
 from __future__ import annotations
 
@@ -8,14 +8,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from coupling.fmu_export.units import BASE_UNITS
 from elastic_robot.interface import Block, Variable
-
-LOG_CATEGORIES = {
-    "logStatusWarning": "Messages with status fmi2Warning",
-    "logStatusDiscard": "Messages with status fmi2Discard",
-    "logStatusError": "Messages with status fmi2Error",
-    "logStatusFatal": "Messages with status fmi2Fatal",
-    "logAll": "All messages",
-}
 
 
 @dataclass(frozen=True)
@@ -28,7 +20,7 @@ class About:
         version: Of the model.
         tool: That wrote it.
         date: UTC, ISO 8601, ending in Z.
-        capabilities: Flags of `CoSimulation` that are true.
+        capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
         tolerance: To begin with.
     """
@@ -43,26 +35,21 @@ class About:
     tolerance: float
 
 
-def model_description(
-    about: About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
-) -> bytes:
-    """Return modelDescription.xml.
-
-    Value references are the variables' places in the order of the blocks.  Every real is stated
-    explicitly where FMI has a default, since masters differ in the defaults that they assume.
+def root_element(about: About, fmi_version: str, token_name: str, token: str) -> Element:
+    """Return the root.
 
     Args:
         about: What the FMU is.
-        blocks: Its variables.
-        guid: Ties the description to the binary.
-        source_files: C files under sources/ that make up the library, if they are in the FMU.
+        fmi_version: That it is written for.
+        token_name: Name of the attribute that ties the description to the binary.
+        token: Its value.
     """
-    root = Element(
+    return Element(
         "fmiModelDescription",
         {
-            "fmiVersion": "2.0",
+            "fmiVersion": fmi_version,
             "modelName": about.model_name,
-            "guid": guid,
+            token_name: token,
             "description": about.description,
             "author": "The elastic-robot-fmu authors",
             "version": about.version,
@@ -73,11 +60,42 @@ def model_description(
             "variableNamingConvention": "structured",
         },
     )
-    _add_co_simulation(root, about, source_files)
-    _add_units(root, blocks)
+
+
+def add_co_simulation(root: Element, about: About, flags: Iterable[str]) -> Element:
+    """Add the element `CoSimulation` and return it; flags are all that this FMI version knows.
+
+    Every flag is stated, since masters differ in the defaults that they assume.
+    """
+    known = list(flags)
+    unknown = set(about.capabilities) - set(known)
+    assert not unknown, unknown
+    attributes = {name: _boolean(name in about.capabilities) for name in known}
+    attributes["maxOutputDerivativeOrder"] = "0"
+    return SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
+
+
+def add_units(root: Element, blocks: Mapping[str, Block], more: Iterable[str] = ()) -> None:
+    """Add the units that the variables have, and more."""
+    used = {v.unit for block in blocks.values() for v in block.variables if v.unit} | set(more)
+    definitions = SubElement(root, "UnitDefinitions")
+    for unit in sorted(used):
+        element = SubElement(definitions, "Unit", {"name": unit})
+        SubElement(element, "BaseUnit", {k: str(n) for k, n in BASE_UNITS[unit].items()})
+
+
+def add_log_categories(root: Element, status_prefix: str) -> None:
+    """Add the categories of the standard; its names of a status begin with a prefix."""
     categories = SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", {"name": name, "description": description})
+    for status in ("Warning", "Discard", "Error", "Fatal"):
+        description = f"Messages with status {status_prefix}{status}"
+        names = {"name": f"logStatus{status}", "description": description}
+        SubElement(categories, "Category", names)
+    SubElement(categories, "Category", {"name": "logAll", "description": "All messages"})
+
+
+def add_experiment(root: Element, about: About) -> None:
+    """Add the experiment to begin with."""
     SubElement(
         root,
         "DefaultExperiment",
@@ -88,98 +106,48 @@ def model_description(
             "stepSize": repr(about.step_size),
         },
     )
-    variables = SubElement(root, "ModelVariables")
-    reference = 0
-    for block in blocks.values():
-        for variable in block.variables:
-            variables.append(_variable(block, variable, reference))
-            reference += 1
-    _add_structure(root, blocks)
-    indent(root, " ")
-    text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
 
 
-def _add_co_simulation(root: Element, about: About, source_files: Iterable[str]) -> None:
-    flags = (
-        "needsExecutionTool",
-        "canHandleVariableCommunicationStepSize",
-        "canInterpolateInputs",
-        "canRunAsynchronuously",
-        "canBeInstantiatedOnlyOncePerProcess",
-        "canNotUseMemoryManagementFunctions",
-        "canGetAndSetFMUstate",
-        "canSerializeFMUstate",
-        "providesDirectionalDerivative",
-    )
-    unknown = set(about.capabilities) - set(flags)
-    assert not unknown, unknown
-    attributes = {name: _boolean(name in about.capabilities) for name in flags}
-    attributes["maxOutputDerivativeOrder"] = "0"
-    element = SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
-    names = list(source_files)
-    if names:
-        listed = SubElement(element, "SourceFiles")
-        for name in names:
-            SubElement(listed, "File", {"name": name})
-
-
-def _add_units(root: Element, blocks: Mapping[str, Block]) -> None:
-    used = sorted({v.unit for block in blocks.values() for v in block.variables if v.unit})
-    definitions = SubElement(root, "UnitDefinitions")
-    for unit in used:
-        element = SubElement(definitions, "Unit", {"name": unit})
-        SubElement(element, "BaseUnit", {k: str(n) for k, n in BASE_UNITS[unit].items()})
-
-
-def _variable(block: Block, variable: Variable, reference: int) -> Element:
-    element = Element(
-        "ScalarVariable",
-        {
-            "name": variable.name,
-            "valueReference": str(reference),
-            "description": variable.text,
-            "causality": block.causality,
-            "variability": block.variability,
-        },
-    )
+def variable_attributes(block: Block, name: str, text: str, reference: int) -> dict[str, str]:
+    """Return the attributes that variables of every type have."""
+    attributes = {
+        "name": name,
+        "valueReference": str(reference),
+        "description": text,
+        "causality": block.causality,
+        "variability": block.variability,
+    }
     if block.causality != "input":  # inputs have no initial (FMI 2.0.4, table on page 49)
-        element.set("initial", "calculated" if block.causality == "output" else "exact")
-    if not variable.unit:
-        SubElement(element, "String", {"start": str(variable.start)})
-        return element
+        attributes["initial"] = "calculated" if block.causality == "output" else "exact"
+    return attributes
+
+
+def range_attributes(variable: Variable) -> dict[str, str]:
+    """Return the attributes of a real that hold for a whole array of its kind."""
     numbers = {
         "min": variable.minimum,
         "max": variable.maximum,
         "nominal": variable.nominal,
-        "start": variable.start,
     }
     given = {name: repr(value) for name, value in numbers.items() if value is not None}
-    SubElement(element, "Real", {"unit": variable.unit, **given})
-    return element
+    return {"unit": variable.unit, **given}
 
 
-def _add_structure(root: Element, blocks: Mapping[str, Block]) -> None:
-    index: dict[str, range] = {}  # numbers of the variables, from 1
-    first = 1
-    for name, block in blocks.items():
-        index[name] = range(first, first + len(block.variables))
-        first += len(block.variables)
-    outputs = [name for name, block in blocks.items() if block.causality == "output"]
-    structure = SubElement(root, "ModelStructure")
-    for element, by in (
-        ("Outputs", {name: blocks[name].follows for name in outputs}),
-        ("InitialUnknowns", {name: blocks[name].starts_from for name in outputs}),
-    ):
-        unknowns = SubElement(structure, element)
-        for name in outputs:
-            numbers = _sorted_text(k for known in by[name] for k in index[known])
-            for k in index[name]:
-                SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": numbers})
+def output_names(blocks: Mapping[str, Block]) -> list[str]:
+    """Return the names of the blocks of outputs."""
+    return [name for name, block in blocks.items() if block.causality == "output"]
 
 
-def _sorted_text(numbers: Iterable[int]) -> str:
+def sorted_text(numbers: Iterable[int]) -> str:
+    """Return numbers in their order with blanks between them."""
     return " ".join(str(k) for k in sorted(numbers))
+
+
+def xml_text(root: Element) -> bytes:
+    """Return the file."""
+    indent(root, " ")
+    text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
 
 
 def _boolean(value: bool) -> str:

@@ -112,7 +112,6 @@ def compile_library(
             *(str(source.resolve()) for source in sources),
             *([] if target.suffix == ".dll" else ["-lm"]),
         ]
-        # Zig leaves files where it is started.
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise CompilerError(f"{' '.join(compiler)} failed for {target.name}:\n{done.stderr}")
@@ -149,7 +148,9 @@ def _compiler(target: Platform) -> list[str]:
 
 def _key(compiler: Sequence[str], flags: Sequence[str], sources: Sequence[Path]) -> str:
     """Hash of all that decides what the library will be."""
-    version = subprocess.run([*compiler, "--version"], capture_output=True, check=False).stdout
+    with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
+        asked = [*compiler, "--version"]
+        version = subprocess.run(asked, cwd=folder, capture_output=True, check=False).stdout
     digest = hashlib.sha256(repr((list(compiler), list(flags))).encode() + version)
     headers = sorted(SOURCES.glob("**/*.h"))
     for file in [*sources, *headers]:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
-from coupling.fmu_export.documentation import index_html
+from coupling.fmu_export.documentation import index_html, scalar_rows
 from coupling.fmu_export.identity import ICON, about_robot
 from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.fmu_export.requirements import (
@@ -60,7 +60,7 @@ def build_python_fmu(
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
         ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'
     )
-    html = index_html(robot, table, elastic_robot.__version__, needs)
+    html = index_html(robot, scalar_rows(table), "2.0", elastic_robot.__version__, needs)
     texts = {
         "resources/requirements.txt": "\n".join([*pip_requirements(), ""]),
         "resources/environment.yml": conda_environment(),

@@ -11,8 +11,9 @@ from pathlib import Path
 from pythonfmu.builder import FmuBuilder
 
 from coupling.fmu_export.archive import content_guid, write_fmu
+from coupling.fmu_export.fmi2_description import fmi2_description
 from coupling.fmu_export.identity import license_text
-from coupling.fmu_export.model_description import About, model_description
+from coupling.fmu_export.model_description import About
 from elastic_robot.interface import Block
 
 _LICENSES = {"license.txt": "elastic-robot-fmu", "pythonfmu.txt": "pythonfmu"}
@@ -65,7 +66,7 @@ def write_slave(
         BuildError: If the file cannot be written.
     """
     # The description is part of the content that the GUID stands for.
-    draft = model_description(about, blocks, guid="")
+    draft = fmi2_description(about, blocks, guid="")
     guid = content_guid({**entries, "modelDescription.xml": draft})
-    described = {**entries, "modelDescription.xml": model_description(about, blocks, guid)}
+    described = {**entries, "modelDescription.xml": fmi2_description(about, blocks, guid)}
     write_fmu(file, described, date)

@@ -5,6 +5,7 @@ from __future__ import annotations
 # Exponents of the base units (FMI 2.0.4, 2.2.2); all variables are in coherent SI units, factor 1.
 BASE_UNITS: dict[str, dict[str, int]] = {
     "1": {},
+    "s": {"s": 1},
     "m": {"m": 1},
     "m/s": {"m": 1, "s": -1},
     "m/s2": {"m": 1, "s": -2},

@@ -21,6 +21,25 @@ void er_layout_of(const er_robot *robot, er_layout *layout)
     }
 }
 
+int er_array_size(const er_layout *layout, unsigned reference)
+{
+    er_block block;
+    int k, size;
+    if (reference >= (unsigned)er_real_count(layout))
+        return 0;
+    block = (er_block)layout->block[reference];
+    k = (int)reference - layout->first[block];
+    size = layout->first[block + 1] - layout->first[block];
+    switch (block) {
+    case ER_WRENCH: case ER_TCP: case ER_RIGID: case ER_DEVIATION: /* place and turn */
+        return k == 0 ? 3 : k == 3 ? size - 3 : 0;
+    case ER_STIFFNESS: case ER_DAMPING: case ER_BACKLASH_WIDTH: /* scalars that name their joint */
+        return 1;
+    default:
+        return k == 0 ? size : 0;
+    }
+}
+
 void er_variable_name(const er_layout *layout, const er_robot *robot, int reference,
                       char name[ER_VARIABLE_TEXT])
 {

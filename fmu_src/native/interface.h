@@ -53,6 +53,10 @@ static inline bool er_is_output(er_block block)
     return block >= ER_TCP && block <= ER_DEFLECTION;
 }
 
+/* FMI 3.0 joins reals to arrays, which have the value reference of their first element: number of
+ * elements of the variable with a reference, 0 if there is none. */
+int er_array_size(const er_layout *layout, unsigned reference);
+
 #define ER_VARIABLE_TEXT 64
 
 /* Name of a real variable, as in modelDescription.xml, and its unit. */

@@ -1,0 +1,97 @@
+"""The versions of FMI that a native FMU can be of, and what differs between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from coupling.fmu_export.documentation import VariableRow, array_rows, scalar_rows
+from coupling.fmu_export.fmi2_description import fmi2_description
+from coupling.fmu_export.fmi3_description import build_description, fmi3_description
+from coupling.fmu_export.identity import ICON
+from coupling.fmu_export.model_description import About
+from coupling.fmu_export.native_compiler import SOURCES, Platform, core_sources
+from elastic_robot.interface import MODEL_NAME, Block
+
+Blocks = Mapping[str, Block]
+
+
+@dataclass(frozen=True)
+class Standard:
+    """A version of FMI.
+
+    Attributes:
+        version: As `fmiVersion` states it.
+        capabilities: Flags of `CoSimulation` that are true.
+        functions: C files with the standard's functions, beside the core.
+        types_header: The standard's own header with the notice of its licence.
+        folder: Gives the name of the folder under binaries/ for a platform.
+        describe: Gives modelDescription.xml from what the FMU is, its variables, the token that ties
+            it to its binary and the C files packed with it.
+        further_entries: Gives what else this version wants in the archive, from the packed C files.
+        variable_rows: Gives the lines of the documentation's table.
+    """
+
+    version: str
+    capabilities: tuple[str, ...]
+    functions: tuple[str, ...]
+    types_header: str
+    folder: Callable[[Platform], str]
+    describe: Callable[[About, Blocks, str, tuple[str, ...]], bytes]
+    further_entries: Callable[[tuple[str, ...]], dict[str, bytes]]
+    variable_rows: Callable[[Blocks], Iterable[VariableRow]]
+
+    def sources(self) -> list[Path]:
+        """Return the C files of the FMU's library."""
+        return [*core_sources(), *(SOURCES / name for name in self.functions)]
+
+    def headers_license(self) -> str:
+        """Return the notice of the standard's own headers, which the libraries are compiled with."""
+        text = (SOURCES / "fmi" / self.types_header).read_text(encoding="utf-8")
+        return text[text.index("Copyright") : text.index("*/")].rstrip("- \n") + "\n"
+
+
+def _icon(source_files: tuple[str, ...]) -> dict[str, bytes]:
+    return {"model.png": ICON.read_bytes()}
+
+
+def _build_description(source_files: tuple[str, ...]) -> dict[str, bytes]:
+    if not source_files:
+        return {}
+    return {"sources/buildDescription.xml": build_description(MODEL_NAME, source_files)}
+
+
+STANDARDS = {
+    "2": Standard(
+        version="2.0",
+        capabilities=(
+            "canHandleVariableCommunicationStepSize",
+            "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
+            "providesDirectionalDerivative",
+        ),
+        functions=("fmi2.c",),
+        types_header="fmi2TypesPlatform.h",
+        folder=lambda platform: platform.name,
+        describe=fmi2_description,
+        further_entries=_icon,
+        variable_rows=scalar_rows,
+    ),
+    "3": Standard(
+        version="3.0",
+        capabilities=(
+            "canGetAndSetFMUState",
+            "canSerializeFMUState",
+            "providesDirectionalDerivatives",
+            "canHandleVariableCommunicationStepSize",
+        ),
+        functions=("fmi3.c", "fmi3_absent.c"),
+        types_header="fmi3PlatformTypes.h",
+        folder=lambda platform: platform.machine,
+        describe=lambda about, blocks, token, _: fmi3_description(about, blocks, token),
+        further_entries=_build_description,
+        variable_rows=array_rows,
+    ),
+}
