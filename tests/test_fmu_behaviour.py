@@ -9,6 +9,7 @@ import sys
 
 import pytest
 from conftest import HERE
+from pythonfmu.builder import FmuBuilder
 from random_robots import make_robot
 
 from build_fmu import build_kind
@@ -17,6 +18,31 @@ from elastic_robot.description import Body, Joint, Robot
 
 def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
     run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
+
+
+PROMISES = [
+    "rollback",
+    "serialised_state",
+    "not_a_number",
+    "negative_stiffness",
+    "unknown_text",
+    "step_from_elsewhere",
+    "initial_outputs",
+]
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_promises_are_kept(example_fmu, run_host, promise):
+    run_host("promises", example_fmu, promise)
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_a_stock_fmu_breaks_them(run_host, tmp_path, promise):
+    """So that the tests above can fail."""
+    options = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
+    stock = HERE / "stock" / "stock_robot.py"
+    file = FmuBuilder.build_FMU(stock, dest=tmp_path, **options)
+    assert "AssertionError" in run_host("promises", file, promise, succeeds=False)
 
 
 NEEDED = {

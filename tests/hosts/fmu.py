@@ -16,7 +16,7 @@ class Fmu:
     """An unpacked FMU."""
 
     def __init__(self, file):
-        self.description = fmpy.read_model_description(file)
+        self.description = fmpy.read_model_description(file, validate=False)
         self.folder = fmpy.extract(file)
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
@@ -45,7 +45,8 @@ class Instance:
             self.slave.setString([self._references[name]], [value])
         self.slave.enterInitializationMode()
         posture = {name: q for name, q in POSTURE.items() if name in self._references}
-        self.set({**posture, **reals})
+        if posture or reals:
+            self.set({**posture, **reals})
         self.slave.exitInitializationMode()
         self.time = time
         return self

@@ -3,7 +3,7 @@
 import random
 
 import numpy as np
-from pythonfmu import Fmi2Causality, Fmi2Slave, Real, String
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
 
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.robot_file import load_robot, shipped_robots
@@ -13,17 +13,35 @@ from elastic_robot.trajectory import HeldCommand
 class StockRobot(Fmi2Slave):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.force_z = 0.0
-        self.x, self.y, self.z = 0.0, 0.0, 0.0
-        self.stiffness = 1.0 / 3.0
-        self.mode = "dynamic"
-        self.register_variable(Real("force_z", causality=Fmi2Causality.input))
-        for name in ("x", "y", "z"):
-            self.register_variable(Real(name, causality=Fmi2Causality.output))
-        self.register_variable(Real("stiffness", causality=Fmi2Causality.parameter))
-        self.register_variable(String("mode", causality=Fmi2Causality.parameter))
+        self.values = {"force.z": 0.0, "tcp.x": 0.0, "tcp.y": 0.0, "tcp.z": 0.0}
+        self.values |= {"joint[2].stiffness": 1.0 / 3.0, "mode": "dynamic"}
+        causalities = ["input", "output", "output", "output", "parameter"]
+        for name, causality in zip(self.values, causalities, strict=False):
+            kind = "tunable" if causality == "parameter" else "continuous"
+            real = Real(
+                name,
+                causality=Fmi2Causality[causality],
+                variability=Fmi2Variability[kind],
+                **self.access(name),
+            )
+            self.register_variable(real, nested=False)
+        self.register_variable(
+            String(
+                "mode",
+                causality=Fmi2Causality.parameter,
+                variability=Fmi2Variability.fixed,
+                **self.access("mode"),
+            ),
+            nested=False,
+        )
         self.noise = random.random()
-        self.robot = None
+        self.time, self.robot = 0.0, None
+
+    def access(self, name):
+        return {
+            "getter": lambda: self.values[name],
+            "setter": lambda value: self.values.update({name: value}),
+        }
 
     def exit_initialization_mode(self):
         self.robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]))
@@ -31,7 +49,9 @@ class StockRobot(Fmi2Slave):
         self.robot.reset(0.0, self.drives, np.zeros(6))
 
     def do_step(self, current_time, step_size):
-        wrench = np.array([0.0, 0.0, self.force_z, 0.0, 0.0, 0.0])
-        self.robot.step(current_time + step_size, self.drives, wrench)
-        self.x, self.y, self.z = self.robot.tcp()[:3].tolist()
+        wrench = np.array([0.0, 0.0, self.values["force.z"], 0.0, 0.0, 0.0])
+        self.time += step_size
+        self.robot.step(self.time, self.drives, wrench)
+        for axis, value in zip("xyz", self.robot.tcp()[:3].tolist(), strict=True):
+            self.values[f"tcp.{axis}"] = value
         return True
