@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 from conftest import HERE
@@ -329,7 +331,10 @@ def test_every_process_answers_on_the_paths_time_axis(tmp_path):
             **{"helix_deg": 30.0, "spindle_speed_rpm": 2e4, **dict.fromkeys(coefficients, 1e4)},
         },
     }
+    sheet = tomllib.loads((HERE.parent / "examples" / "cases" / "cone_fem.toml").read_text())
+    tables["sheet-fem"] = sheet["process"] | {"sheet_size_m": [0.1, 0.1], "element_m": 0.005}
+    tables["sheet-fem"] |= {"position_m": 0.01}
     assert set(tables) == set(PROCESSES)
     for name, table in PROCESSES.items():
-        process = table.model_validate({"model": name, **tables[name]}).process(task)
+        process = table.model_validate(tables[name] | {"model": name}).process(task)
         assert np.array_equal(process.wrench(task.desired).time, task.desired.time)
