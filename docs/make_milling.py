@@ -23,6 +23,7 @@ from coupling.planning import Planner
 from coupling.process.milling_force import MeanMilling, ToothPassing
 from coupling.robot_fmu import RobotFmu
 from coupling.run import run_compensation
+from docs.picture_style import styled
 from docs.screenshot import NoBrowserError, save_side_by_side
 
 DOCS = Path(__file__).parent
@@ -155,7 +156,7 @@ def forces() -> go.Figure:
     figure.update_xaxes(title="time [ms]", row=2)
     figure.update_yaxes(title="across the feed [N]", row=1, col=1)
     figure.update_yaxes(title="along the feed [N]", row=2, col=1)
-    return _styled(figure, 1000, 560)
+    return styled(figure, 1000, 560)
 
 
 def deviations(still: Mapping[int, Milled], moving: Mapping[int, Milled]) -> go.Figure:
@@ -173,7 +174,7 @@ def deviations(still: Mapping[int, Milled], moving: Mapping[int, Milled]) -> go.
             )  # fmt: skip
     figure.update_xaxes(title="time [s]")
     figure.update_yaxes(title="pushed across the feed [um]")
-    return _styled(figure, 1000, 460)
+    return styled(figure, 1000, 460)
 
 
 def close_up(moving: Mapping[int, Milled]) -> go.Figure:
@@ -191,19 +192,7 @@ def close_up(moving: Mapping[int, Milled]) -> go.Figure:
         )  # fmt: skip
     figure.update_xaxes(title="time [ms]")
     figure.update_yaxes(title="ripple across the feed [um]")
-    return _styled(figure, 1000, 340)
-
-
-def _styled(figure: go.Figure, width: int, height: int) -> go.Figure:
-    figure.update_layout(
-        template="plotly_white",
-        width=width,
-        height=height,
-        margin={"l": 70, "r": 20, "t": 50, "b": 50},
-        legend={"orientation": "h", "y": 1.14, "x": 0.5, "xanchor": "center"},
-        font={"family": "system-ui, sans-serif", "size": 14},
-    )
-    return figure
+    return styled(figure, 1000, 340)
 
 
 def force_table(moving: Mapping[int, Milled]) -> str:

@@ -13,6 +13,7 @@ from coupling.process.supported_forming import SupportedForming
 from coupling.report.figures import AFTER, BEFORE, DESIRED
 from coupling.results import runs_of_robots
 from coupling.run import Run, run_compensation
+from docs.picture_style import styled
 from docs.screenshot import NoBrowserError, save_side_by_side
 
 DOCS = Path(__file__).parent
@@ -50,7 +51,7 @@ def tools(case: Case) -> go.Figure:
             )  # fmt: skip
     figure.update_xaxes(title="x of the part [mm]")
     figure.update_yaxes(title="z [mm]", scaleanchor="x")
-    return _styled(figure, 700, 480)
+    return styled(figure, 700, 480)
 
 
 def gap(run: Run) -> go.Figure:
@@ -66,7 +67,7 @@ def gap(run: Run) -> go.Figure:
     figure.add_hline(y=_MM * run.gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]", rangemode="tozero")
     figure.update_xaxes(title="time [s]")
-    return _styled(figure, 520, 420)
+    return styled(figure, 520, 420)
 
 
 def deviations(robots: dict[str, Run]) -> go.Figure:
@@ -82,19 +83,7 @@ def deviations(robots: dict[str, Run]) -> go.Figure:
             figure.add_scatter(x=path.time, y=distance, name=f"{name}, {state}", line=line)
     figure.update_yaxes(title="deviation [um]", type="log")
     figure.update_xaxes(title="time [s]")
-    return _styled(figure, 520, 420)
-
-
-def _styled(figure: go.Figure, width: int, height: int) -> go.Figure:
-    figure.update_layout(
-        template="plotly_white",
-        width=width,
-        height=height,
-        margin={"l": 70, "r": 20, "t": 50, "b": 50},
-        legend={"orientation": "h", "y": 1.14, "x": 0.5, "xanchor": "center"},
-        font={"family": "system-ui, sans-serif", "size": 14},
-    )
-    return figure
+    return styled(figure, 520, 420)
 
 
 def table(run: Run, robots: dict[str, Run]) -> str:
