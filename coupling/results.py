@@ -86,7 +86,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
         os.replace(scratch, folder)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
-    except BaseException as error:
+    except BaseException as error:  # an interrupt as well: what was computed is worth finding
         if (scratch / EVALUATIONS).exists():
             error.add_note(f"what the process computed is kept in {scratch / EVALUATIONS}")
         raise

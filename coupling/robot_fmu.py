@@ -10,13 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-import fmpy
 import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.fmu_worker import Job
 from coupling.path import JointPath, ToolPath, WrenchHistory
-from coupling.worker import Progress, WorkerError, WorkerProcess
+from coupling.worker import Progress, WorkerError, WorkerProcess, unpack
 from elastic_robot.fingerprint import fingerprint
 
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
@@ -60,10 +59,8 @@ class RobotFmu:
                 f"the folder for temporary files is {self._folder.name!r}; needed is a path of plain"
                 " letters, digits and -_. (set TMPDIR), because the FMU's binary cannot take others"
             )
-        try:
-            fmpy.extract(str(file), unzipdir=self._folder.name)
-        except Exception as cause:  # fmpy raises bare Exception for every kind of broken file
-            raise SimulationError(f"{file}: is not a readable FMU: {cause}") from cause
+        with _simulation_errors(f"{file}: "):
+            unpack(file, Path(self._folder.name))
         self.fingerprint = fingerprint(Path(self._folder.name, "resources"))
         self._processes = [self._start()]
 

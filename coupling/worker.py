@@ -19,6 +19,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import fmpy
+
 from coupling.errors import CouplingError
 
 Progress = Callable[[int, int], None]
@@ -27,6 +29,18 @@ Work = Callable[[Any, Progress], Any]
 
 class WorkerError(CouplingError):
     """A job failed, with the reason in the worker's words, or the worker has died."""
+
+
+def unpack(file: Path, folder: Path) -> None:
+    """Unpack an FMU for a worker.
+
+    Raises:
+        WorkerError: If the file is no readable archive.
+    """
+    try:
+        fmpy.extract(str(file), unzipdir=str(folder))
+    except Exception as cause:  # fmpy raises bare Exception for every kind of broken file
+        raise WorkerError(f"is not a readable FMU: {cause}") from cause
 
 
 class WorkerProcess:

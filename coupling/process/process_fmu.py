@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-import fmpy
 import numpy as np
 from pydantic import Field
 
@@ -20,7 +19,7 @@ from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
 from coupling.process_fmu_worker import SignalJob
 from coupling.tables import POSE_COLUMNS, WRENCH_COLUMNS
 from coupling.toolpaths.part import Part
-from coupling.worker import WorkerError, WorkerProcess
+from coupling.worker import WorkerError, WorkerProcess, unpack
 from elastic_robot.toml_file import FilePath, Schema
 
 _LOG = logging.getLogger(__name__)
@@ -76,10 +75,7 @@ class ProcessFmu:
     def _run(self, job: SignalJob) -> np.ndarray:
         with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
             try:
-                fmpy.extract(str(self.file), unzipdir=folder)
-            except Exception as cause:  # fmpy raises bare Exception for every broken file
-                raise ProcessError(f"{self.file}: is not a readable FMU: {cause}") from cause
-            try:
+                unpack(self.file, Path(folder))
                 worker = WorkerProcess("coupling.process_fmu_worker", Path(folder))
                 try:
                     worker.send(job)
