@@ -53,7 +53,7 @@ def _reported(method):
     def wrapper(self, *args):
         try:
             return method(self, *args)
-        except Exception as error:
+        except Exception as error:  # whatever it is, it is raised again
             text = f"{self.instance_name}: {error}"
             print(text, file=sys.stderr, flush=True)
             self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf

@@ -47,7 +47,7 @@ def run(description, folder, job):
             rows.append(instance.getReal(outputs))
         instance.terminate()
         return {"values": np.array(rows)}
-    except Exception as error:
+    except Exception as error:  # the test reads which
         return {"error": np.array(str(error))}
     finally:
         instance.fmi2FreeInstance(instance.component)  # unloading the library may crash

@@ -66,10 +66,6 @@ class RealVariables:
         """Return the values from one block to another, a view."""
         return self.values[self._slices[first].start : self._slices[last].stop]
 
-    def name(self, key: str, number: int) -> str:
-        """Return the name of a block's variable."""
-        return self._names[self._slices[key].start + number]
-
     def places(self, references: Sequence[int]) -> Places:
         """Return where variables are; masters ask for the same few lists over and over.
 
@@ -117,9 +113,9 @@ class RealVariables:
         values = self.block(key)
         bad = np.flatnonzero(values <= 0.0 if above else values < 0.0)
         if len(bad):
-            unit = self._table[key].variables[bad[0]].unit
+            k = self._slices[key].start + bad[0]
             raise ParameterError(
-                f"{self.name(key, bad[0])} is {values[bad[0]]} {unit}; needed is a number"
+                f"{self._names[k]} is {self.values[k]} {self._units[k]}; needed is a number"
                 f" {'>' if above else '>='} 0"
             )
 
