@@ -36,6 +36,11 @@ def test_promises_are_kept(example_fmu, run_host, promise):
     run_host("promises", example_fmu, promise)
 
 
+def test_a_refused_step_leaves_the_parameters_as_they_were(example_fmu, run_host):
+    """The compliance, computed when read, is still that of the old gravity."""
+    run_host("promises", example_fmu, "parameters_before_a_refused_step")
+
+
 @pytest.mark.parametrize("promise", PROMISES)
 def test_a_stock_fmu_breaks_them(run_host, tmp_path, promise):
     """So that the tests above can fail."""

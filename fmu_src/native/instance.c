@@ -200,10 +200,22 @@ static bool take_parameters(er_instance *instance)
     return true;
 }
 
+/* After a refused step: the model goes on with what it had, the new parameters wait again. */
+static void return_parameters(er_instance *instance, const er_parameters *parameters,
+                              const er_state *state)
+{
+    er_model_take_parameters(instance->model, parameters);
+    instance->model->memory.state = *state;
+    instance->progress.parameters_changed = true;
+}
+
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
     char number[NUMBER_TEXT], other[NUMBER_TEXT];
+    const bool parameters_changed = progress->parameters_changed;
+    const er_parameters parameters = instance->model->memory.parameters;
+    const er_state untouched = instance->model->memory.state;
     er_state before;
     double end = start + size;
     if (!progress->started)
@@ -221,8 +233,11 @@ bool er_instance_step(er_instance *instance, double start, double size)
         return false;
     before = instance->model->memory.state;
     if (!er_model_step(instance->model, end, &instance->inputs.command, instance->inputs.wrench,
-                       &instance->failure))
+                       &instance->failure)) {
+        if (parameters_changed)
+            return_parameters(instance, &parameters, &untouched);
         return false;
+    }
     depart(instance, &before, end, true);
     progress->time = end;
     instance->fresh = 0;

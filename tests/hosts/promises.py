@@ -58,6 +58,16 @@ def negative_stiffness(fmu):
     refused(call)
 
 
+def parameters_before_a_refused_step(fmu):
+    strings = {"mode": "quasistatic"}
+    before = fmu.instance().start(strings=strings).get()
+    instance = fmu.instance().start(strings=strings)  # which has not read its outputs yet
+    instance.set({"gravity.z": -1e9})
+    refused(lambda: instance.step(0.01))
+    instance.set({"gravity.z": -9.81})
+    np.testing.assert_array_equal(instance.get(), before)
+
+
 def unknown_text(fmu):
     instance = fmu.instance()
     refused(lambda: instance.start(strings={"mode": "statick"}))

@@ -21,6 +21,16 @@ def shake(instance, first, count=24):
 def save(fmu, folder, strings):
     instance = fmu.instance().start(strings=strings)
     shake(instance, 0)
+    # What the stepper knows of its last step goes along: nothing is changed before the next one.
+    plain = instance.time, instance.slave.getFMUstate()
+    plain_data = instance.slave.serializeFMUstate(plain[1])
+    plain_expected = shake(instance, 24)
+    for again in (plain[1], instance.slave.deSerializeFMUstate(plain_data)):
+        instance.slave.setFMUstate(again)
+        instance.time = plain[0]
+        np.testing.assert_array_equal(shake(instance, 24), plain_expected)
+    instance.slave.setFMUstate(plain[1])
+    instance.time = plain[0]
     # A tunable parameter that waits for the next step belongs to the state as well.
     instance.set({"joint[2].stiffness": 1.7e6})
     time, state = instance.time, instance.slave.getFMUState()
