@@ -41,7 +41,7 @@ class SheetSettings:
 
     Attributes:
         layers: Gauss points over the thickness.
-        window: Half side of the square about the tool in which control points may move [m].
+        window: Half side of the square about a tool in which control points may move [m].
         opening_radius: Of the backing plate under the sheet [m]; None: no plate.
     """
 
@@ -114,6 +114,23 @@ class SheetModel:
             ]
         return Box(*bounds)
 
+    def near(
+        self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]
+    ) -> Box:
+        """Return the smallest box over the windows of all tools that may touch the sheet on a move.
+
+        Without any it is the whole sheet.
+        """
+        boxes = [
+            self.window(b.center)
+            for a, b in zip(before, after, strict=True)
+            if not (self.clear_of(state, a) and self.clear_of(state, b))
+        ]
+        if not boxes:
+            return self.everywhere()
+        first_x, last_x, first_y, last_y = zip(*boxes, strict=True)
+        return Box(min(first_x), max(last_x), min(first_y), max(last_y))
+
     def clear_of(self, state: SheetState, sphere: Sphere) -> bool:
         """Return whether a sphere is farther from all control points than it could touch."""
         patches = state.points
@@ -143,6 +160,7 @@ class SheetModel:
         Raises:
             ProcessError: If no equilibrium is found even in the smallest parts.
         """
+        near = self.near(state, before, after)
         done, part, cuts = 0.0, 1.0, 0
         while True:
             target = min(done + part, 1.0)
@@ -150,7 +168,7 @@ class SheetModel:
                 b._replace(center=(1.0 - target) * a.center + target * b.center)
                 for a, b in zip(before, after, strict=True)
             )
-            found = self._find(state, tools, box)
+            found = self._find(state, tools, box, near)
             if found is None:
                 part *= 0.5
                 cuts += 1
@@ -165,17 +183,17 @@ class SheetModel:
             if done >= 1.0:
                 return found
 
-    def _find(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> Equilibrium | None:
-        """Return the equilibrium of a box; for the whole sheet, the tool's window goes first.
+    def _find(
+        self, state: SheetState, tools: tuple[Sphere, ...], box: Box, near: Box
+    ) -> Equilibrium | None:
+        """Return the equilibrium of a box; a smaller one near the tools goes first.
 
         What is left for the costly iterations of the whole sheet is then nearly linear.
         """
         start = None
-        if tools and box == self.everywhere():
-            near = find_equilibrium(
-                self.assemble, state, tools, self.window(tools[0].center), self._newton
-            )
-            start = near.state.points if near else None
+        if near != box == self.everywhere():
+            first = find_equilibrium(self.assemble, state, tools, near, self._newton)
+            start = first.state.points if first else None
         return find_equilibrium(self.assemble, state, tools, box, self._newton, start)
 
     def _supported(self, value: np.ndarray) -> np.ndarray:
