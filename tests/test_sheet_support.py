@@ -52,10 +52,8 @@ def test_two_tools_and_the_clamps_hold_the_sheet_in_balance():
     assert found.forces[1, 2] < -50.0
     free = SheetModel(sheet.mesh, ALUMINIUM, free=np.ones((14, 14, 3), dtype=bool))
     flat = free.flat()
-    internal, *_ = free.assemble(
-        free.everywhere(), found.state.points, flat.plastic, (),
-        np.empty_like(flat.plastic), np.empty_like(flat.stretch),
-    )  # fmt: skip
+    shape = replace(flat, points=found.state.points)
+    internal = free.assemble(free.everywhere(), flat, (), shape).residual
     internal = internal.reshape(14, 14, 3)
     inner = internal[2:-2, 2:-2].sum(axis=(0, 1))
     clamps = internal.sum(axis=(0, 1)) - inner

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from coupling.process.sheet.element import Shell
 from coupling.process.sheet.equilibrium import (
     Equilibrium,
     NewtonSettings,
-    SheetState,
     find_equilibrium,
 )
 from coupling.process.sheet.material import Material
 from coupling.process.sheet.mesh import SheetMesh, basis, gauss, midpoints
+from coupling.process.sheet.state import SheetState
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
@@ -27,6 +27,8 @@ _CONTACT_POINTS = 8
 _PENALTY = 0.3
 # Penetration over which the penalty sets in, over the thickness.
 _SMOOTHING = 0.003
+# Elastic slip at which the sheet slides along a tool, over the thickness.
+_SLIP = 0.01
 # Newton's method: unbalanced force over yield stress times thickness squared ...
 _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
@@ -43,11 +45,13 @@ class SheetSettings:
         layers: Gauss points over the thickness.
         window: Half side of the square about a tool in which control points may move [m].
         opening_radius: Of the backing plate under the sheet [m]; None: no plate.
+        friction: Coefficient between tools and sheet; the plate is frictionless.
     """
 
     layers: int = 5
     window: float = 0.03
     opening_radius: float | None = None
+    friction: float = 0.0
 
 
 class SheetModel:
@@ -74,6 +78,7 @@ class SheetModel:
         rule = np.polynomial.legendre.leggauss(self._layers)
         self._penalty = _PENALTY * material.youngs_modulus / thickness
         self._smoothing = _SMOOTHING * thickness
+        self._slip = _SLIP * thickness
         contact_basis = basis(midpoints(_CONTACT_POINTS), size)
         self._start = mesh.control_points()
         self.assemble = Assembler(
@@ -97,8 +102,16 @@ class SheetModel:
         return SheetState(self._start.copy(), np.zeros((*points, self._layers, 4)), np.ones(points))
 
     def sphere(self, center: np.ndarray, radius: float) -> Sphere:
-        """Return a tool with this model's penalty; center in the sheet's frame [m], (3,)."""
-        return Sphere(np.asarray(center, dtype=float), radius, self._penalty, self._smoothing)
+        """Return a tool at rest with this model's contact; center in the sheet's frame [m], (3,)."""
+        return Sphere(
+            np.asarray(center, dtype=float),
+            radius,
+            self._penalty,
+            self._smoothing,
+            self.settings.friction,
+            self._slip,
+            np.zeros(3),
+        )
 
     def window(self, center: np.ndarray) -> Box:
         """Return the box of control points about a tool's place [m], (2,) or more."""
@@ -114,9 +127,7 @@ class SheetModel:
             ]
         return Box(*bounds)
 
-    def near(
-        self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]
-    ) -> Box:
+    def near(self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]) -> Box:
         """Return the smallest box over the windows of all tools that may touch the sheet on a move.
 
         Without any it is the whole sheet.
@@ -161,11 +172,16 @@ class SheetModel:
             ProcessError: If no equilibrium is found even in the smallest parts.
         """
         near = self.near(state, before, after)
+        if len(state.slip) != len(before):
+            state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
         done, part, cuts = 0.0, 1.0, 0
         while True:
             target = min(done + part, 1.0)
             tools = tuple(
-                b._replace(center=(1.0 - target) * a.center + target * b.center)
+                b._replace(
+                    center=(1.0 - target) * a.center + target * b.center,
+                    moved=(target - done) * (b.center - a.center),
+                )
                 for a, b in zip(before, after, strict=True)
             )
             found = self._find(state, tools, box, near)

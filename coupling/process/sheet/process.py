@@ -54,7 +54,7 @@ class SheetFem:
         ]
         places = np.stack(centers, axis=1)[self.schedule.positions]
         moves = [self._spheres(place) for place in places]
-        forces = np.zeros(places.shape)
+        forces, moments = np.zeros(places.shape), np.zeros(places.shape)
         loaded = state = self.model.flat()
         before, touching = moves[0], False
         for k, after in enumerate(moves):
@@ -63,7 +63,7 @@ class SheetFem:
                 whole = self.schedule.everywhere[k]
                 box = self.model.everywhere() if whole else self.model.near(state, before, after)
                 found = self.model.equilibrium(state, before, after, box)
-                state, forces[k] = found.state, found.forces
+                state, forces[k], moments[k] = found.state, found.forces, found.moments
                 touching = bool(np.any(forces[k]))
                 if touching:
                     loaded = state
@@ -72,17 +72,22 @@ class SheetFem:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
         self.progress(len(moves), len(moves))
         wrenches = [
-            self._wrench(tool, center, forces[:, k])
+            self._wrench(tool, center, forces[:, k], moments[:, k])
             for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True))
         ]
         formed = formed_sheet(self.model.mesh, loaded, state)
         return replace(WrenchHistory.of_tools(wrenches), workpiece=formed)
 
-    def _wrench(self, path: ToolPath, centers: np.ndarray, forces: np.ndarray) -> WrenchHistory:
-        """Return the wrench at a TCP of forces through the sphere's centre, given at positions."""
-        force = self.part.rotation.apply(self.force_factor * self.schedule.interpolated(forces))
+    def _wrench(
+        self, path: ToolPath, centers: np.ndarray, forces: np.ndarray, moments: np.ndarray
+    ) -> WrenchHistory:
+        """Return the wrench at a TCP of wrenches at the sphere's centre, given at positions."""
+        force, own = (
+            self.part.rotation.apply(self.force_factor * self.schedule.interpolated(values))
+            for values in (forces, moments)
+        )
         center = self.part.position + self.part.rotation.apply(centers)
-        moment = np.cross(center - path.position, force)
+        moment = own + np.cross(center - path.position, force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
     def _centers(self, path: ToolPath, radius: float) -> np.ndarray:

@@ -34,6 +34,7 @@ class SheetFemTable(Schema):
     hardening_exponent: Annotated[float, Field(ge=0.0, lt=1.0)]
     prestrain: Positive | None = None
     tool_diameter_m: Positive
+    friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     force_factor: Positive = 1.0
     element_m: Positive = 0.005
     layers: Annotated[int, Field(ge=2, le=20)] = 5
@@ -94,7 +95,9 @@ class SheetFemTable(Schema):
             prestrain,
             self.hardening_exponent,
         )
-        settings = SheetSettings(self.layers, self.window_m, self.backing_radius_m)
+        settings = SheetSettings(
+            self.layers, self.window_m, self.backing_radius_m, self.friction_coefficient
+        )
         return SheetFem(
             part=task.part,
             model=SheetModel(
