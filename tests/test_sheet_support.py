@@ -19,6 +19,9 @@ from coupling.process import PROCESSES, Task
 from coupling.process.sheet.forming import SheetModel, SheetSettings
 from coupling.process.sheet.material import Material
 from coupling.process.sheet.mesh import SheetMesh
+from coupling.report.page import write_report
+from coupling.results import read_cell, write_run
+from coupling.run import run_coupling
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 
@@ -206,7 +209,29 @@ def test_a_support_that_leaves_the_sheet_is_refused():
         table(sheet_size_m=[0.04, 0.016], element_m=0.003).supported_process(task, support)
 
 
-def test_the_example_is_a_cell_with_a_sheet():
-    case = load_case(CASES / "two_robots_fem.toml")
-    assert len(case.robots) == 2
-    assert case.process.tool_radii == (0.005, 0.005)
+def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path):
+    """One small contour: both tools are pushed apart, and the cell's report has the sheet."""
+    text = (CASES / "two_robots_fem.toml").read_text()
+    for old, new in (
+        ("radius_m       = 0.02", "radius_m = 0.01"),
+        ("step_down_m    = 0.001", "step_down_m = 0.002"),
+        ("[0.08, 0.08]", "[0.06, 0.06]"),
+        ("tolerance_m     = 1e-5", "tolerance_m = 5e-5"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file, out = tmp_path / "small.toml", tmp_path / "out"
+    file.write_text(text)
+    case = load_case(file)
+    run = run_coupling(case)
+    assert run.converged, run.reason
+    into_part = case.part.rotation.inv()
+    forming, behind = (into_part.apply(tool.wrench[:, :3]) for tool in run.wrench.tools)
+    assert forming[:, 2].max() > 100.0
+    assert behind[:, 2].min() < -50.0
+    assert np.all(forming[:, 2] >= -1e-9)
+    assert np.all(behind[:, 2] <= 1e-9)
+    out.mkdir()
+    write_run(out, case, run)
+    assert set(read_cell(out).workpieces) == {"before", "after"}
+    assert 'id="workpiece"' in write_report(out).read_text()
