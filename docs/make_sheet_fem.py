@@ -38,7 +38,7 @@ def _verdict(run: Run) -> str:
     gravity, process = 1e6 * run.shares.gravity.maximum, 1e6 * run.shares.process.maximum
     return (
         f"Verdict: {run.reason}; {run.process_evaluations} evaluations of the process, {each:.0f} s"
-        f" each on average.\nDeviation at most {before:.0f} um before (gravity alone {gravity:.0f} um, the"
+        f" each on average.\nDeviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
         f" process {process:.0f} um)\nand {after:.1f} um after, the process evaluated on the path really"
         f" taken. Peak force {run.wrench.peak_force:.0f} N.\n"
     )
