@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
+from coupling.process import PROCESSES, Task
 from coupling.process.sheet.forming import SheetModel, SheetSettings
 from coupling.process.sheet.friction import elastic_slip
 from coupling.process.sheet.material import Material
 from coupling.process.sheet.mesh import SheetMesh
 from coupling.process.sheet.state import SheetState
+from coupling.toolpaths.part import Part
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -203,3 +208,28 @@ def test_slip_is_forgotten_out_of_contact(strokes):
     touched = np.argwhere(np.any(slip != 0.0, axis=(2, 3)))
     middle = (touched + 0.5) * 0.0025 - 0.015
     assert np.max(np.linalg.norm(middle - [3e-3, 1e-3], axis=1)) < 3.5e-3
+
+
+def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
+    """Along a stroke in +x: mu F_z more against it, and hardly a moment about the TCP from that."""
+    text = (Path(__file__).parents[1] / "examples" / "cases" / "cone_fem.toml").read_text()
+    small = {"sheet_size_m": [0.04, 0.04], "element_m": 0.004, "position_m": 0.002}
+    data = tomllib.loads(text)["process"] | small
+    part = Part(np.array([1.0, 0.2, 0.3]), Rotation.identity())
+    time = np.linspace(0.0, 3.0, 31)
+    corners = np.array([[-2e-3, 0, 1e-3], [-2e-3, 0, -4e-4], [2e-3, 0, -4e-4], [2e-3, 0, 1e-3]])
+    points = np.column_stack([np.interp(time, np.arange(4), column) for column in corners.T])
+    path = part.tool_path(time, points)
+    wrenches = [
+        PROCESSES["sheet-fem"]
+        .model_validate(data | {"friction_coefficient": mu})
+        .process(Task(part, path))
+        .wrench(path)
+        .wrench
+        for mu in (0.0, 0.2)
+    ]
+    sliding = (time > 1.5) & (time < 2.0)
+    added = (wrenches[1] - wrenches[0])[sliding]
+    normal = wrenches[1][sliding, 2]
+    np.testing.assert_allclose(-added[:, 0] / normal, 0.2, rtol=0.03)
+    assert np.max(np.abs(added[:, 4])) < 0.1 * RADIUS * 0.2 * normal.max()
