@@ -215,12 +215,14 @@ class StoredCell:
         robots: The run of every robot, by name.
         time: Of the gap [s], (n,).
         gap: Between the tools before and after compensation [m], (n, 2).
+        workpieces: "before" and "after" compensation, where the process tells.
     """
 
     figures: dict[str, Any]
     robots: dict[str, StoredRun]
     time: np.ndarray
     gap: np.ndarray
+    workpieces: dict[str, Workpiece]
 
 
 def is_cell(folder: Path) -> bool:
@@ -237,7 +239,17 @@ def read_cell(folder: Path) -> StoredCell:
     table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
     names = sorted(file.parent.name for file in folder.glob(f"*/{_RESULT}"))
     robots = {name: read_run(folder / name) for name in names}
-    return StoredCell(_read_figures(folder), robots, table[:, 0], table[:, 1:])
+    return StoredCell(
+        _read_figures(folder), robots, table[:, 0], table[:, 1:], _read_workpieces(folder)
+    )
+
+
+def _read_workpieces(folder: Path) -> dict[str, Workpiece]:
+    return {
+        name: Workpiece.read(file)
+        for name in ("before", "after")
+        if (file := _workpiece_file(folder, name)).exists()
+    }
 
 
 def _read_figures(folder: Path) -> dict[str, Any]:
@@ -281,11 +293,7 @@ def read_run(folder: Path) -> StoredRun:
             joints=JointPath(angles[:, 0], angles[:, 1:]),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
-            workpieces={
-                name: Workpiece.read(file)
-                for name in ("before", "after")
-                if (file := _workpiece_file(folder, name)).exists()
-            },
+            workpieces=_read_workpieces(folder),
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

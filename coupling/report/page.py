@@ -13,6 +13,7 @@ from plotly.offline import get_plotlyjs
 from coupling.errors import ResultError
 from coupling.report import figures, workpiece_figures
 from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run
+from coupling.workpiece import Workpiece
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -62,12 +63,18 @@ def report_page(run: StoredRun) -> str:
         ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
         ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
     ]
-    if run.workpieces:
-        sections += [
-            ("Workpiece, cut", "cut", workpiece_figures.cut(run.workpieces), _CUT_TEXT),
-            ("Workpiece", "workpiece", workpiece_figures.fields(run.workpieces), _WORKPIECE_TEXT),
-        ]
+    sections += _of_workpieces(run.workpieces)
     return _page(run.figures, _table(run.figures), sections)
+
+
+def _of_workpieces(workpieces: dict[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
+    """Return the sections of what a process leaves, none where it leaves nothing."""
+    if not workpieces:
+        return []
+    return [
+        ("Workpiece, cut", "cut", workpiece_figures.cut(workpieces), _CUT_TEXT),
+        ("Workpiece", "workpiece", workpiece_figures.fields(workpieces), _WORKPIECE_TEXT),
+    ]
 
 
 def cell_page(cell: StoredCell) -> str:
@@ -88,6 +95,7 @@ def cell_page(cell: StoredCell) -> str:
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
         ("Tools in the cell", "path", figures.cell(cell), _CELL_TEXT),
         ("Convergence", "convergence", figures.convergence(first), _CONVERGENCE_TEXT),
+        *_of_workpieces(cell.workpieces),
     ]
     return _page(cell.figures, table, sections)
 
