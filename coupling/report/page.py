@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
 from coupling.report import figures, workpiece_figures
-from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run
+from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
 from coupling.workpiece import Workpiece
 
 _STYLE = """
@@ -60,8 +60,8 @@ def report_page(run: StoredRun) -> str:
     sections = [
         ("Path", "path", figures.paths(run, factor), _path_text(factor)),
         ("Convergence", "convergence", figures.convergence(run), _CONVERGENCE_TEXT),
-        ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
-        ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
+        ("Deviation along the path", "deviation", figures.deviation(run), _deviation_text(run)),
+        ("Wrench along the path", "wrench", figures.wrench(run), _wrench_text(run)),
     ]
     sections += _of_workpieces(run.workpieces)
     return _page(run.figures, _table(run.figures), sections)
@@ -81,13 +81,14 @@ def cell_page(cell: StoredCell) -> str:
     """Return the page of a cell, which leads to those of its robots."""
     rows = "".join(
         f'<tr><td><a href="{name}/report.html">{name}</a></td>'
-        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _before_and_after(run.figures))
+        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _deviations(run.figures).values())
         + f"<td>{run.figures['peak_force_N']:.1f}</td></tr>"
         for name, run in cell.robots.items()
     )
     table = (
-        "<table><tr><th>robot</th><th>deviation before, max [um]</th><th>after, max [um]</th>"
-        f"<th>peak force [N]</th></tr>{rows}</table>"
+        "<table><tr><th>deviation, max [um]</th>"
+        + "".join(f"<th>{name}</th>" for name in stages(cell.figures))
+        + f"<th>peak force [N]</th></tr>{rows}</table>"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
     )
     first = next(iter(cell.robots.values()))
@@ -100,8 +101,10 @@ def cell_page(cell: StoredCell) -> str:
     return _page(cell.figures, table, sections)
 
 
-def _before_and_after(figures_: dict[str, Any]) -> tuple[float, float]:
-    return figures_["deviation_before_m"]["maximum"], figures_["deviation_after_m"]["maximum"]
+def _deviations(figures_: dict[str, Any]) -> dict[str, float]:
+    """Return the largest deviations [m] by `stages`."""
+    values = (figures_[f"deviation_{name}_m"]["maximum"] for name in ("before", "after"))
+    return dict(zip(stages(figures_), values, strict=False))
 
 
 def _page(
@@ -126,20 +129,30 @@ _CONVERGENCE_TEXT = (
     "Thin lines: how far the robot's answer is from the path that the process saw, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
 )
-_DEVIATION_TEXT = (
-    "Distance between actual and desired TCP at equal times. After compensation it is measured in a"
-    " simulation of the FMU with the process evaluated on the path that the tool really takes."
-)
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
 _CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
-_WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
 _CUT_TEXT = "What the process leaves, cut along the part's x axis."
 _WORKPIECE_TEXT = (
-    "The same surface with its fields; choose one in the menu. The files workpiece_before.vtu and"
-    " workpiece_after.vtu hold it for ParaView."
+    "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
+    " ParaView."
 )
+
+
+def _deviation_text(run: StoredRun) -> str:
+    text = "Distance between actual and desired TCP at equal times."
+    if len(run.actual) > 1:
+        text += (
+            " After compensation it is measured in a simulation of the FMU with the process evaluated"
+            " on the path that the tool really takes."
+        )
+    return text
+
+
+def _wrench_text(run: StoredRun) -> str:
+    which = "path after compensation" if len(run.actual) > 1 else "actual path"
+    return f"Acting on the tool at the TCP, base axes, along the {which}."
 
 
 def _path_text(factor: int) -> str:
@@ -155,7 +168,7 @@ def _verdict(figures_: dict[str, Any]) -> str:
 def _table(figures_: dict[str, Any]) -> str:
     shares = figures_["shares_m"]
     rows = [
-        ("before compensation", figures_["deviation_before_m"]),
+        (stages(figures_)[0], figures_["deviation_before_m"]),
         ("&nbsp; of this: gravity alone", shares["gravity"]),
         ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
     ]
