@@ -204,7 +204,7 @@ def radial_table() -> str:
         ("plate, mu 0.1", 0.024, 0.1),
     ):
         settings = SheetSettings(window=0.02, opening_radius=opening, friction=friction)
-        press = Press.above(0.08, 32, 0.02, settings)
+        press = Press.above(0.08, 24, 0.02, settings)
         found = []
         for force in contours(press, 0.02, depths):
             found.append([force[0], force[1], np.rad2deg(press.steepest())])
