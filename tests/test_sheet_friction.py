@@ -210,6 +210,16 @@ def test_slip_is_forgotten_out_of_contact(strokes):
     assert np.max(np.linalg.norm(middle - [3e-3, 1e-3], axis=1)) < 3.5e-3
 
 
+def test_a_point_that_loses_contact_in_an_iteration_loses_its_slip():
+    sheet = model(0.3, elements=5)
+    flat = sheet.flat()
+    away = sheet.sphere(np.array([0.0, 0.0, REACH + 1e-3]), RADIUS)
+    before = replace(flat, slip=(sheet.assemble.no_slip(away),))
+    after = replace(flat, slip=(sheet.assemble.no_slip(away) + 1e-6,))
+    sheet.assemble(sheet.everywhere(), before, (away,), after)
+    assert np.all(after.slip[0] == 0.0)
+
+
 def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
     """Along a stroke in +x: mu F_z more against it, and hardly a moment about the TCP from that."""
     text = (Path(__file__).parents[1] / "examples" / "cases" / "cone_fem.toml").read_text()
