@@ -203,6 +203,15 @@ def test_stroke_in_a_yielding_sheet_is_braked_within_the_cone(strokes, mu):
         assert np.max(np.linalg.norm(slip, axis=-1)) <= SLIP * (1.0 + 1e-9)
 
 
+def test_a_tool_that_travels_does_not_feel_the_slip_length(strokes, monkeypatch):
+    """A tenth and ten times of it: the force changes by less than a two-thousandth."""
+    for length in (0.1 * SLIP, 10.0 * SLIP):
+        monkeypatch.setattr("coupling.process.sheet.forming._SLIP", length / THICKNESS)
+        found = dragged(model(0.3, side=0.03, elements=12), *STROKE)
+        for here, there in zip(found[1:], strokes[0.3][1:], strict=True):
+            np.testing.assert_allclose(here.forces, there.forces, atol=5e-4 * there.forces[0, 2])
+
+
 def test_slip_is_forgotten_out_of_contact(strokes):
     slip = strokes[0.3][-1].state.slip[0]
     touched = np.argwhere(np.any(slip != 0.0, axis=(2, 3)))
