@@ -72,7 +72,8 @@ def _draw(run: Run) -> None:
     pieces = {"before": run.workpiece_before, "after": run.wrench.workpiece}
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
     cut.update_layout(width=500, height=420)
-    fields.update_layout(width=900, height=420, updatemenus=[])
+    fields.update_layout(width=900, height=420)
+    fields.layout.updatemenus = ()
     save_side_by_side([cut, fields], PICTURE)
 
 
