@@ -166,6 +166,25 @@ def test_friction_opposes_the_motion_and_turns_round_with_it():
     assert found[2].forces[0, 0] == pytest.approx(mu * found[2].forces[0, 2], rel=0.01)
 
 
+def test_each_of_two_tools_has_friction_of_its_own():
+    """A clamped sheet pinched between two: the one that travels is braked, the other sticks."""
+    mu, depth = 0.2, 2e-5
+    sheet = model(mu, side=0.005, elements=10)
+    above, below = (
+        [sheet.sphere(np.array([0.0, 0.0, side * height]), RADIUS) for side in (1.0, -1.0)]
+        for height in (REACH, REACH - depth)
+    )
+    pinched = sheet.equilibrium(sheet.flat(), tuple(above), tuple(below), sheet.everywhere())
+    there = sheet.sphere(np.array([1e-4, 0.0, REACH - depth]), RADIUS)
+    for moved, k in (((there, below[1]), 0), ((below[0], there._replace(center=-there.center)), 1)):
+        found = sheet.equilibrium(pinched.state, tuple(below), moved, sheet.everywhere())
+        normal = abs(found.forces[:, 2])
+        way = 1.0 - 2.0 * k  # of the tool that travels, along x
+        assert normal.min() > 20.0
+        assert -way * found.forces[k, 0] == pytest.approx(mu * normal[k], rel=0.02)
+        assert abs(found.forces[1 - k, 0]) < 0.1 * mu * normal[1 - k]
+
+
 STROKE = (
     (-3e-3, 0.0, REACH + 1e-5), (-3e-3, 0.0, REACH - 4e-4), (-1e-3, 5e-4, REACH - 4e-4),
     (1e-3, 1e-3, REACH - 4e-4), (3e-3, 1e-3, REACH - 4e-4),
