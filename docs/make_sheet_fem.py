@@ -15,7 +15,7 @@ from coupling.case import Case, load_case
 from coupling.report import workpiece_figures
 from coupling.results import runs_of_robots
 from coupling.run import Run, run_compensation
-from docs import sheet_studies
+from docs import sheet_case_studies, sheet_cone_studies, sheet_studies
 from docs.screenshot import NoBrowserError, save_side_by_side
 from docs.sheet_studies import header, row
 
@@ -26,7 +26,7 @@ PICTURE = DOCS / "figures" / "cone_fem.png"
 
 def example() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
-    case = load_case(sheet_studies.EXAMPLE)
+    case = load_case(sheet_case_studies.EXAMPLE)
     run = run_compensation(case)
     _draw(run)
     return _verdict(run) + "\n" + _contours(case, run)
@@ -72,13 +72,14 @@ def _draw(run: Run) -> None:
     pieces = {"before": run.workpiece_before, "after": run.wrench.workpiece}
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
     cut.update_layout(width=500, height=420)
-    fields.update_layout(width=900, height=420, updatemenus=[])
+    fields.update_layout(width=900, height=420)
+    fields.layout.updatemenus = ()
     save_side_by_side([cut, fields], PICTURE)
 
 
 def cell() -> str:
     """Run the cell with a sheet between two tools, and return its figures."""
-    case = load_case(sheet_studies.EXAMPLE.with_name("two_robots_fem.toml"))
+    case = load_case(sheet_case_studies.CELL)
     run = run_compensation(case)
     text = header("", "before, max", "after, max", "peak force")
     for name, own in runs_of_robots(case, run).items():
@@ -97,12 +98,14 @@ def cell() -> str:
 PARTS = {
     "shallow": sheet_studies.shallow_table,
     "deep": sheet_studies.deep_table,
-    "cone": sheet_studies.cone_table,
-    "radial": sheet_studies.radial_table,
-    "friction": sheet_studies.friction_table,
-    "window": sheet_studies.window_table,
+    "cone": sheet_cone_studies.cone_table,
+    "radial": sheet_cone_studies.radial_table,
+    "fineness": sheet_cone_studies.fineness_table,
+    "friction": sheet_cone_studies.friction_table,
+    "window": sheet_case_studies.window_table,
     "example": example,
     "cell": cell,
+    "gap": sheet_case_studies.gap_table,
 }
 
 

@@ -166,6 +166,25 @@ def test_friction_opposes_the_motion_and_turns_round_with_it():
     assert found[2].forces[0, 0] == pytest.approx(mu * found[2].forces[0, 2], rel=0.01)
 
 
+def test_each_of_two_tools_has_friction_of_its_own():
+    """A clamped sheet pinched between two: the one that travels is braked, the other sticks."""
+    mu, depth = 0.2, 2e-5
+    sheet = model(mu, side=0.005, elements=10)
+    above, below = (
+        [sheet.sphere(np.array([0.0, 0.0, side * height]), RADIUS) for side in (1.0, -1.0)]
+        for height in (REACH, REACH - depth)
+    )
+    pinched = sheet.equilibrium(sheet.flat(), tuple(above), tuple(below), sheet.everywhere())
+    there = sheet.sphere(np.array([1e-4, 0.0, REACH - depth]), RADIUS)
+    for moved, k in (((there, below[1]), 0), ((below[0], there._replace(center=-there.center)), 1)):
+        found = sheet.equilibrium(pinched.state, tuple(below), moved, sheet.everywhere())
+        normal = abs(found.forces[:, 2])
+        way = 1.0 - 2.0 * k  # of the tool that travels, along x
+        assert normal.min() > 20.0
+        assert -way * found.forces[k, 0] == pytest.approx(mu * normal[k], rel=0.02)
+        assert abs(found.forces[1 - k, 0]) < 0.1 * mu * normal[1 - k]
+
+
 STROKE = (
     (-3e-3, 0.0, REACH + 1e-5), (-3e-3, 0.0, REACH - 4e-4), (-1e-3, 5e-4, REACH - 4e-4),
     (1e-3, 1e-3, REACH - 4e-4), (3e-3, 1e-3, REACH - 4e-4),
@@ -203,11 +222,30 @@ def test_stroke_in_a_yielding_sheet_is_braked_within_the_cone(strokes, mu):
         assert np.max(np.linalg.norm(slip, axis=-1)) <= SLIP * (1.0 + 1e-9)
 
 
+def test_a_tool_that_travels_does_not_feel_the_slip_length(strokes, monkeypatch):
+    """A tenth and ten times of it: the force changes by less than a two-thousandth."""
+    for length in (0.1 * SLIP, 10.0 * SLIP):
+        monkeypatch.setattr("coupling.process.sheet.forming._SLIP", length / THICKNESS)
+        found = dragged(model(0.3, side=0.03, elements=12), *STROKE)
+        for here, there in zip(found[1:], strokes[0.3][1:], strict=True):
+            np.testing.assert_allclose(here.forces, there.forces, atol=5e-4 * there.forces[0, 2])
+
+
 def test_slip_is_forgotten_out_of_contact(strokes):
     slip = strokes[0.3][-1].state.slip[0]
     touched = np.argwhere(np.any(slip != 0.0, axis=(2, 3)))
     middle = (touched + 0.5) * 0.0025 - 0.015
     assert np.max(np.linalg.norm(middle - [3e-3, 1e-3], axis=1)) < 3.5e-3
+
+
+def test_a_point_that_loses_contact_in_an_iteration_loses_its_slip():
+    sheet = model(0.3, elements=5)
+    flat = sheet.flat()
+    away = sheet.sphere(np.array([0.0, 0.0, REACH + 1e-3]), RADIUS)
+    before = replace(flat, slip=(sheet.assemble.no_slip(away),))
+    after = replace(flat, slip=(sheet.assemble.no_slip(away) + 1e-6,))
+    sheet.assemble(sheet.everywhere(), before, (away,), after)
+    assert np.all(after.slip[0] == 0.0)
 
 
 def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
