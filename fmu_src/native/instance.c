@@ -85,6 +85,7 @@ void er_instance_reset(er_instance *instance)
     model->memory.options.curve = ER_BACKLASH;
     model->memory.options.tolerance = DEFAULT_TOLERANCE;
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
+    instance->columns = 0;
     instance->fresh = 0;
 }
 
@@ -160,6 +161,7 @@ static void depart(er_instance *instance, const er_state *state, double end, boo
     memcpy(departure->wrench, instance->inputs.wrench, sizeof departure->wrench);
     departure->end = end;
     departure->stepped = stepped;
+    instance->columns = 0;
 }
 
 /* Computes the initial state unless it is there. */

@@ -6,6 +6,7 @@
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
 
+#include "sensitivity.h"
 #include "statics.h"
 #include "stepper.h"
 
@@ -55,6 +56,7 @@ typedef struct {
     er_settings settings;
     er_curve curve;
     er_workspace work;
+    er_sensitivity sensitivity; /* of the present state, for derivatives */
 } er_model;
 
 /* Returns a model with the robot's start values, to be freed; NULL if it does not fit into memory. */

@@ -61,7 +61,7 @@ typedef struct {
     double rate;                                             /* at which it converges */
 } er_step;
 
-/* Memory of a stepper; nothing in it outlives a call of er_advance. */
+/* Memory of a stepper; nothing in it but `sensitivity` outlives a call of er_advance. */
 typedef struct {
     er_nodes stages, end;
     double reference_sine[ER_MAX_ANGLES], reference_cosine[ER_MAX_ANGLES]; /* of the drives */
@@ -75,6 +75,7 @@ typedef struct {
     double matrix_step; /* length of the step that the factors belong to [s]; 0: there are none */
     ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
+    struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
 /* Begins an integration at the x and v that are in the state. */
