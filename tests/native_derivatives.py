@@ -1,0 +1,283 @@
+"""Directional derivatives of the native FMU beside those of the independent model.
+
+`python tests/native_derivatives.py` prints the largest errors over random robots: the table of
+docs/native.md.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from complex_robot import (
+    STEP,
+    Numbers,
+    along,
+    changed,
+    derivative,
+    evaluate,
+    rodrigues,
+    small_rotation,
+)
+from flow_derivative import Flow, knots, piece_slope
+from fmpy.fmi2 import FMU2Slave
+from random_robots import make_robot
+
+from coupling.fmu_export.native_fmu import build_native_fmu
+from elastic_robot.description import Robot
+from elastic_robot.interface import blocks
+from elastic_robot.parameters import Parameters
+
+CURVES = ("linear", "backlash", "spline")
+SEEDS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "all")
+# Outputs of the FMU whose derivatives are compared, by block.
+OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", "deflection")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A communication step, or an equilibrium where its length is zero, and a seed of its inputs."""
+
+    robot: Robot
+    curve: str
+    mode: str
+    initial_state: str
+    tolerance: float
+    length: float
+    before: np.ndarray
+    inputs: np.ndarray
+    seed: np.ndarray
+
+
+def make_case(
+    number: int, joints: int, curve: str, mode: str, length: float, seeds: str, tolerance=1e-12
+) -> Case:
+    """A random robot that a random load and motion set in from rest."""
+    robot, rng = make_robot(number, joints), np.random.default_rng(number)
+    n = joints
+    size = np.concatenate([[1e3] * 3, [1e2] * 3, [1.5] * n, [0.5] * n, [2.0] * n])
+    inputs = rng.normal(size=6 + 3 * n) * size
+    before = inputs.copy()
+    before[:6] = rng.normal(size=6) * size[:6]
+    # Seeds that move the tool by similar amounts in a step of some milliseconds.
+    each = np.concatenate([[1e2] * 3, [1e1] * 3, [1e-5] * n, [1e-2] * n, [1.0] * n])
+    kinds = np.array(["wrench"] * 6 + ["q_cmd"] * n + ["qd_cmd"] * n + ["qdd_cmd"] * n)
+    seed = rng.normal(size=6 + 3 * n) * each * ((kinds == seeds) | (seeds == "all"))
+    state = "undeflected" if rng.random() < 0.25 else "equilibrium"
+    return Case(robot, curve, mode, state, tolerance, length, before, inputs, seed)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the FMU says: x before the step, outputs and their derivatives by block."""
+
+    x: np.ndarray
+    values: dict[str, np.ndarray]
+    derivatives: dict[str, np.ndarray]
+
+
+def through_fmu(case: Case, folder: Path) -> Found:
+    """Run the case through its FMU."""
+    file = build_native_fmu(case.robot, folder / "R.fmu")
+    fmpy.extract(str(file), unzipdir=str(folder / "fmu"))
+    slave = FMU2Slave(
+        guid=fmpy.read_model_description(str(folder / "fmu")).guid,
+        unzipDirectory=str(folder / "fmu"),
+        modelIdentifier="ElasticRobot",
+        instanceName="robot",
+    )
+    references, first = {}, 0
+    for name, block in blocks(case.robot).items():
+        references[name] = list(range(first, first + len(block.variables)))
+        first += len(block.variables)
+    knowns = list(range(len(case.inputs)))
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0, tolerance=case.tolerance)
+    strings = dict(zip(("trajectory", "curve", "mode", "start"), references["strings"], strict=True))
+    slave.setString([strings["curve"]], [case.curve])
+    slave.setString([strings["mode"]], [case.mode])
+    slave.setString([strings["start"]], [case.initial_state])
+    slave.enterInitializationMode()
+    slave.setReal(knowns, (case.before if case.length > 0.0 else case.inputs).tolist())
+    slave.exitInitializationMode()
+    x = np.array(slave.getReal(references["deflection"]))
+    if case.length > 0.0:
+        slave.setReal(knowns, case.inputs.tolist())
+        slave.doStep(0.0, case.length)
+    names = [name for name in OUTPUTS if references[name]]
+    asked = [reference for name in names for reference in references[name]]
+    along_seed = slave.getDirectionalDerivative(asked, knowns, case.seed.tolist())
+    values, derivatives = {}, {}
+    for name in names:
+        values[name] = np.array(slave.getReal(references[name]))
+        derivatives[name] = np.array(along_seed[: len(references[name])])
+        along_seed = along_seed[len(references[name]) :]
+    slave.terminate()
+    slave.freeInstance()
+    return Found(x, values, derivatives)
+
+
+def numbers_of(case: Case) -> Numbers:
+    """The inputs as the independent model takes them, moved an imaginary step along the seed."""
+    n, p = len(case.robot.joints), Parameters.of(case.robot)
+    none = np.zeros((3, len(p.stiffness)))
+    drives, seeds = case.inputs[6:].reshape(3, n), case.seed[6:].reshape(3, n)
+    given = Numbers(
+        drives, none, case.inputs[:6], p.gravity, p.stiffness, p.damping, p.backlash
+    )
+    return along(given, drives=seeds, wrench=case.seed[:6])
+
+
+def rest(case: Case, numbers: Numbers, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The equilibrium near x in complex arithmetic, and where it holds its gears' pieces."""
+    flow = Flow(case.robot, case.curve, numbers, x, np.zeros_like(x))
+    zero, free = np.zeros_like(x), x != 0.0
+    stiffness = _softening(case, numbers, x) + np.diag(flow._laws(piece_slope, x).real)
+    at = x.astype(complex)
+    still = changed(numbers, drives=np.array([numbers.drives[0], zero_like(numbers), zero_like(numbers)]))
+    held = Flow(case.robot, case.curve, still, x, zero)
+    for _ in range(6):
+        r = held.residual(0.0, at, zero, zero)
+        at[free] -= np.linalg.solve(stiffness[np.ix_(free, free)], r[free])
+    return at
+
+
+def zero_like(numbers: Numbers) -> np.ndarray:
+    return np.zeros_like(numbers.drives[0])
+
+
+def _loads(case: Case, numbers: Numbers, x: np.ndarray):
+    none = np.zeros_like(x)
+    drives = np.array([numbers.drives[0], zero_like(numbers), zero_like(numbers)])
+    given = changed(numbers, drives=drives, motion=np.array([x, none, none]))
+    return evaluate(case.robot, given)
+
+
+def _softening(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
+    """-d(static torque)/dx of the real parts, by complex steps."""
+    real = Numbers(**{name: value.real for name, value in vars(numbers).items()})
+    columns = [derivative(_loads(case, real, x.real + 1j * STEP * e).loads) for e in np.eye(len(x))]
+    return np.array(columns).T.reshape(len(x), len(x))
+
+
+def compliance_along(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
+    """Derivative of J K^-1 J^T: columns of dK and dJ by real differences of complex steps."""
+    m, h = len(x), 2e-3
+    curve, parameters = case.curve, Parameters.of(case.robot)
+    slope, bend = np.zeros(m), np.zeros(m)
+    for k, (stiffness, b) in enumerate(zip(parameters.stiffness, parameters.backlash, strict=True)):
+        edges = knots(curve, b)
+        piece = int(np.searchsorted(edges, x[k].real))
+        law = piece_slope(curve, len(edges) + 1, piece, x[k], stiffness, b)
+        # Inside its play a gear counts with the flank beyond.
+        slope[k], bend[k] = (law.real, derivative(law)) if law.real > 0.0 else (stiffness, 0.0)
+    by, by_along = np.zeros((m, m)), np.zeros((m, m))
+    lever, lever_along = np.zeros((3, m)), np.zeros((3, m))
+    weights = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
+    by = _softening(case, numbers, x)
+    real = Numbers(**{name: value.real for name, value in vars(numbers).items()})
+    for j, e in enumerate(np.eye(m)):
+        lever[:, j] = derivative(_loads(case, real, x.real + 1j * STEP * e).position)
+        for f, weight in weights.items():
+            answer = _loads(case, numbers, x + f * h * e)
+            by_along[:, j] += weight / h * derivative(answer.loads)
+            lever_along[:, j] += weight / h * derivative(answer.position)
+    inverse = np.linalg.inv(by + np.diag(slope))
+    change = lever_along @ inverse @ lever.T + lever @ inverse @ lever_along.T
+    change -= lever @ inverse @ (by_along + np.diag(bend)) @ inverse @ lever.T
+    return change[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+
+
+def _turn_of_quaternion(q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    x, y, z, w = q + 1j * STEP * dq
+    rotation = np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+    return small_rotation(rotation)
+
+
+def _turn_of_vector(r: np.ndarray, dr: np.ndarray) -> np.ndarray:
+    if not r.any():
+        return dr
+    vector = r + 1j * STEP * dr
+    angle = np.sqrt(vector @ vector)
+    return small_rotation(rodrigues(vector / angle, angle))
+
+
+def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
+    """Largest error of each block, relative to its largest derivative."""
+    numbers = numbers_of(case)
+    quasistatic, flow = case.mode == "quasistatic", None
+    if case.length > 0.0 and not quasistatic:
+        flow = Flow(case.robot, case.curve, numbers, found.x, np.zeros_like(found.x))
+        flow.run(case.length)
+        x, v = flow.x, flow.v
+    else:
+        x = v = np.zeros_like(found.values["deflection"])
+    held = changed(numbers, drives=_drives_at(numbers, case.length))
+    if quasistatic or case.length == 0.0:
+        v = np.zeros(len(x))
+        if case.initial_state == "equilibrium" or case.length > 0.0:
+            x = rest(case, held, found.values["deflection"])
+    elastic = evaluate(case.robot, changed(held, motion=np.array([x, v, 0 * x])))
+    rigid = evaluate(case.robot, changed(held, motion=np.zeros((3, len(x)))))
+    of, at = found.derivatives, found.values
+    turn, rigid_turn = small_rotation(elastic.rotation), small_rotation(rigid.rotation)
+    deviation = elastic.position - rigid.position
+    between = small_rotation(elastic.rotation @ rigid.rotation.T)
+    moving = rigid if quasistatic else elastic
+    pairs = {
+        "tcp": (of["tcp"][:3], derivative(elastic.position)),
+        "tcp turn": (_turn_of_quaternion(at["tcp"][3:], of["tcp"][3:]), turn),
+        "velocity": (of["velocity"], derivative(moving.velocity)),
+        "rigid": (of["rigid"][:3], derivative(rigid.position)),
+        "rigid turn": (_turn_of_quaternion(at["rigid"][3:], of["rigid"][3:]), rigid_turn),
+        "deviation": (of["deviation"][:3], derivative(deviation)),
+        "deviation turn": (_turn_of_vector(at["deviation"][3:], of["deviation"][3:]), between),
+    }
+    if len(x):
+        pairs["deflection"] = (of["deflection"], derivative(x))
+        pairs["compliance"] = (of["compliance"], compliance_along(case, held, x))
+    result = {}
+    for name, (one, two) in pairs.items():
+        scale = np.abs(two).max()
+        # What is zero in theory is rounding beside the seed.
+        floor = 1e-12 if name != "compliance" else 1e-18
+        result[name] = float(np.abs(one - two).max() / (scale + floor))
+    return result, flow
+
+
+def _drives_at(numbers: Numbers, time: float) -> np.ndarray:
+    q, qd, qdd = numbers.drives
+    return np.array([q + time * qd + 0.5 * time * time * qdd, qd + time * qdd, qdd])
+
+
+def main() -> None:
+    count, tolerance = int(sys.argv[1]), float(sys.argv[2])
+    worst: dict[str, float] = {}
+    for number in range(count):
+        curve = CURVES[number % 3]
+        mode = "quasistatic" if number % 7 == 6 else "dynamic"
+        length = 0.0 if number % 7 == 5 else 0.004
+        case = make_case(number, 1 + number % 8, curve, mode, length, SEEDS[number % 5], tolerance)
+        with tempfile.TemporaryDirectory() as folder:
+            found = through_fmu(case, Path(folder))
+        errs, flow = errors(case, found)
+        w = max(errs, key=lambda k: errs[k])
+        print(number, curve, mode, length, SEEDS[number % 5], case.initial_state, "crossings", flow.crossings if flow else "-", "steps", flow.steps if flow else "-", w, f"{errs[w]:.1e}", flush=True)
+        for k, e in errs.items():
+            worst[k] = max(worst.get(k, 0.0), e)
+    for key, value in worst.items():
+        print(f"{key:32s} {value:.0e}")
+
+
+if __name__ == "__main__":
+    main()
