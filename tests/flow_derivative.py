@@ -21,7 +21,7 @@ NODES = 0.5 * (1.0 + np.polynomial.legendre.leggauss(STAGES)[0])
 LEGENDRE = np.polynomial.legendre
 # Values at the nodes -> coefficients of Legendre polynomials on [0, 1].
 _FIT = np.linalg.inv(LEGENDRE.legvander(2.0 * NODES - 1.0, STAGES - 1))
-# Tail of these coefficients that a step may have, relative to the largest acceleration.
+# What the last of these coefficients may change x' by in a step, relative to its largest entry.
 RESOLVED = 1e-12
 FIRST = 2e-5
 
@@ -49,7 +49,7 @@ def knots(curve: str, backlash: float) -> np.ndarray:
     return np.array([-1.5, -0.5, 0.5, 1.5]) * backlash
 
 
-def piece_torque(curve: str, pieces: int, piece: int, x: complex, k: float, b: float) -> complex:
+def piece_torque(pieces: int, piece: int, x: complex, k: float, b: float) -> complex:
     """S(x) on a piece, counted from below."""
     side = np.sign(piece - 0.5 * (pieces - 1))
     if pieces == 1:
@@ -62,7 +62,7 @@ def piece_torque(curve: str, pieces: int, piece: int, x: complex, k: float, b: f
     return side * k * beyond**2 / (2 * b)
 
 
-def piece_slope(curve: str, pieces: int, piece: int, x: complex, k: float, b: float) -> complex:
+def piece_slope(pieces: int, piece: int, x: complex, k: float, b: float) -> complex:
     """S'(x) on a piece."""
     side = np.sign(piece - 0.5 * (pieces - 1))
     if pieces == 1 or piece in (0, pieces - 1):
@@ -90,9 +90,11 @@ class Flow:
     crossings: int = 0
     steps: int = 0
     piece: np.ndarray = field(init=False)
+    _mass: np.ndarray | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.knots = [knots(self.curve, b) for b in self.numbers.backlash.real]
+        self._damping = np.diag(self.numbers.damping.real)
         self.piece = np.array(
             [int(np.searchsorted(k, x)) for k, x in zip(self.knots, self.x.real, strict=True)]
         )
@@ -105,7 +107,11 @@ class Flow:
         given = zip(
             self.knots, self.piece, x, self.numbers.stiffness, self.numbers.backlash, strict=True
         )
-        return np.array([law(self.curve, len(k) + 1, p, y, s, b) for k, p, y, s, b in given])
+        return np.array([law(len(k) + 1, p, y, s, b) for k, p, y, s, b in given])
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """S'(x) on the pieces that the coordinates are on."""
+        return self._laws(piece_slope, x)
 
     def residual(self, time: complex, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         at = changed(self.numbers, drives=self.drives(time), motion=np.array([x, v, a]))
@@ -113,16 +119,15 @@ class Flow:
         return loads + self._laws(piece_torque, x) + self.numbers.damping * v
 
     def _matrix(self, h: float) -> np.ndarray:
-        """Newton's matrix of a step: mass at its start, slopes and dampers."""
+        """Newton's matrix of a step: mass where the flow began, slopes at the step's start, dampers."""
         m, zero = len(self.x), np.zeros(len(self.x))
-        bias = self.residual(self.time, self.x, zero, zero)
-        mass = np.array([self.residual(self.time, self.x, zero, e) - bias for e in np.eye(m)]).T.real
-        by_x = np.array(
-            [self.residual(self.time, self.x + 1e-7 * e, zero, zero) - bias for e in np.eye(m)]
-        ).T.real / 1e-7
-        damping = np.diag(self.numbers.damping.real)
-        matrix = np.kron(np.eye(STAGES), mass) + h * np.kron(ONCE, damping)
-        return np.linalg.inv(matrix + h * h * np.kron(TWICE, by_x))
+        if self._mass is None:
+            bias = self.residual(self.time, self.x, zero, zero)
+            columns = [self.residual(self.time, self.x, zero, e) - bias for e in np.eye(m)]
+            self._mass = np.array(columns).real.T.reshape(m, m)
+        slope = np.diag(self.slope(self.x).real)
+        matrix = np.kron(np.eye(STAGES), self._mass) + h * np.kron(ONCE, self._damping)
+        return np.linalg.inv(matrix + h * h * np.kron(TWICE, slope))
 
     def _solve(self, h: complex, a: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
         last = np.inf
@@ -168,7 +173,7 @@ class Flow:
             length = end - self.time if reaches else h  # the end is where it is: real
             inverse = self._matrix(h)
             a = self._solve(length, np.zeros((STAGES, len(self.x)), complex), inverse)
-            if a is None or self._tail(a) > RESOLVED:
+            if a is None or not self._resolved(h, a):
                 h *= 0.5
                 assert h > 1e-9
                 continue
@@ -191,9 +196,10 @@ class Flow:
             self.crossings += 1
             h = FIRST
 
-    def _tail(self, a: np.ndarray) -> float:
-        coefficients = _FIT @ a
-        return max(
-            np.abs(part(coefficients[-2:])).max() / (np.abs(part(a)).max() + 1e-300)
+    def _resolved(self, h: float, a: np.ndarray) -> bool:
+        """Whether what the polynomial leaves out matters to x and x', or to their derivatives."""
+        tail, rate = (_FIT @ a)[-2:], self.v + h * END_ONCE @ a
+        return all(
+            h * np.abs(part(tail)).max() <= RESOLVED * np.abs(part(rate)).max()
             for part in (np.real, np.imag)
         )

@@ -5,10 +5,10 @@
 
 #include "linear.h"
 
-/* A column is solved when its stage accelerations are right to this part of them. */
+/* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11
 /* Or, where hardly anything follows the input, to this part of what follows a torque of 1 N m, or of the
- * drive's own motion: there rounding is all that is left. */
+ * drive's own motion over a longest step: there rounding is all that is left. */
 #define NEGLIGIBLE 1e-14
 #define MAX_PASSES 40
 
@@ -30,6 +30,7 @@ void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
     s->count = count;
     s->start = start;
     s->reason = NULL;
+    s->accuracy = ACCURACY;
     s->passes = 0;
     memset(s->x[first], 0, (size_t)count * sizeof *s->x);
     memset(s->v[first], 0, (size_t)count * sizeof *s->v);
@@ -95,11 +96,12 @@ static double length_of(int m, const er_lanes *values)
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(const er_run *r, double h, int column, const er_share *share)
+static double negligible(const er_run *r, int column, const er_share *share)
 {
-    double unit[ER_MAX_ANGLES];
+    double unit[ER_MAX_ANGLES], time = r->settings->longest;
     if (column >= 6)
-        return NEGLIGIBLE * (fabs(share->q) / (h * h) + fabs(share->qd) / h + fabs(share->qdd));
+        return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
+                             fabs(share->qdd));
     for (int k = 0; k < r->m; k++)
         unit[k] = 1.0;
     return NEGLIGIBLE * r->settings->kernel.filter(r->m, r->work->factors, unit);
@@ -122,7 +124,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     for (int l = 0; l < ER_STAGES; l++)
         share[l] = er_share_of(r->system->robot, column,
                                state->time + h * er_gauss_node[l] - s->start);
-    least = negligible(r, h, column, &share[ER_STAGES - 1]);
+    least = negligible(r, column, &share[ER_STAGES - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate, limit;
@@ -130,7 +132,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
                      (const er_lanes *)acceleration, tangent);
         size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
-        limit = fmax(ACCURACY * length_of(r->m, (const er_lanes *)acceleration), least);
+        limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */

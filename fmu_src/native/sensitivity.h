@@ -16,6 +16,7 @@ typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
     const char *reason; /* why there are none; NULL: all is well */
+    double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */
     double x[ER_MAX_COLUMNS][ER_MAX_ANGLES], v[ER_MAX_COLUMNS][ER_MAX_ANGLES];
     /* Of the present step. */
