@@ -134,9 +134,7 @@ def numbers_of(case: Case) -> Numbers:
     n, p = len(case.robot.joints), Parameters.of(case.robot)
     none = np.zeros((3, len(p.stiffness)))
     drives, seeds = case.inputs[6:].reshape(3, n), case.seed[6:].reshape(3, n)
-    given = Numbers(
-        drives, none, case.inputs[:6], p.gravity, p.stiffness, p.damping, p.backlash
-    )
+    given = Numbers(drives, none, case.inputs[:6], p.gravity, p.stiffness, p.damping, p.backlash)
     return along(given, drives=seeds, wrench=case.seed[:6])
 
 
