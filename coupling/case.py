@@ -217,6 +217,6 @@ def _support(table: SupportTable, task: Task, process_table: Any) -> Support:
     if not hasattr(process_table, "supported_process"):
         raise CaseError(
             f"process: model {process_table.model!r} knows one tool; needed with [support] is one"
-            " that knows two, as isf-force-law"
+            " that knows two, as isf-force-law and sheet-fem"
         )
     return table.support(task, process_table.tool_diameter_m)

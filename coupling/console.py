@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -15,6 +16,7 @@ from coupling.case import Case
 from coupling.compensation import Pass
 from coupling.deviation import Deviation
 from coupling.iteration import Evaluation
+from coupling.pinch import PinchGap
 from coupling.results import runs_of_robots
 from coupling.run import Run, Watch
 
@@ -120,14 +122,15 @@ class RunView:
 
 def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
     """Say in plain words what a run found and where it is."""
-    mode = case.settings.mode
+    mode, compensated = case.settings.mode, run.kind == "compensate"
     lines = [
         f"{'Converged' if run.converged else 'NOT CONVERGED'}: {run.reason}.",
-        f"Before compensation the {mode} robot deviates by {_figures(run.before)}",
+        f"{'Before compensation the' if compensated else 'The'} {mode} robot deviates by"
+        f" {_figures(run.before)}",
         f"  gravity alone (no process):          {_figures(run.shares.gravity)}",
         f"  process alone (loaded - unloaded):   {_figures(run.shares.process)}",
     ]
-    if run.kind == "compensate":
+    if compensated:
         lines += [
             f"After compensation, process evaluated on the path really taken ({mode} robot):",
             f"                                       {_figures(run.after)}",
@@ -138,15 +141,7 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
             f"                                       {_figures(run.shares.dynamic)}",
         ]
     if run.gap is not None:
-        gap = run.gap.as_dict()
-        lines += [
-            f"Gap between the tools, commanded {1e3 * run.gap.commanded:.3f} mm:"
-            f" {1e3 * gap['narrowest_before']:.3f} to {1e3 * gap['widest_before']:.3f} mm before,"
-            f" {1e3 * gap['narrowest_after']:.3f} to {1e3 * gap['widest_after']:.3f} mm after.",
-        ]
-        for name, own in runs_of_robots(case, run).items():
-            lines.append(f"  {name} robot before: {_figures(own.before)}")
-            lines.append(f"  {name} robot after:  {_figures(own.after)}")
+        lines += _of_cell(run.gap, runs_of_robots(case, run), compensated)
     lines += [
         f"Peak force {run.wrench.peak_force:.1f} N; {run.process_evaluations} evaluations of the"
         f" process; {sum(run.durations.values()):.1f} s.",
@@ -155,6 +150,25 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
     style = None if run.converged else "yellow"
     console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
+
+
+def _of_cell(gap: PinchGap, robots: dict[str, Run], compensated: bool) -> list[str]:
+    """Return what there is to say of the gap between the tools and of each robot."""
+
+    def opening(values: np.ndarray) -> str:
+        low, high = (1e3 * (gap.commanded + value) for value in (values.min(), values.max()))
+        return f"{low:.3f} to {high:.3f} mm"
+
+    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {opening(gap.before)}"
+    if not compensated:
+        return [f"{text}."] + [
+            f"  {name} robot: {_figures(own.before)}" for name, own in robots.items()
+        ]
+    lines = [f"{text} before, {opening(gap.after)} after."]
+    for name, own in robots.items():
+        lines.append(f"  {name} robot before: {_figures(own.before)}")
+        lines.append(f"  {name} robot after:  {_figures(own.after)}")
+    return lines
 
 
 def _um(length: float) -> str:

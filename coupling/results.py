@@ -47,7 +47,7 @@ class StoredRun:
         joints: Joint angles of `command`.
         correction: command minus desired, (n, 6).
         wrench: On the tool.
-        workpieces: "before" and "after" compensation, where the process tells.
+        workpieces: By `stages`, where the process tells.
     """
 
     name: str
@@ -60,6 +60,25 @@ class StoredRun:
     correction: np.ndarray
     wrench: WrenchHistory
     workpieces: dict[str, Workpiece]
+
+    @property
+    def actual(self) -> dict[str, ToolPath]:
+        """The actual paths by `stages`."""
+        names = stages(self.figures)
+        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
+
+
+def stages(figures: dict[str, Any]) -> tuple[str, ...]:
+    """Return what to call the actual paths of a run, which has only one if it is coupled only.
+
+    Args:
+        figures: Content of result.json.
+    """
+    return (
+        ("actual",)
+        if figures["kind"] == "couple"
+        else ("before compensation", "after compensation")
+    )
 
 
 @contextmanager
@@ -178,10 +197,10 @@ def _write_robot(folder: Path, name: str, run: Run) -> None:
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:
-    for state, workpiece in (
-        ("before", run.workpiece_before),
-        ("after", run.wrench.workpiece),
-    ):
+    pieces = {"before": run.workpiece_before, "after": run.wrench.workpiece}
+    if run.kind == "couple":
+        del pieces["after"]
+    for state, workpiece in pieces.items():
         if workpiece is not None:
             workpiece.write(_workpiece_file(folder, state))
 
@@ -215,12 +234,14 @@ class StoredCell:
         robots: The run of every robot, by name.
         time: Of the gap [s], (n,).
         gap: Between the tools before and after compensation [m], (n, 2).
+        workpieces: By `stages`, where the process tells.
     """
 
     figures: dict[str, Any]
     robots: dict[str, StoredRun]
     time: np.ndarray
     gap: np.ndarray
+    workpieces: dict[str, Workpiece]
 
 
 def is_cell(folder: Path) -> bool:
@@ -237,7 +258,17 @@ def read_cell(folder: Path) -> StoredCell:
     table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
     names = sorted(file.parent.name for file in folder.glob(f"*/{_RESULT}"))
     robots = {name: read_run(folder / name) for name in names}
-    return StoredCell(_read_figures(folder), robots, table[:, 0], table[:, 1:])
+    figures = _read_figures(folder)
+    pieces = _read_workpieces(folder, figures)
+    return StoredCell(figures, robots, table[:, 0], table[:, 1:], pieces)
+
+
+def _read_workpieces(folder: Path, figures: dict[str, Any]) -> dict[str, Workpiece]:
+    return {
+        stage: Workpiece.read(file)
+        for stage, name in zip(stages(figures), ("before", "after"), strict=False)
+        if (file := _workpiece_file(folder, name)).exists()
+    }
 
 
 def _read_figures(folder: Path) -> dict[str, Any]:
@@ -281,11 +312,7 @@ def read_run(folder: Path) -> StoredRun:
             joints=JointPath(angles[:, 0], angles[:, 1:]),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
-            workpieces={
-                name: Workpiece.read(file)
-                for name in ("before", "after")
-                if (file := _workpiece_file(folder, name)).exists()
-            },
+            workpieces=_read_workpieces(folder, figures),
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

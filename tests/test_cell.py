@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
 from conftest import HERE
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 from test_run import FILES
@@ -16,6 +19,7 @@ from test_run import FILES
 from coupling.acceleration import SCHEMES
 from coupling.case import load_case
 from coupling.cell import Cell, Member, Placement
+from coupling.console import print_summary
 from coupling.deviation import measure
 from coupling.errors import BuildError, CaseError
 from coupling.iteration import Tolerance, couple
@@ -250,6 +254,19 @@ def test_two_robots_case_shortened_is_compensated(finished):
     assert case.support is not None
     assert np.abs(run.gap.before).max() > 5e-5
     assert np.abs(run.gap.after).max() <= 2e-5
+
+
+def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
+    case, run, out = finished
+    assert "after compensation" in (out / "report.html").read_text(encoding="utf-8")
+    coupled = replace(run, kind="couple", achieved=run.uncompensated)
+    said = Console(record=True, file=StringIO())
+    print_summary(said, case, coupled, tmp_path)
+    write_run(tmp_path, case, coupled)
+    report = write_report(tmp_path).read_text(encoding="utf-8")
+    for text in (said.export_text(), report[report.index("<body>") :]):
+        assert "ompensation" not in text
+        assert " after." not in text
 
 
 def test_the_supporting_tool_takes_its_share_of_the_force(finished):

@@ -148,6 +148,9 @@ def test_couple_leaves_the_same_kinds_of_files(tmp_path):
     run = read_run(tmp_path / "out")
     assert run.figures["kind"] == "couple"
     assert np.array_equal(run.achieved.pose, run.uncompensated.pose)
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for text in (done.stdout, report[report.index("<body>") :]):
+        assert "ompensation" not in text
 
 
 def test_not_converging_is_status_1_with_a_result(tmp_path):

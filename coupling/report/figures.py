@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.path import ToolPath
-from coupling.results import StoredCell, StoredRun
+from coupling.results import StoredCell, StoredRun, stages
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"
@@ -66,33 +66,32 @@ def convergence(run: StoredRun) -> go.Figure:
 
 
 def deviation(run: StoredRun) -> go.Figure:
-    """Distance to the desired path over time, before and after, and its components before."""
+    """Distance of the actual paths to the desired one over time, and its components at first."""
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.08)
-    for path, name, color in (
-        (run.uncompensated, "before", BEFORE),
-        (run.achieved, "after", AFTER),
-    ):
+    for (name, path), color in zip(run.actual.items(), (BEFORE, AFTER), strict=False):
         distance = path.distance_to(run.desired)
         figure.add_scatter(
             x=path.time,
             y=np.maximum(_UM * distance, _FLOOR_UM),
-            name=f"{name} compensation",
+            name=name,
+            showlegend=True,
             line={"color": color},
             row=1,
             col=1,
         )
+    first = next(iter(run.actual))
     difference = _UM * (run.uncompensated.position - run.desired.position)
     for axis, color, values in zip("xyz", _AXES, difference.T, strict=True):
         figure.add_scatter(
             x=run.desired.time,
             y=values,
-            name=f"before, {axis}",
+            name=f"{first}, {axis}",
             line={"color": color},
             row=2,
             col=1,
         )
     figure.update_yaxes(title="distance [um]", type="log", row=1, col=1)
-    figure.update_yaxes(title="components before [um]", row=2, col=1)
+    figure.update_yaxes(title=f"{first} [um]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=2, col=1)
     return style(figure, 560)
 
@@ -124,7 +123,7 @@ def wrench(run: StoredRun) -> go.Figure:
 
 
 def amplification(run: StoredRun) -> int:
-    """Return a round factor that makes the deviation before about a tenth of the path's size."""
+    """Return a round factor that makes the first deviation about a tenth of the path's size."""
     largest = run.uncompensated.distance_to(run.desired).max()
     size = np.ptp(run.desired.position, axis=0).max()
     if largest == 0.0:
@@ -146,19 +145,17 @@ def paths(run: StoredRun, factor: int) -> go.Figure:
         )
 
     add(run.desired, "desired", DESIRED, 2)
-    add(run.uncompensated, f"before, deviation x {factor}", BEFORE, 3)
-    add(run.achieved, f"after, deviation x {factor}", AFTER, 3)
+    for (name, path), color in zip(run.actual.items(), (BEFORE, AFTER), strict=False):
+        add(path, f"{name}, deviation x {factor}", color, 3)
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
     figure.update_layout(scene={**axes, "aspectmode": "data"})
     return style(figure, 620)
 
 
 def gap(cell: StoredCell) -> go.Figure:
-    """Gap between the tools of a cell over time, before and after, and as commanded."""
+    """Gap between the tools of a cell over time, actual and as commanded."""
     figure = go.Figure()
-    for values, name, color in zip(
-        cell.gap.T, ("before compensation", "after"), (BEFORE, AFTER), strict=True
-    ):
+    for values, name, color in zip(cell.gap.T, stages(cell.figures), (BEFORE, AFTER), strict=False):
         figure.add_scatter(x=cell.time, y=1e3 * values, name=name, line={"color": color})
     commanded = 1e3 * cell.figures["pinch_gap_m"]["commanded"]
     figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})

@@ -12,7 +12,8 @@ from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
 from coupling.report import figures, workpiece_figures
-from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run
+from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
+from coupling.workpiece import Workpiece
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -59,28 +60,35 @@ def report_page(run: StoredRun) -> str:
     sections = [
         ("Path", "path", figures.paths(run, factor), _path_text(factor)),
         ("Convergence", "convergence", figures.convergence(run), _CONVERGENCE_TEXT),
-        ("Deviation along the path", "deviation", figures.deviation(run), _DEVIATION_TEXT),
-        ("Wrench along the path", "wrench", figures.wrench(run), _WRENCH_TEXT),
+        ("Deviation along the path", "deviation", figures.deviation(run), _deviation_text(run)),
+        ("Wrench along the path", "wrench", figures.wrench(run), _wrench_text(run)),
     ]
-    if run.workpieces:
-        sections += [
-            ("Workpiece, cut", "cut", workpiece_figures.cut(run.workpieces), _CUT_TEXT),
-            ("Workpiece", "workpiece", workpiece_figures.fields(run.workpieces), _WORKPIECE_TEXT),
-        ]
+    sections += _of_workpieces(run.workpieces)
     return _page(run.figures, _table(run.figures), sections)
+
+
+def _of_workpieces(workpieces: dict[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
+    """Return the sections of what a process leaves, none where it leaves nothing."""
+    if not workpieces:
+        return []
+    return [
+        ("Workpiece, cut", "cut", workpiece_figures.cut(workpieces), _CUT_TEXT),
+        ("Workpiece", "workpiece", workpiece_figures.fields(workpieces), _WORKPIECE_TEXT),
+    ]
 
 
 def cell_page(cell: StoredCell) -> str:
     """Return the page of a cell, which leads to those of its robots."""
     rows = "".join(
         f'<tr><td><a href="{name}/report.html">{name}</a></td>'
-        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _before_and_after(run.figures))
+        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _deviations(run.figures).values())
         + f"<td>{run.figures['peak_force_N']:.1f}</td></tr>"
         for name, run in cell.robots.items()
     )
     table = (
-        "<table><tr><th>robot</th><th>deviation before, max [um]</th><th>after, max [um]</th>"
-        f"<th>peak force [N]</th></tr>{rows}</table>"
+        "<table><tr><th>deviation, max [um]</th>"
+        + "".join(f"<th>{name}</th>" for name in stages(cell.figures))
+        + f"<th>peak force [N]</th></tr>{rows}</table>"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
     )
     first = next(iter(cell.robots.values()))
@@ -88,12 +96,15 @@ def cell_page(cell: StoredCell) -> str:
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
         ("Tools in the cell", "path", figures.cell(cell), _CELL_TEXT),
         ("Convergence", "convergence", figures.convergence(first), _CONVERGENCE_TEXT),
+        *_of_workpieces(cell.workpieces),
     ]
     return _page(cell.figures, table, sections)
 
 
-def _before_and_after(figures_: dict[str, Any]) -> tuple[float, float]:
-    return figures_["deviation_before_m"]["maximum"], figures_["deviation_after_m"]["maximum"]
+def _deviations(figures_: dict[str, Any]) -> dict[str, float]:
+    """Return the largest deviations [m] by `stages`."""
+    values = (figures_[f"deviation_{name}_m"]["maximum"] for name in ("before", "after"))
+    return dict(zip(stages(figures_), values, strict=False))
 
 
 def _page(
@@ -118,20 +129,30 @@ _CONVERGENCE_TEXT = (
     "Thin lines: how far the robot's answer is from the path that the process saw, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
 )
-_DEVIATION_TEXT = (
-    "Distance between actual and desired TCP at equal times. After compensation it is measured in a"
-    " simulation of the FMU with the process evaluated on the path that the tool really takes."
-)
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
 _CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
-_WRENCH_TEXT = "Acting on the tool at the TCP, base axes, along the path after compensation."
 _CUT_TEXT = "What the process leaves, cut along the part's x axis."
 _WORKPIECE_TEXT = (
-    "The same surface with its fields; choose one in the menu. The files workpiece_before.vtu and"
-    " workpiece_after.vtu hold it for ParaView."
+    "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
+    " ParaView."
 )
+
+
+def _deviation_text(run: StoredRun) -> str:
+    text = "Distance between actual and desired TCP at equal times."
+    if len(run.actual) > 1:
+        text += (
+            " After compensation it is measured in a simulation of the FMU with the process evaluated"
+            " on the path that the tool really takes."
+        )
+    return text
+
+
+def _wrench_text(run: StoredRun) -> str:
+    which = "path after compensation" if len(run.actual) > 1 else "actual path"
+    return f"Acting on the tool at the TCP, base axes, along the {which}."
 
 
 def _path_text(factor: int) -> str:
@@ -147,7 +168,7 @@ def _verdict(figures_: dict[str, Any]) -> str:
 def _table(figures_: dict[str, Any]) -> str:
     shares = figures_["shares_m"]
     rows = [
-        ("before compensation", figures_["deviation_before_m"]),
+        (stages(figures_)[0], figures_["deviation_before_m"]),
         ("&nbsp; of this: gravity alone", shares["gravity"]),
         ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
     ]

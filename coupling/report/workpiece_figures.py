@@ -10,23 +10,23 @@ from scipy.interpolate import LinearNDInterpolator
 from coupling.report.figures import AFTER, BEFORE, style
 from coupling.workpiece import Workpiece
 
-_COLORS = {"before": BEFORE, "after": AFTER}
 _MM = 1e3
 # Points of a cut.
 _SAMPLES = 400
 
 
 def cut(workpieces: dict[str, Workpiece]) -> go.Figure:
-    """Heights in the part's x-z plane, before and after compensation."""
+    """Heights in the part's x-z plane, by what the pieces are called."""
     figure = go.Figure()
-    for name, piece in workpieces.items():
+    for (name, piece), color in zip(workpieces.items(), (BEFORE, AFTER), strict=False):
         x = np.linspace(*_range(piece.points[:, 0]), _SAMPLES)
         height = LinearNDInterpolator(piece.points[:, :2], piece.points[:, 2])(x, 0.0)
         figure.add_scatter(
             x=_MM * x,
             y=_MM * height,
-            name=f"{name} compensation",
-            line={"color": _COLORS[name]},
+            name=name,
+            showlegend=True,
+            line={"color": color},
         )
     figure.update_xaxes(title="x in the part [mm]")
     figure.update_yaxes(title="z [mm]")
@@ -34,13 +34,13 @@ def cut(workpieces: dict[str, Workpiece]) -> go.Figure:
 
 
 def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
-    """Every field of the workpiece before and after compensation, chosen from a menu."""
+    """Every field of the workpieces side by side, chosen from a menu."""
     names = list(workpieces)
     figure = make_subplots(
         rows=1,
         cols=len(names),
         specs=[[{"type": "scene"}] * len(names)],
-        subplot_titles=[f"{name} compensation" for name in names],
+        subplot_titles=names,
         horizontal_spacing=0.02,
     )
     first = next(iter(workpieces.values()))

@@ -3,8 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-/* The matrices of a step serve steps that differ by this ratio. */
-#define SAME_LENGTH 0.02
+#include "newton.h"
+
+
+
 #define MAX_PASSES 8
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */
@@ -104,46 +106,6 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
     }
 }
 
-static void find_mass(const er_run *r, const double *x)
-{
-    const er_robot *robot = r->system->robot;
-    double q[ER_MAX_JOINTS], theta[MOST];
-    for (int i = 0; i < robot->joints; i++)
-        q[i] = r->work->stages.q[i][ER_STAGES / 2];
-    er_angles(robot, q, x, theta);
-    er_place_bodies(robot, theta, &r->work->placement);
-    er_mass_matrix(robot, &r->work->placement, r->work->mass);
-    r->work->has_mass = true;
-}
-
-/* Factors of M + l h D + (l h)^2 K for the eigenvalues l of A1.
- *
- * In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
-static bool factorise(const er_run *r, const er_state *state, double h)
-{
-    er_workspace *w = r->work;
-    int m = r->m;
-    if (!w->has_mass)
-        find_mass(r, state->x);
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j <= i; j++) {
-            double mass = w->mass[i * m + j];
-            w->factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
-        }
-    for (int k = 0; k < m; k++) {
-        double slope = er_curve_slope(r->system->curve, k, state->region[k], state->x[k]);
-        double damping = r->system->parameters->damping[k];
-        er_complex_pair *diagonal = &w->factors[k * m + k];
-        for (int p = 0; p < ER_PAIRS; p++) {
-            double re = h * er_gauss_eigen_re[p], im = h * er_gauss_eigen_im[p];
-            diagonal->re[p] += re * damping + (re * re - im * im) * slope;
-            diagonal->im[p] += im * damping + 2.0 * re * im * slope;
-        }
-    }
-    w->matrix_step = h;
-    return r->settings->kernel.factor(m, w->factors);
-}
-
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
  * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
 static double estimate_error(const er_run *r, const er_state *state, const er_step *step)
@@ -173,10 +135,8 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     bool converged = false;
     step->length = h;
     drive_step(r, state->time, h);
-    if (!(fabs(w->matrix_step - h) <= SAME_LENGTH * h) && !factorise(r, state, h)) {
-        w->matrix_step = 0.0;
+    if (!er_linearise(r, state, h))
         return false;
-    }
     for (step->passes = 1; step->passes <= MAX_PASSES && !converged; step->passes++) {
         double size, rate = RATE_SAFETY * state->rate;
         kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,

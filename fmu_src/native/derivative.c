@@ -52,24 +52,6 @@ static void held_along(const er_instance *instance, int column, double factor, e
     }
 }
 
-static bool follow_step(er_instance *instance, er_sensitivity *sensitivity)
-{
-    er_model *model = instance->model;
-    const er_departure *departure = &instance->departure;
-    const er_memory memory = model->memory;
-    bool good;
-    model->memory.state = departure->state;
-    model->work.sensitivity = sensitivity;
-    /* Where the curve bends, the tangent is as exact as the stages that it belongs to. */
-    er_model_solve_exactly(model, true);
-    good = er_model_step(model, departure->end, &departure->command, departure->wrench,
-                         &instance->failure);
-    er_model_solve_exactly(model, false);
-    model->work.sensitivity = NULL;
-    model->memory = memory;
-    return good;
-}
-
 static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivity)
 {
     for (int k = 0; k < sensitivity->count; k++) {
@@ -97,7 +79,8 @@ static bool require_columns(er_instance *instance, unsigned group)
                          departure->state.time);
     if (!fixed && model->robot.elastics > 0) {
         if (departure->stepped && !options->quasistatic) {
-            if (!follow_step(instance, sensitivity))
+            if (!er_model_follow(instance->model, &departure->state, departure->end,
+                                 &departure->command, departure->wrench, &instance->failure))
                 return false;
         } else if (departure->stepped || !options->undeflected) {
             follow_equilibrium(instance, sensitivity);

@@ -191,34 +191,39 @@ bool er_instance_start(er_instance *instance)
     return true;
 }
 
-static bool take_parameters(er_instance *instance)
+static bool move(er_instance *instance, double end)
 {
-    if (!instance->progress.parameters_changed)
-        return true;
-    if (!require_parameters(instance))
+    er_model *model = instance->model;
+    const er_state before = model->memory.state;
+    if (!er_model_step(model, end, &instance->inputs.command, instance->inputs.wrench,
+                       &instance->failure))
         return false;
-    er_model_take_parameters(instance->model, &instance->inputs.parameters);
-    instance->progress.parameters_changed = false;
+    depart(instance, &before, end, true);
     return true;
 }
 
-/* After a refused step: the model goes on with what it had, the new parameters wait again. */
-static void return_parameters(er_instance *instance, const er_parameters *parameters,
-                              const er_state *state)
+/* After a refused step the model goes on with what it had, and the new parameters wait again. */
+static bool move_with_new_parameters(er_instance *instance, double end)
 {
-    er_model_take_parameters(instance->model, parameters);
-    instance->model->memory.state = *state;
-    instance->progress.parameters_changed = true;
+    er_model *model = instance->model;
+    const er_parameters parameters = model->memory.parameters;
+    const er_state before = model->memory.state;
+    if (!require_parameters(instance))
+        return false;
+    er_model_take_parameters(model, &instance->inputs.parameters);
+    if (move(instance, end)) {
+        instance->progress.parameters_changed = false;
+        return true;
+    }
+    er_model_take_parameters(model, &parameters);
+    model->memory.state = before;
+    return false;
 }
 
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
     char number[NUMBER_TEXT], other[NUMBER_TEXT];
-    const bool parameters_changed = progress->parameters_changed;
-    const er_parameters parameters = instance->model->memory.parameters;
-    const er_state untouched = instance->model->memory.state;
-    er_state before;
     double end = start + size;
     if (!progress->started)
         return er_fail(&instance->failure, "a step is asked for before initialisation has ended;"
@@ -231,16 +236,9 @@ bool er_instance_step(er_instance *instance, double start, double size)
                        " %s s", shown(start, number), shown(progress->time, other));
     if (size == 0.0)
         return true;
-    if (!take_parameters(instance))
+    if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
+                                       : move(instance, end)))
         return false;
-    before = instance->model->memory.state;
-    if (!er_model_step(instance->model, end, &instance->inputs.command, instance->inputs.wrench,
-                       &instance->failure)) {
-        if (parameters_changed)
-            return_parameters(instance, &parameters, &untouched);
-        return false;
-    }
-    depart(instance, &before, end, true);
     progress->time = end;
     instance->fresh = 0;
     return true;

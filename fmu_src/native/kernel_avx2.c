@@ -13,6 +13,7 @@
 #if defined(__GNUC__) && defined(__x86_64__)
 
 #include <cpuid.h>
+#include <immintrin.h>
 
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
@@ -24,6 +25,36 @@
 typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #define ER_WIDTH ER_LANES
 #define ER_NAME(name) avx2_##name
+
+/* A pair of complex factors c as c and i c, ready to be multiplied by others. */
+typedef struct {
+    er_real straight, crossed;
+} factor_pair;
+
+static inline factor_pair as_factor(const er_complex_pair *c)
+{
+    return (factor_pair){*(const er_real *)c, {-c->im[0], -c->im[1], c->re[0], c->re[1]}};
+}
+
+/* Two numbers twice. */
+static inline er_real doubled(const double pair[2])
+{
+    return (er_real)_mm256_broadcast_pd((const __m128d *)pair);
+}
+
+/* Multiplies b by c. */
+static inline void multiply(er_complex_pair *b, factor_pair c)
+{
+    er_real re = doubled(b->re), im = doubled(b->im);
+    *(er_real *)b = re * c.straight + im * c.crossed;
+}
+
+/* Takes b c off a. */
+static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor_pair c)
+{
+    er_real re = doubled(b->re), im = doubled(b->im);
+    *(er_real *)a = *(er_real *)a - re * c.straight - im * c.crossed;
+}
 
 #include "kernel_body.h"
 #include "kernel_tangent.h"

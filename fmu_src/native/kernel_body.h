@@ -1,7 +1,8 @@
 /* The functions of kernel.h, once for every width of `er_real`.
  *
  * Included by kernel_plain.c and kernel_avx2.c, which define er_real (a double, or a vector of one
- * double for each state), ER_WIDTH (states in it) and ER_NAME (names of the functions).
+ * double for each state), ER_WIDTH (states in it), ER_NAME (names of the functions) and how pairs of
+ * complex numbers are multiplied: factor_pair, as_factor, multiply, take_off.
  */
 
 /* Beyond this change [rad] sines come from libm; below it the series are exact to rounding. */
@@ -223,26 +224,6 @@ static void ER_NAME(stages)(int count, double h, const double *x, const double *
         }
 }
 
-static inline er_complex_pair product(er_complex_pair b, er_complex_pair c)
-{
-    er_complex_pair out;
-    for (int p = 0; p < ER_PAIRS; p++) {
-        out.re[p] = b.re[p] * c.re[p] - b.im[p] * c.im[p];
-        out.im[p] = b.re[p] * c.im[p] + b.im[p] * c.re[p];
-    }
-    return out;
-}
-
-/* a - b c */
-static inline er_complex_pair less_product(er_complex_pair a, er_complex_pair b, er_complex_pair c)
-{
-    for (int p = 0; p < ER_PAIRS; p++) {
-        a.re[p] = a.re[p] - b.re[p] * c.re[p] + b.im[p] * c.im[p];
-        a.im[p] = a.im[p] - b.re[p] * c.im[p] - b.im[p] * c.re[p];
-    }
-    return a;
-}
-
 /* Overwrites d with 1 / d; false where that is not finite. */
 static inline bool invert(er_complex_pair *d)
 {
@@ -259,14 +240,20 @@ static inline bool invert(er_complex_pair *d)
 static bool ER_NAME(factor)(int n, er_complex_pair *a)
 {
     for (int j = 0; j < n; j++) {
-        er_complex_pair scaled_column[ER_MAX_ANGLES];
+        ER_ALIGNED er_complex_pair scaled_column[ER_MAX_ANGLES];
+        factor_pair inverse;
         if (!invert(&a[j * n + j]))
             return false;
-        for (int i = j + 1; i < n; i++)
-            scaled_column[i] = product(a[i * n + j], a[j * n + j]);
-        for (int i = j + 1; i < n; i++)
+        inverse = as_factor(&a[j * n + j]);
+        for (int i = j + 1; i < n; i++) {
+            scaled_column[i] = a[i * n + j];
+            multiply(&scaled_column[i], inverse);
+        }
+        for (int i = j + 1; i < n; i++) {
+            factor_pair scaled = as_factor(&scaled_column[i]);
             for (int k = j + 1; k <= i; k++)
-                a[i * n + k] = less_product(a[i * n + k], scaled_column[i], a[k * n + j]);
+                take_off(&a[i * n + k], &a[k * n + j], scaled);
+        }
         for (int i = j + 1; i < n; i++)
             a[i * n + j] = scaled_column[i];
     }
@@ -277,16 +264,16 @@ static bool ER_NAME(factor)(int n, er_complex_pair *a)
 static void solve_pair(int n, const er_complex_pair *a, er_complex_pair *b)
 {
     for (int j = 0; j < n; j++) {
-        er_complex_pair known = b[j];
+        factor_pair known = as_factor(&b[j]);
         for (int i = j + 1; i < n; i++)
-            b[i] = less_product(b[i], a[i * n + j], known);
+            take_off(&b[i], &a[i * n + j], known);
     }
     for (int j = 0; j < n; j++)
-        b[j] = product(b[j], a[j * n + j]);
+        multiply(&b[j], as_factor(&a[j * n + j]));
     for (int i = n - 1; i > 0; i--) {
-        er_complex_pair known = b[i];
+        factor_pair known = as_factor(&b[i]);
         for (int j = 0; j < i; j++)
-            b[j] = less_product(b[j], a[i * n + j], known);
+            take_off(&b[j], &a[i * n + j], known);
     }
 }
 

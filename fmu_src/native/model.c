@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "newton.h"
 #include "text_file.h"
 #include "vector.h"
 
@@ -136,6 +137,7 @@ static void derive(er_model *model)
     model->settings = (er_settings){local, ITERATION, LONGEST_STEP, FIRST_STEP, JUMP_PER_LOCAL_ERROR * local,
                                     model->kernel};
     er_curve_build(&model->curve, options->curve, &model->robot, parameters);
+    er_relinearise(&model->work); /* with the damping there is now */
     model->derived_kind = options->curve;
     model->derived_tolerance = options->tolerance;
     model->derived_parameters = *parameters;
@@ -178,12 +180,16 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
 static bool move_to(er_model *model, double end, const er_drives *drives, const er_held *held,
                     er_failure *failure)
 {
+    const er_state before = model->memory.state;
     er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, {0}, false};
     for (int k = 0; k < 6; k++) {
         system.wrench[k] = held->wrench[k];
         system.loaded |= held->wrench[k] != 0.0;
     }
-    return er_advance(&model->memory.state, &system, &model->settings, end, &model->work, failure);
+    if (er_advance(&model->memory.state, &system, &model->settings, end, &model->work, failure))
+        return true;
+    model->memory.state = before;
+    return false;
 }
 
 bool er_model_step(er_model *model, double end, const er_command *command, const double wrench[6],
@@ -219,9 +225,22 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
     return true;
 }
 
-void er_model_solve_exactly(er_model *model, bool exactly)
+bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
+                     const double wrench[6], er_failure *failure)
 {
-    model->settings.iteration = exactly ? EXACT_ITERATION / model->settings.tolerance : ITERATION;
+    const er_memory memory = model->memory;
+    bool good;
+    model->memory.state = *state;
+    /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
+     * bends, the columns are as exact as the stages that they belong to. */
+    memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
+    model->settings.iteration = EXACT_ITERATION / model->settings.tolerance;
+    model->work.sensitivity = &model->sensitivity;
+    good = er_model_step(model, end, command, wrench, failure);
+    model->work.sensitivity = NULL;
+    model->settings.iteration = ITERATION;
+    model->memory = memory;
+    return good;
 }
 
 static void place(const er_model *model, const double *x, er_placement *placement)

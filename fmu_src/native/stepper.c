@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "collocation.h"
+#include "newton.h"
 #include "sensitivity.h"
 
 /* A coordinate changes its law this part of the tolerance beyond the boundary. */
@@ -38,6 +39,7 @@ void er_state_start(er_state *state, const er_robot *robot, const er_curve *curv
     state->predictor_step = 0.0;
     state->rate = 1.0;
     memset(state->predictor, 0, sizeof state->predictor);
+    memset(&state->linearisation, 0, sizeof state->linearisation);
     for (int k = 0; k < robot->elastics; k++)
         state->region[k] = er_curve_region(curve, k, state->x[k]);
 }
@@ -120,7 +122,7 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
         for (int l = 0; l < ER_STAGES; l++)
             state->predictor[k][l] = step->a[k];
     state->rate = 1.0;
-    r->work->matrix_step = 0.0;
+    r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
 
 /* One step, at most to `end`. */
@@ -144,8 +146,7 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
                            " unstable or the load is not physical", state->time,
                            SHORTEST * settings->longest);
         if (!er_solve_step(r, state, h, settings->iteration * settings->tolerance, step)) {
-            r->work->matrix_step = 0.0;
-            r->work->has_mass = false;
+            er_relinearise(r->work);
             h *= 0.25;
             guess(r, state, h, step);
         } else {
@@ -179,10 +180,8 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
     state->time = reaches_target ? target : state->time + h;
     state->step = fmin(proposal, settings->longest);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
-    if (step->passes > USUAL_PASSES) {
-        r->work->matrix_step = 0.0;
-        r->work->has_mass = false;
-    }
+    if (step->passes > USUAL_PASSES)
+        er_relinearise(r->work);
     return true;
 }
 
@@ -190,21 +189,20 @@ bool er_advance(er_state *state, const er_system *system, const er_settings *set
                 er_workspace *work, er_failure *failure)
 {
     er_run r = {system, settings, work, system->robot->elastics};
-    er_state moved = *state;
+    const double start = state->time;
     /* What is left after a crossing just before the end may be less than any step. */
     double negligible = fmax(SHORTEST * settings->longest, 8.0 * DBL_EPSILON * fabs(end));
     double most = MOST_STEPS + MOST_STEPS_PER_LONGEST * (end - state->time) / settings->longest;
-    work->matrix_step = 0.0;
-    work->has_mass = false;
-    for (double steps = 0.0; end - moved.time > negligible; steps++) {
+    er_linearise_as(&r, &state->linearisation);
+    for (double steps = 0.0; end - state->time > negligible; steps++) {
         if (steps > most)
             return er_fail(failure, "the motion from t = %.9g s needs more than %.0f steps to"
-                           " %.9g s; it is unstable or the load is not physical", state->time,
+                           " %.9g s; it is unstable or the load is not physical", start,
                            most, end);
-        if (!take_step(&r, &moved, end, failure))
+        if (!take_step(&r, state, end, failure))
             return false;
     }
-    moved.time = end;
-    *state = moved;
+    state->time = end;
+    state->linearisation = work->linearisation;
     return true;
 }

@@ -13,6 +13,15 @@
 #include "kernel.h"
 #include "trajectory.h"
 
+/* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
+ * it, so that a restored state continues with the same matrices without saving them. */
+typedef struct {
+    bool has_mass;                                /* q and x are there */
+    double q[ER_MAX_JOINTS], x[ER_MAX_ANGLES];    /* posture of the mass matrix [rad] */
+    double length;                                /* of the step [s]; 0: there are no factors */
+    double slope[ER_MAX_ANGLES];                  /* of the torque curves [N m/rad] */
+} er_linearisation;
+
 /* State of an integration, all of it: a copy of its bytes continues identically. */
 typedef struct {
     double time;                         /* [s] */
@@ -23,6 +32,7 @@ typedef struct {
     double rate;                         /* at which Newton's method converged lately; 1: not known */
     er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
+    er_linearisation linearisation;      /* of the last step's matrices */
 } er_state;
 
 /* What is integrated: M theta'' + h - J^T w + S(x) + d x' = 0. */
@@ -61,7 +71,8 @@ typedef struct {
     double rate;                                             /* at which it converges */
 } er_step;
 
-/* Memory of a stepper; nothing in it but `sensitivity` outlives a call of er_advance. */
+/* Memory of a stepper; all but the matrices, which follow from their linearisation, and what is carried
+ * along is of one call. */
 typedef struct {
     er_nodes stages, end;
     double reference_sine[ER_MAX_ANGLES], reference_cosine[ER_MAX_ANGLES]; /* of the drives */
@@ -70,9 +81,8 @@ typedef struct {
     ER_ALIGNED er_lanes change[ER_MAX_ANGLES];
     er_motion motion;
     er_placement placement;
-    bool has_mass;      /* `mass` is that of this motion */
+    er_linearisation linearisation; /* of the matrices that follow */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
-    double matrix_step; /* length of the step that the factors belong to [s]; 0: there are none */
     ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
@@ -82,7 +92,9 @@ typedef struct {
 void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve,
                     const er_settings *settings, double time);
 
-/* Integrates to a time.  The state is as before if it fails. */
+
+
+/* Integrates to a time.  If that fails, the state is somewhere in between. */
 bool er_advance(er_state *state, const er_system *system, const er_settings *settings, double end,
                 er_workspace *work, er_failure *failure);
 

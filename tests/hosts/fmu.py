@@ -77,8 +77,16 @@ def fatal_or_error(error):
     assert error.status in (3, 4), error
 
 
-def leave():
+def leave(status=0):
     """End past the destructors of PythonFMU's binary, which may corrupt the heap."""
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)
+    os._exit(status)
+
+
+def _report_and_leave(*exception):
+    sys.__excepthook__(*exception)
+    leave(1)
+
+
+sys.excepthook = _report_and_leave

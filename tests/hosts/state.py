@@ -70,8 +70,35 @@ def save(fmu, folder, strings):
     np.testing.assert_array_equal(shake(raw, 0), first)
     raw.slave.setFMUState(raw.slave.deSerializeFMUstate(data))
     goes_on(raw)
+    damping_between(raw, strings)
     folder.joinpath("state.bin").write_bytes(data)
     np.savez(folder / "expected.npz", expected=expected, time=time)
+
+
+def damping_between(instance, strings):
+    """A state goes on with its own damping, whatever was computed in its posture since."""
+    instance.slave.reset()
+    instance.start(strings=strings)
+    before = instance.slave.getFMUState()
+
+    def step():
+        instance.time = 0.0
+        instance.step(0.004)
+
+    def goes_on():
+        """The next step is as long as the last one inside the native stepper: 1 ms, then 3 ms."""
+        instance.set(push(1))
+        instance.step(0.003)
+        return instance.get()
+
+    step()
+    after = instance.slave.getFMUState()
+    expected = goes_on()
+    instance.slave.setFMUState(before)
+    instance.set({"joint[2].damping": 4e3, "joint[3].damping": 9e3})
+    step()
+    instance.slave.setFMUState(after)
+    np.testing.assert_array_equal(goes_on(), expected)
 
 
 def load(fmu, folder, strings):

@@ -105,20 +105,15 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
 int probe_columns(er_model *model, double end, const double *q, const double *wrench, double accuracy,
                   double *x, double *v)
 {
-    const er_memory memory = model->memory;
+    const er_state state = model->memory.state;
     int m = model->robot.elastics;
     er_command command;
     bool good;
     memset(&command, 0, sizeof command);
     memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
-    er_sensitivity_start(&model->sensitivity, 0, 6, memory.state.time);
+    er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
     model->sensitivity.accuracy = accuracy;
-    model->work.sensitivity = &model->sensitivity;
-    er_model_solve_exactly(model, true);
-    good = er_model_step(model, end, &command, wrench, &failure);
-    er_model_solve_exactly(model, false);
-    model->work.sensitivity = NULL;
-    model->memory = memory;
+    good = er_model_follow(model, &state, end, &command, wrench, &failure);
     for (int column = 0; column < 6; column++) {
         memcpy(x + column * m, model->sensitivity.x[column], (size_t)m * sizeof *x);
         memcpy(v + column * m, model->sensitivity.v[column], (size_t)m * sizeof *v);

@@ -9,10 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from coupling.process.sheet.band import GeneralBand, SymmetricBand
 from coupling.process.sheet.compiled import compiled
 from coupling.process.sheet.contact import Sphere, pressure
 from coupling.process.sheet.element import Shell, element
+from coupling.process.sheet.friction import elastic_slip
 from coupling.process.sheet.mesh import Basis
+from coupling.process.sheet.state import SheetState
 
 # The compiled element loop lets go of Python's lock.
 _THREADS = os.cpu_count() or 1
@@ -76,39 +79,28 @@ def _elements(
 
 
 @compiled
-def _place(
+def _unknowns(
     box: Box,
     free: np.ndarray,
     first: tuple[int, int],
     count: tuple[int, int],
     force: np.ndarray,
-    stiffness: np.ndarray,
+    index: np.ndarray,
     residual: np.ndarray,
-    band: np.ndarray,
 ) -> None:
-    """Add element forces and stiffness to the box's residual and band matrix."""
+    """Number the elements' unknowns in the box, -1 for what is held, and sum their forces."""
     width = box.last_y - box.first_y
-    index = np.empty((9, 3), dtype=np.int64)
     for e in range(count[0] * count[1]):
         i, j = first[0] + e // count[1], first[1] + e % count[1]
         for A in range(9):
             x, y = i + A // 3, j + A % 3
             inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
             for k in range(3):
-                index[A, k] = -1
+                index[e, 3 * A + k] = -1
                 if inside and free[x, y, k]:
-                    index[A, k] = 3 * ((x - box.first_x) * width + y - box.first_y) + k
-        for A in range(9):
-            for k in range(3):
-                row = index[A, k]
-                if row < 0:
-                    continue
-                residual[row] += force[e, 3 * A + k]
-                for C in range(A, 9):
-                    for m in range(3):
-                        column = index[C, m]
-                        if column >= row:
-                            band[row, column - row] += stiffness[e, 3 * A + k, 3 * C + m]
+                    row = 3 * ((x - box.first_x) * width + y - box.first_y) + k
+                    index[e, 3 * A + k] = row
+                    residual[row] += force[e, 3 * A + k]
 
 
 @compiled
@@ -117,18 +109,30 @@ def _press(
     sphere: Sphere,
     first: tuple[int, int],
     count: tuple[int, int],
+    before: np.ndarray,
     points: np.ndarray,
+    slip: np.ndarray,
+    new_slip: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
     on_tool: np.ndarray,
 ) -> None:
-    """Add the contact with a sphere to the elements; `on_tool` gets its force on the sphere, (3,)."""
+    """Add the contact with a sphere to the elements.
+
+    `on_tool` gets the force on the sphere and the moment about its centre, (6,).  Friction acts on
+    the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left out.
+    """
     basis = surface.basis
     reach = sphere.radius + surface.half_thickness
     margin = 2.0 * np.sqrt(np.sum(basis.area))
     apart = np.empty(3)
+    drift = np.empty(3)
+    drag = np.empty(3)
+    turn = np.empty((3, 3))
     for e in range(count[0] * count[1]):
         i, j = first[0] + e // count[1], first[1] + e % count[1]
+        if sphere.friction > 0.0:
+            new_slip[i, j] = 0.0
         # The patch of control points encloses the element: farther ones cannot touch.
         near = False
         for A in range(9):
@@ -164,6 +168,28 @@ def _press(
                     for A in range(9):
                         for C in range(9):
                             stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
+            if sphere.friction == 0.0:
+                continue
+            for k in range(3):
+                drift[k] = slip[i, j, g, k] - sphere.moved[k]
+                for A in range(9):
+                    x, y = i + A // 3, j + A % 3
+                    drift[k] += N[A] * (points[x, y, k] - before[x, y, k])
+            elastic_slip(drift, apart, distance, sphere.slip_length, new_slip[i, j, g], turn)
+            ratio = sphere.friction / sphere.slip_length
+            for k in range(3):
+                drag[k] = ratio * size * new_slip[i, j, g, k]
+                on_tool[k] += drag[k]
+            for k in range(3):
+                a, b = (k + 1) % 3, (k + 2) % 3
+                on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
+                for A in range(9):
+                    force[e, 3 * A + k] += N[A] * drag[k]
+                for m in range(3):
+                    block = ratio * (slope * new_slip[i, j, g, k] * apart[m] + size * turn[k, m])
+                    for A in range(9):
+                        for C in range(9):
+                            stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
 
 
 @compiled
@@ -193,6 +219,20 @@ def _bear(
                     stiffness[e, 3 * A + 2, 3 * C + 2] += N[A] * N[C] * slope * basis.area[g]
 
 
+class Assembled(NamedTuple):
+    """What acts on a sheet.
+
+    Attributes:
+        residual: Unbalanced forces [N], (3 n,), zero where held.
+        stiffness: Its derivative by the control points of the box [N/m].
+        wrenches: Force on each sphere [N] and moment about its centre [N m], (spheres, 6).
+    """
+
+    residual: np.ndarray
+    stiffness: SymmetricBand | GeneralBand
+    wrenches: np.ndarray
+
+
 class Assembler:
     """Residual and stiffness of a box, with the arrays they need.
 
@@ -213,6 +253,7 @@ class Assembler:
         total = elements[0] * elements[1]
         self._force = np.empty((total, 27))
         self._stiffness = np.empty((total, 27, 27))
+        self._index = np.empty((total, 27), dtype=np.int64)
         self._threads = ThreadPoolExecutor(_THREADS)
         self._bears = bool(surface.supported.any())
 
@@ -228,51 +269,45 @@ class Assembler:
             slice(max(box.first_y - 2, 0), min(box.last_y, self._elements[1])),
         )
 
+    def no_slip(self, sphere: Sphere) -> np.ndarray:
+        """Return the elastic slip of a tool that has not touched the sheet."""
+        count = len(self._surface.basis.area) if sphere.friction > 0.0 else 0
+        return np.zeros((*self._elements, count, 3))
+
     def __call__(
-        self,
-        box: Box,
-        points: np.ndarray,
-        plastic: np.ndarray,
-        spheres: tuple[Sphere, ...],
-        new_plastic: np.ndarray,
-        new_stretch: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return residual, stiffness and the forces on the spheres.
+        self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
+    ) -> Assembled:
+        """Return what acts on a sheet that has moved.
 
         Args:
             box: Control points that may move.
-            points: Control points [m], (nx + 2, ny + 2, 3).
-            plastic: Of every layer before, (nx, ny, points, layers, 4).
+            before: The last equilibrium; its slip is that of the same spheres.
             spheres: That press on the sheet.
-            new_plastic: Written for the box's elements.
-            new_stretch: Written for the box's elements, (nx, ny, points).
-
-        Returns:
-            Unbalanced forces [N], (3 n,), zero where fixed; stiffness [N/m], the lower band by
-            columns, (3 n, 1 + bandwidth); forces on the spheres [N], (spheres, 3).
+            after: With its control points; the history of the box's elements is written.
         """
         x, y = self.elements_of(box)
         first, count = (x.start, y.start), (x.stop - x.start, y.stop - y.start)
         size = count[0] * count[1]
-        force, stiffness = self._force[:size], self._stiffness[:size]
+        force, stiffness, index = self._force[:size], self._stiffness[:size], self._index[:size]
         parts = pairwise(size * k // _THREADS for k in range(_THREADS + 1))
-        results = (points, plastic, force, stiffness, new_plastic, new_stretch)
+        results = (after.points, before.plastic, force, stiffness, after.plastic, after.stretch)
         jobs = [
             self._threads.submit(_elements, self._shell, first, count[1], part, *results)
             for part in parts
         ]
         for job in jobs:
             job.result()
-        forces = np.zeros((len(spheres), 3))
-        for sphere, on_tool in zip(spheres, forces, strict=True):
-            _press(self._surface, sphere, first, count, points, force, stiffness, on_tool)
+        wrenches = np.zeros((len(spheres), 6))
+        for k, sphere in enumerate(spheres):
+            moves = (before.points, after.points, before.slip[k], after.slip[k])
+            _press(self._surface, sphere, first, count, *moves, force, stiffness, wrenches[k])
         if self._bears:
-            _bear(self._surface, first, count, points, force, stiffness)
+            _bear(self._surface, first, count, after.points, force, stiffness)
         width = box.last_y - box.first_y
         unknowns = 3 * (box.last_x - box.first_x) * width
         residual = np.zeros(unknowns)
-        band = np.zeros((unknowns, 3 * (2 * width + 2) + 3))
-        _place(box, self._free, first, count, force, stiffness, residual, band)
-        free = self._free[box.first_x : box.last_x, box.first_y : box.last_y].ravel()
-        band[~free, 0] = 1.0
-        return residual, band, forces
+        _unknowns(box, self._free, first, count, force, index, residual)
+        rubs = any(sphere.friction > 0.0 for sphere in spheres)
+        band = GeneralBand if rubs else SymmetricBand
+        matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
+        return Assembled(residual, matrix, wrenches)

@@ -1,4 +1,4 @@
-"""Frictionless contact with a sphere by a smoothed penalty."""
+"""Contact with a sphere by a smoothed penalty."""
 
 from __future__ import annotations
 
@@ -17,12 +17,18 @@ class Sphere(NamedTuple):
         radius: [m].
         stiffness: Pressure per penetration [Pa/m].
         smoothing: Penetration over which the stiffness rises linearly from zero [m].
+        friction: Coefficient mu of Coulomb's law.
+        slip_length: Elastic slip at which the sheet slides [m].
+        moved: Since the last equilibrium, without turning [m], (3,).
     """
 
     center: np.ndarray
     radius: float
     stiffness: float
     smoothing: float
+    friction: float
+    slip_length: float
+    moved: np.ndarray
 
 
 @compiled

@@ -5,26 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from coupling.process.sheet.assembly import Assembler, Box
 from coupling.process.sheet.contact import Sphere
-
-
-@dataclass(frozen=True)
-class SheetState:
-    """Shape and history of the sheet.
-
-    Attributes:
-        points: Control points of the midsurface in the part frame [m], (nx + 2, ny + 2, 3).
-        plastic: Plastic strain 11, 22, 2*12 and equivalent plastic strain of every layer at every
-            integration point, (nx, ny, points, layers, 4).
-        stretch: Thickness over first thickness, (nx, ny, points).
-    """
-
-    points: np.ndarray
-    plastic: np.ndarray
-    stretch: np.ndarray
+from coupling.process.sheet.state import SheetState
 
 
 @dataclass(frozen=True)
@@ -34,11 +18,13 @@ class Equilibrium:
     Attributes:
         state: Of the sheet.
         forces: On the spheres [N], (spheres, 3).
+        moments: On them about their centres, by friction [N m], (spheres, 3).
         iterations: Of Newton's method.
     """
 
     state: SheetState
     forces: np.ndarray
+    moments: np.ndarray
     iterations: int
 
 
@@ -69,23 +55,28 @@ def find_equilibrium(
 
     Args:
         assemble: Residual and stiffness.
-        state: Before; not changed.
+        state: Before, with the slip of the same spheres; not changed.
         spheres: Tools at their new places.
         box: Control points that may move.
         settings: Of Newton's method.
         start: Control points of the first iteration; those of the state unless given.
     """
-    points = (state.points if start is None else start).copy()
-    plastic, stretch = state.plastic.copy(), state.stretch.copy()
+    after = SheetState(
+        (state.points if start is None else start).copy(),
+        state.plastic.copy(),
+        state.stretch.copy(),
+        tuple(assemble.no_slip(sphere) for sphere in spheres),
+    )
+    points = after.points
     inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
     step = np.zeros_like(points[inside])
     last, halvings = np.inf, 0
     for iteration in range(settings.max_iterations):
-        residual, band, forces = assemble(box, points, state.plastic, spheres, plastic, stretch)
+        residual, stiffness, wrenches = assemble(box, state, spheres, after)
         if not np.all(np.isfinite(residual)):
             return None
         if np.max(np.abs(residual)) <= settings.tolerance:
-            return Equilibrium(SheetState(points, plastic, stretch), forces, iteration)
+            return Equilibrium(after, wrenches[:, :3], wrenches[:, 3:], iteration)
         size = float(np.linalg.norm(residual))
         if size > last and halvings < _MAX_HALVINGS:
             step *= 0.5
@@ -93,8 +84,7 @@ def find_equilibrium(
             halvings += 1
             continue
         last, halvings = size, 0
-        solution, _ = dpbtrs(_factorise(band.T), -residual, lower=1)
-        step = _limited(solution, settings.largest_step).reshape(step.shape)
+        step = _limited(stiffness.solve(-residual), settings.largest_step).reshape(step.shape)
         points[inside] += step
     return None
 
@@ -107,23 +97,3 @@ def _limited(step: np.ndarray, largest: float) -> np.ndarray:
     """Scale a step down so that no displacement is larger."""
     scale = min(1.0, largest / max(float(np.max(np.abs(step))), 1e-300))
     return scale * step
-
-
-# Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
-_FIRST_SHIFT = 1e-4
-
-
-def _factorise(matrix: np.ndarray) -> np.ndarray:
-    """Return the banded Cholesky factor; a stiffness that is not definite is shifted.
-
-    Args:
-        matrix: Lower band by rows [N/m], (1 + bandwidth, n).
-    """
-    factor, status = dpbtrf(matrix, lower=1)
-    shift = _FIRST_SHIFT * float(np.mean(np.abs(matrix[0])))
-    while status != 0:
-        shifted = matrix.copy(order="F")
-        shifted[0] += shift
-        factor, status = dpbtrf(shifted, lower=1, overwrite_ab=1)
-        shift *= 10.0
-    return factor

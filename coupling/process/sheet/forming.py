@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from coupling.process.sheet.element import Shell
 from coupling.process.sheet.equilibrium import (
     Equilibrium,
     NewtonSettings,
-    SheetState,
     find_equilibrium,
 )
 from coupling.process.sheet.material import Material
 from coupling.process.sheet.mesh import SheetMesh, basis, gauss, midpoints
+from coupling.process.sheet.state import SheetState
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
@@ -27,6 +27,8 @@ _CONTACT_POINTS = 8
 _PENALTY = 0.3
 # Penetration over which the penalty sets in, over the thickness.
 _SMOOTHING = 0.003
+# Elastic slip at which the sheet slides along a tool, over the thickness.
+_SLIP = 0.01
 # Newton's method: unbalanced force over yield stress times thickness squared ...
 _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
@@ -41,13 +43,15 @@ class SheetSettings:
 
     Attributes:
         layers: Gauss points over the thickness.
-        window: Half side of the square about the tool in which control points may move [m].
+        window: Half side of the square about a tool in which control points may move [m].
         opening_radius: Of the backing plate under the sheet [m]; None: no plate.
+        friction: Coefficient between tools and sheet; the plate is frictionless.
     """
 
     layers: int = 5
     window: float = 0.03
     opening_radius: float | None = None
+    friction: float = 0.0
 
 
 class SheetModel:
@@ -74,6 +78,7 @@ class SheetModel:
         rule = np.polynomial.legendre.leggauss(self._layers)
         self._penalty = _PENALTY * material.youngs_modulus / thickness
         self._smoothing = _SMOOTHING * thickness
+        self._slip = _SLIP * thickness
         contact_basis = basis(midpoints(_CONTACT_POINTS), size)
         self._start = mesh.control_points()
         self.assemble = Assembler(
@@ -97,8 +102,16 @@ class SheetModel:
         return SheetState(self._start.copy(), np.zeros((*points, self._layers, 4)), np.ones(points))
 
     def sphere(self, center: np.ndarray, radius: float) -> Sphere:
-        """Return a tool with this model's penalty; center in the sheet's frame [m], (3,)."""
-        return Sphere(np.asarray(center, dtype=float), radius, self._penalty, self._smoothing)
+        """Return a tool at rest with this model's contact; center in the sheet's frame [m], (3,)."""
+        return Sphere(
+            np.asarray(center, dtype=float),
+            radius,
+            self._penalty,
+            self._smoothing,
+            self.settings.friction,
+            self._slip,
+            np.zeros(3),
+        )
 
     def window(self, center: np.ndarray) -> Box:
         """Return the box of control points about a tool's place [m], (2,) or more."""
@@ -113,6 +126,21 @@ class SheetModel:
                 min(int(np.ceil(middle + reach)) + 1, count + 2),
             ]
         return Box(*bounds)
+
+    def near(self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]) -> Box:
+        """Return the smallest box over the windows of all tools that may touch the sheet on a move.
+
+        Without any it is the whole sheet.
+        """
+        boxes = [
+            self.window(b.center)
+            for a, b in zip(before, after, strict=True)
+            if not (self.clear_of(state, a) and self.clear_of(state, b))
+        ]
+        if not boxes:
+            return self.everywhere()
+        first_x, last_x, first_y, last_y = zip(*boxes, strict=True)
+        return Box(min(first_x), max(last_x), min(first_y), max(last_y))
 
     def clear_of(self, state: SheetState, sphere: Sphere) -> bool:
         """Return whether a sphere is farther from all control points than it could touch."""
@@ -143,14 +171,20 @@ class SheetModel:
         Raises:
             ProcessError: If no equilibrium is found even in the smallest parts.
         """
+        near = self.near(state, before, after)
+        if len(state.slip) != len(before):
+            state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
         done, part, cuts = 0.0, 1.0, 0
         while True:
             target = min(done + part, 1.0)
             tools = tuple(
-                b._replace(center=(1.0 - target) * a.center + target * b.center)
+                b._replace(
+                    center=(1.0 - target) * a.center + target * b.center,
+                    moved=(target - done) * (b.center - a.center),
+                )
                 for a, b in zip(before, after, strict=True)
             )
-            found = self._find(state, tools, box)
+            found = self._find(state, tools, box, near)
             if found is None:
                 part *= 0.5
                 cuts += 1
@@ -165,17 +199,17 @@ class SheetModel:
             if done >= 1.0:
                 return found
 
-    def _find(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> Equilibrium | None:
-        """Return the equilibrium of a box; for the whole sheet, the tool's window goes first.
+    def _find(
+        self, state: SheetState, tools: tuple[Sphere, ...], box: Box, near: Box
+    ) -> Equilibrium | None:
+        """Return the equilibrium of a box; a smaller one near the tools goes first.
 
         What is left for the costly iterations of the whole sheet is then nearly linear.
         """
         start = None
-        if tools and box == self.everywhere():
-            near = find_equilibrium(
-                self.assemble, state, tools, self.window(tools[0].center), self._newton
-            )
-            start = near.state.points if near else None
+        if near != box == self.everywhere():
+            first = find_equilibrium(self.assemble, state, tools, near, self._newton)
+            start = first.state.points if first else None
         return find_equilibrium(self.assemble, state, tools, box, self._newton, start)
 
     def _supported(self, value: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.process.sheet.equilibrium import SheetState
 from coupling.process.sheet.mesh import SheetMesh
+from coupling.process.sheet.state import SheetState
 from coupling.workpiece import Workpiece
 
 DEFLECTION = "deflection [m]"

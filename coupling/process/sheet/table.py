@@ -8,7 +8,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
+from coupling.path import ToolPath
 from coupling.process.base import Task
+from coupling.toolpaths.support import Support
 from elastic_robot.toml_file import Positive, Schema
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ class SheetFemTable(Schema):
     hardening_exponent: Annotated[float, Field(ge=0.0, lt=1.0)]
     prestrain: Positive | None = None
     tool_diameter_m: Positive
+    friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     force_factor: Positive = 1.0
     element_m: Positive = 0.005
     layers: Annotated[int, Field(ge=2, le=20)] = 5
@@ -54,6 +57,18 @@ class SheetFemTable(Schema):
         Raises:
             CaseError: If the extra `fem` is not installed, or the tool path leaves the sheet.
         """
+        return self._sheet(task, [task.desired], [self.tool_diameter_m])
+
+    def supported_process(self, task: Task, support: Support) -> SheetFem:
+        """Return the sheet between a forming and a supporting tool.
+
+        Raises:
+            CaseError: As `process`.
+        """
+        diameters = [self.tool_diameter_m, support.tool_diameter]
+        return self._sheet(task, [task.desired, support.desired], diameters)
+
+    def _sheet(self, task: Task, desired: list[ToolPath], diameters: list[float]) -> SheetFem:
         # numba is of the extra `fem`, and its import takes longer than other cases should wait.
         from coupling.process.sheet.forming import SheetModel, SheetSettings
         from coupling.process.sheet.material import Material, hollomon_prestrain
@@ -61,8 +76,8 @@ class SheetFemTable(Schema):
         from coupling.process.sheet.process import SheetFem
         from coupling.process.sheet.schedule import schedule
 
-        points = task.part.coordinates(task.desired)
-        reach = np.max(np.abs(points[:, :2]), axis=0)
+        points = [task.part.coordinates(path) for path in desired]
+        reach = np.max(np.abs(np.vstack(points)[:, :2]), axis=0)
         if np.any(reach > 0.5 * np.array(self.sheet_size_m)):
             raise CaseError(
                 f"process: sheet_size_m is {self.sheet_size_m}; needed is more than"
@@ -80,13 +95,15 @@ class SheetFemTable(Schema):
             prestrain,
             self.hardening_exponent,
         )
-        settings = SheetSettings(self.layers, self.window_m, self.backing_radius_m)
+        settings = SheetSettings(
+            self.layers, self.window_m, self.backing_radius_m, self.friction_coefficient
+        )
         return SheetFem(
             part=task.part,
             model=SheetModel(
                 SheetMesh((x, y), elements, self.sheet_thickness_m), material, settings
             ),
-            tool_radius=0.5 * self.tool_diameter_m,
-            schedule=schedule(points, self.position_m, self.global_every),
+            tool_radii=tuple(0.5 * diameter for diameter in diameters),
+            schedule=schedule(points[0], self.position_m, self.global_every),
             force_factor=self.force_factor,
         )

@@ -1,0 +1,102 @@
+#include "newton.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The matrices of a step serve steps that differ by this ratio, and by this much in every drive [rad]. */
+#define SAME_LENGTH 0.02
+#define SAME_POSTURE 0.005
+
+static bool is_near(int joints, const double *a, const double *b)
+{
+    bool near = true;
+    for (int i = 0; i < joints; i++)
+        near &= fabs(a[i] - b[i]) <= SAME_POSTURE;
+    return near;
+}
+
+static void find_mass(const er_run *r)
+{
+    const er_robot *robot = r->system->robot;
+    er_workspace *w = r->work;
+    double theta[ER_MAX_ANGLES];
+    er_angles(robot, w->linearisation.q, w->linearisation.x, theta);
+    er_place_bodies(robot, theta, &w->placement);
+    er_mass_matrix(robot, &w->placement, w->mass);
+}
+
+/* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
+static bool factorise(const er_run *r)
+{
+    er_workspace *w = r->work;
+    const er_linearisation *at = &w->linearisation;
+    int m = r->m;
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) {
+            double mass = w->mass[i * m + j];
+            w->factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
+        }
+    for (int k = 0; k < m; k++) {
+        double damping = r->system->parameters->damping[k];
+        er_complex_pair *diagonal = &w->factors[k * m + k];
+        for (int p = 0; p < ER_PAIRS; p++) {
+            double re = at->length * er_gauss_eigen_re[p], im = at->length * er_gauss_eigen_im[p];
+            diagonal->re[p] += re * damping + (re * re - im * im) * at->slope[k];
+            diagonal->im[p] += im * damping + 2.0 * re * im * at->slope[k];
+        }
+    }
+    return r->settings->kernel.factor(m, w->factors);
+}
+
+bool er_linearise(const er_run *r, const er_state *state, double h)
+{
+    const er_system *system = r->system;
+    er_workspace *w = r->work;
+    er_linearisation *at = &w->linearisation;
+    double q[ER_MAX_JOINTS];
+    for (int i = 0; i < system->robot->joints; i++)
+        q[i] = w->stages.q[i][ER_STAGES / 2];
+    if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
+        if (fabs(at->length - h) <= SAME_LENGTH * h)
+            return true;
+    } else {
+        memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);
+        memcpy(at->x, state->x, (size_t)r->m * sizeof *at->x);
+        at->has_mass = true;
+        find_mass(r);
+    }
+    for (int k = 0; k < r->m; k++)
+        at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
+    at->length = h;
+    if (factorise(r))
+        return true;
+    er_relinearise(w);
+    return false;
+}
+
+static bool same(const er_run *r, const er_linearisation *a, const er_linearisation *b)
+{
+    size_t joints = (size_t)r->system->robot->joints, m = (size_t)r->m;
+    return a->has_mass == b->has_mass && a->length == b->length &&
+           memcmp(a->q, b->q, joints * sizeof *a->q) == 0 &&
+           memcmp(a->x, b->x, m * sizeof *a->x) == 0 &&
+           memcmp(a->slope, b->slope, m * sizeof *a->slope) == 0;
+}
+
+void er_linearise_as(const er_run *r, const er_linearisation *linearisation)
+{
+    er_workspace *w = r->work;
+    if (same(r, linearisation, &w->linearisation))
+        return;
+    w->linearisation = *linearisation;
+    if (w->linearisation.has_mass)
+        find_mass(r);
+    if (w->linearisation.length > 0.0)
+        factorise(r); /* which succeeded when they were first made */
+}
+
+void er_relinearise(er_workspace *work)
+{
+    work->linearisation.has_mass = false;
+    work->linearisation.length = 0.0;
+}
