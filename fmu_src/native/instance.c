@@ -85,7 +85,6 @@ void er_instance_reset(er_instance *instance)
     model->memory.options.curve = ER_BACKLASH;
     model->memory.options.tolerance = DEFAULT_TOLERANCE;
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
-    instance->columns = 0;
     instance->fresh = 0;
 }
 
