@@ -140,9 +140,10 @@ def numbers_of(case: Case) -> Numbers:
 
 def rest(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
     """Return the equilibrium near x in complex arithmetic; a gear in the middle of its play stays."""
-    zero, free = np.zeros_like(x), x != 0.0
+    zero = np.zeros_like(x)
     drives = np.array([numbers.drives[0], 0.0 * numbers.drives[0], 0.0 * numbers.drives[0]])
     flow = Flow(case.robot, case.curve, changed(numbers, drives=drives), x, zero)
+    free = (x != 0.0) | np.array([len(edges) == 0 for edges in flow.knots])
     stiffness = _softening(case, numbers, x) + np.diag(flow.slope(x).real)
     at = x.astype(complex)
     for _ in range(6):
@@ -215,16 +216,16 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
     """Largest error of each block, relative to its largest derivative."""
     numbers = numbers_of(case)
     quasistatic, flow = case.mode == "quasistatic", None
-    if case.length > 0.0 and not quasistatic:
+    if case.length > 0.0 and not quasistatic and len(found.x):
         flow = Flow(case.robot, case.curve, numbers, found.x, np.zeros_like(found.x))
         flow.run(case.length)
         x, v = flow.x, flow.v
     else:
-        x = v = np.zeros_like(found.values["deflection"])
+        x = v = np.zeros(len(found.x))
     held = changed(numbers, drives=_drives_at(numbers, case.length))
     if quasistatic or case.length == 0.0:
         v = np.zeros(len(x))
-        if case.initial_state == "equilibrium" or case.length > 0.0:
+        if len(x) and (case.initial_state == "equilibrium" or case.length > 0.0):
             x = rest(case, held, found.values["deflection"])
     elastic = evaluate(case.robot, changed(held, motion=np.array([x, v, 0 * x])))
     rigid = evaluate(case.robot, changed(held, motion=np.zeros((3, len(x)))))

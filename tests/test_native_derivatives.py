@@ -72,6 +72,22 @@ def test_refinements_gain_three_digits_each(example, curve, length):
     assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max()
 
 
+def _example_case(example, **changes) -> Case:
+    inputs = np.concatenate([LOAD, POSTURE, [0.05] * 6, [0.3] * 6])
+    given = Case(
+        robot=example,
+        curve="backlash",
+        mode="dynamic",
+        initial_state="equilibrium",
+        tolerance=1e-6,
+        length=0.004,
+        before=inputs * (np.arange(24) >= 6),
+        inputs=inputs,
+        seed=np.zeros(24),
+    )
+    return replace(given, **changes)
+
+
 @pytest.mark.parametrize("number", range(40))
 def test_equilibria_follow_their_inputs(tmp_path, number):
     """Initial states and quasi-static steps of 1 to 8 joints, all outputs, to 1e-9 of the largest.
@@ -85,6 +101,26 @@ def test_equilibria_follow_their_inputs(tmp_path, number):
     assert max(found.values()) < 1e-9, found
 
 
+def test_a_gear_without_load_stays_in_the_middle_of_its_play(example, tmp_path):
+    """That of the vertical axis under weight alone; the others follow, to 1e-9."""
+    inputs = np.concatenate([np.zeros(6), POSTURE, np.zeros(12)])
+    seed = np.zeros(24)
+    seed[[0, 1, 2, Q_CMD + 1]] = 1.0, 2.0, 3.0, 1e-6
+    case = _example_case(example, length=0.0, inputs=inputs, seed=seed)
+    found = through_fmu(case, tmp_path)
+    relative, _ = errors(case, found)
+    assert found.values["deflection"][0] == found.derivatives["deflection"][0] == 0.0
+    assert max(relative.values()) < 1e-9, relative
+
+
+def test_a_rigid_robot_follows_its_drives(tmp_path):
+    robot = make_robot(16, 1)
+    assert build_chain(robot).elastic_count == 0
+    case = make_case(16, 1, "backlash", "dynamic", 0.004, "all")
+    relative, _ = errors(case, through_fmu(case, tmp_path))
+    assert max(relative.values()) < 1e-9, relative
+
+
 # Number of the robot, joints, curve, and what is in the step: passages of a knot of the curve.
 STEPS = [
     (3, 4, "linear", 0),
@@ -94,6 +130,7 @@ STEPS = [
     (102, 1, "backlash", 1),
     (114, 1, "backlash", 1),
     (112, 2, "backlash", 1),
+    (103, 2, "spline", 0),
     (105, 1, "spline", 0),
     (109, 2, "spline", 0),
 ]
@@ -129,22 +166,6 @@ def test_a_passage_of_the_play_keeps_the_accuracy_at_any_tolerance(tmp_path, tol
     assert flow is not None
     assert flow.crossings == 1
     assert found["deflection"] < 1e-9
-
-
-def _example_case(example, **changes) -> Case:
-    inputs = np.concatenate([LOAD, POSTURE, [0.05] * 6, [0.3] * 6])
-    given = Case(
-        robot=example,
-        curve="backlash",
-        mode="dynamic",
-        initial_state="equilibrium",
-        tolerance=1e-6,
-        length=0.004,
-        before=inputs * (np.arange(24) >= 6),
-        inputs=inputs,
-        seed=np.zeros(24),
-    )
-    return replace(given, **changes)
 
 
 def _jacobian(slave, knowns=range(INPUTS)) -> np.ndarray:
