@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from native_core import LANES, Core
-from native_derivatives import CURVES, SEEDS, Case, errors, instance_of, make_case, through_fmu
+from native_derivative_errors import errors
+from native_derivatives import CURVES, SEEDS, Case, instance_of, make_case, through_fmu
 from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
@@ -88,7 +89,7 @@ def _example_case(example, **changes) -> Case:
     return replace(given, **changes)
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", range(24))
 def test_equilibria_follow_their_inputs(tmp_path, number):
     """Initial states and quasi-static steps of 1 to 8 joints, all outputs, to 1e-9 of the largest.
 

@@ -1,8 +1,8 @@
-/* Directional derivatives: how the outputs follow the inputs that the last step, or the initial state,
- * was computed from.
+/* Directional derivatives: how the outputs follow the inputs that the last step, or the initial
+ * state, was computed from.
  *
- * A step is computed again from where it began, with the sensitivities of its state carried along, for
- * all entries of the wrench or of the command at once.  They serve until the state changes.
+ * A step is computed again from where it began, with the sensitivities of its state carried along,
+ * for all entries of the wrench or of the command at once.  They serve until the state changes.
  */
 #include <math.h>
 #include <string.h>

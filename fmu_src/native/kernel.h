@@ -75,7 +75,7 @@ typedef struct {
     er_vector spin, momentum;           /* omega; I omega */
     er_vector sling;                    /* omega x the body's first moment */
     er_vector carried;                  /* omega x the rotation's origin, in the frame before it */
-    er_vector push_by, spin_by, rate_by; /* push, omega, omega' brought from the frame before: x axis */
+    er_vector push_by, spin_by, rate_by; /* what comes of push, omega, omega' before, x axis */
     er_vector force_by, moment_by;      /* axis x the load of all beyond it */
 } er_link;
 

@@ -1,8 +1,8 @@
 /* The derivative of the loads in kernel_body.h along a direction, for every width of `er_real`.
  *
- * Included behind kernel_body.h.  The recursive Newton-Euler algorithm is differentiated line by line, in
- * the bodies' frames: of v = R^T v_before follows dv = R^T dv_before + (v x axis) dtheta, of
- * f_before = R f follows df_before = R (df + (axis x f) dtheta).
+ * Included behind kernel_body.h.  The recursive Newton-Euler algorithm is differentiated line by
+ * line, in the bodies' frames: of v = R^T v_before follows dv = R^T dv_before + (v x axis) dtheta,
+ * of f_before = R f follows df_before = R (df + (axis x f) dtheta).
  */
 
 static inline vec load_vec(const er_lanes *v, int first)
@@ -77,9 +77,8 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
                         scaled(a, load(&motion->acceleration[i][first])));
         spin = add(spin, own);
         store_vec(link->spin, first, spin);
-        for (int k = 0; k < 3; k++) { /* rows of base_from_behind: those before times R */
+        for (int k = 0; k < 3; k++) /* rows of base_from_before times R */
             base.row[k] = into(&R, base.row[k]);
-        }
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
             vec momentum = symmetric_times(body->inertia, spin);

@@ -21,7 +21,8 @@ static void moment_about_joint(const er_placement *p, int i, double moment[3])
         moment[c] = body->moment[c] + body->mass * p->arm[i][c];
 }
 
-/* An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies' moment is:
+/* An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies'
+ * moment is:
  *
  *     d arm_i = sum_(j<=i) z_j dtheta_j x arm_i + sum_(j>i) z_j dtheta_j x arm_j. */
 void er_placement_along(const er_robot *robot, const er_placement *p, const double *theta,

@@ -7,8 +7,8 @@
 
 /* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11
-/* Or, where hardly anything follows the input, to this part of what follows a torque of 1 N m, or of the
- * drive's own motion over a longest step: there rounding is all that is left. */
+/* Or, where hardly anything follows the input, to this part of what follows a torque of 1 N m, or of
+ * the drive's own motion over a longest step: there rounding is all that is left. */
 #define NEGLIGIBLE 1e-14
 #define MAX_PASSES 40
 
@@ -109,8 +109,8 @@ static double negligible(const er_run *r, int column, const er_share *share)
 
 /* Solves the linearised collocation equations
  *
- *     M_i da_i + D_i dv_i + K_i dx_i + dr_i/du = 0,    dx_i = dx_0 + c_i h dv_0 + h^2 sum_j A2_ij da_j,
- *                                                      dv_i = dv_0 + h sum_j A1_ij da_j
+ *     M_i da_i + D_i dv_i + K_i dx_i + dr_i/du = 0,
+ *     dx_i = dx_0 + c_i h dv_0 + h^2 sum_j A2_ij da_j,    dv_i = dv_0 + h sum_j A1_ij da_j
  *
  * by the step's own factors, which belong to its start, and refines with the exact tangent of the
  * residual at its stages.  False if that does not converge. */
@@ -171,11 +171,11 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
 }
 
 /* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.
- * So x'' is continuous in time and state, a shift of the moment of the passage changes x and x' to second order
- * only, and the sensitivities are continuous.
+ * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
+ * second order only, and the sensitivities are continuous.
  *
- * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.  The
- * jump J of the torque at x_k, over the time t since the edge, is that slope's integral:
+ * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.
+ * With the time t since the edge and the jump J of the torque at x_k, what is missing is
  *
  *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2.
  */

@@ -1,8 +1,8 @@
-/* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step to
- * step of the integration.
+/* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step
+ * to step of the integration, whose lengths are held.
  *
- * An input is named by its column, which is its value reference: the wrench, then q, q' and q'' of the
- * held command.  elastic_robot/path_sensitivity.py does the same for the parameters.
+ * An input is named by its column, which is its value reference: the wrench, then q, q' and q'' of
+ * the held command.  elastic_robot/path_sensitivity.py does the same for the parameters.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
@@ -35,8 +35,7 @@ er_share er_share_of(const er_robot *robot, int column, double elapsed);
 /* Begins with x and x' that do not depend on the inputs. */
 void er_sensitivity_start(er_sensitivity *sensitivity, int first, int count, double start);
 
-/* Carries the columns over a step that was just solved from `state`; w->factors and w->stages are its
- * own. */
+/* Carries the columns over a step that was just solved from `state`; the workspace is as it left it. */
 void er_sensitivity_follow(er_sensitivity *sensitivity, const er_run *r, const er_state *state,
                            const er_step *step);
 

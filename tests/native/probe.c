@@ -100,10 +100,10 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
-/* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of the
- * column that took most, 0 if it fails. */
-int probe_columns(er_model *model, double end, const double *q, const double *wrench, double accuracy,
-                  double *x, double *v)
+/* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of
+ * the column that took most, 0 if it fails. */
+int probe_columns(er_model *model, double end, const double *q, const double *wrench,
+                  double accuracy, double *x, double *v)
 {
     const er_state state = model->memory.state;
     int m = model->robot.elastics;
