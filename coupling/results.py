@@ -1,4 +1,4 @@
-"""The run folder: written whole or not at all, and read back for reports."""
+"""The run folder: written whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,77 +8,27 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomli_w
 
 from coupling.case import Case
 from coupling.errors import ResultError
-from coupling.path import JointPath, ToolPath, WrenchHistory
+from coupling.path import JointPath
 from coupling.process.base import EVALUATIONS
 from coupling.run import Run, as_figures
+from coupling.stored_run import GAP, GAP_COLUMNS, RESULT, workpiece_file
 from coupling.tables import (
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
-    read_header,
-    read_table,
     write_table,
 )
-from coupling.workpiece import Workpiece
 
-_RESULT = "result.json"
-GAP, GAP_COLUMNS = "gap", ("before", "after")
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
-
-
-@dataclass(frozen=True)
-class StoredRun:
-    """A run read back from its folder.
-
-    Attributes:
-        name: Of the folder.
-        figures: Content of result.json.
-        desired, uncompensated, achieved, command: Tool paths.
-        joints: Joint angles of `command`.
-        correction: command minus desired, (n, 6).
-        wrench: On the tool.
-        workpieces: By `stages`, where the process tells.
-    """
-
-    name: str
-    figures: dict[str, Any]
-    desired: ToolPath
-    uncompensated: ToolPath
-    achieved: ToolPath
-    command: ToolPath
-    joints: JointPath
-    correction: np.ndarray
-    wrench: WrenchHistory
-    workpieces: dict[str, Workpiece]
-
-    @property
-    def actual(self) -> dict[str, ToolPath]:
-        """The actual paths by `stages`."""
-        names = stages(self.figures)
-        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
-
-
-def stages(figures: dict[str, Any]) -> tuple[str, ...]:
-    """Return what to call the actual paths of a run, which has only one if it is coupled only.
-
-    Args:
-        figures: Content of result.json.
-    """
-    return (
-        ("actual",)
-        if figures["kind"] == "couple"
-        else ("before compensation", "after compensation")
-    )
 
 
 @contextmanager
@@ -121,7 +71,7 @@ def _require_free(folder: Path, overwrite: bool) -> None:
         raise ResultError(f"{folder}: is a file; needed is the name of a folder")
     if not any(folder.iterdir()):
         return
-    if not (folder / _RESULT).exists():
+    if not (folder / RESULT).exists():
         raise ResultError(f"{folder}: holds files that are not a result; name another folder")
     if not overwrite:
         raise ResultError(f"{folder}: holds a result already; add --overwrite to replace it")
@@ -176,7 +126,7 @@ def runs_of_robots(case: Case, run: Run) -> dict[str, Run]:
 
 def _write_figures(folder: Path, name: str, run: Run) -> None:
     figures = {"case": name, **as_figures(run), "versions": _versions()}
-    (folder / _RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
+    (folder / RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
 
 
 def _write_robot(folder: Path, name: str, run: Run) -> None:
@@ -202,11 +152,7 @@ def _write_workpieces(folder: Path, run: Run) -> None:
         del pieces["after"]
     for state, workpiece in pieces.items():
         if workpiece is not None:
-            workpiece.write(_workpiece_file(folder, state))
-
-
-def _workpiece_file(folder: Path, state: str) -> Path:
-    return folder / f"workpiece_{state}.vtu"
+            workpiece.write(workpiece_file(folder, state))
 
 
 def _write(
@@ -223,96 +169,3 @@ def _versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:  # run from a checkout that is not installed
             found[package] = "not installed as a package"
     return found
-
-
-@dataclass(frozen=True)
-class StoredCell:
-    """A run of a cell read back from its folder.
-
-    Attributes:
-        figures: Content of result.json.
-        robots: The run of every robot, by name.
-        time: Of the gap [s], (n,).
-        gap: Between the tools before and after compensation [m], (n, 2).
-        workpieces: By `stages`, where the process tells.
-    """
-
-    figures: dict[str, Any]
-    robots: dict[str, StoredRun]
-    time: np.ndarray
-    gap: np.ndarray
-    workpieces: dict[str, Workpiece]
-
-
-def is_cell(folder: Path) -> bool:
-    """Return whether a run folder is that of a cell."""
-    return (folder / f"{GAP}.csv").exists()
-
-
-def read_cell(folder: Path) -> StoredCell:
-    """Read the run folder of a cell.
-
-    Raises:
-        ResultError: If a file is missing or broken.
-    """
-    table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
-    names = sorted(file.parent.name for file in folder.glob(f"*/{_RESULT}"))
-    robots = {name: read_run(folder / name) for name in names}
-    figures = _read_figures(folder)
-    pieces = _read_workpieces(folder, figures)
-    return StoredCell(figures, robots, table[:, 0], table[:, 1:], pieces)
-
-
-def _read_workpieces(folder: Path, figures: dict[str, Any]) -> dict[str, Workpiece]:
-    return {
-        stage: Workpiece.read(file)
-        for stage, name in zip(stages(figures), ("before", "after"), strict=False)
-        if (file := _workpiece_file(folder, name)).exists()
-    }
-
-
-def _read_figures(folder: Path) -> dict[str, Any]:
-    try:
-        figures: dict[str, Any] = json.loads((folder / _RESULT).read_text(encoding="utf-8"))
-    except OSError as cause:
-        raise ResultError(
-            f"{folder / _RESULT}: cannot be read: {cause.strerror or cause}; needed is a run folder"
-        ) from cause
-    except ValueError as cause:
-        raise ResultError(f"{folder / _RESULT}: is not valid JSON: {cause}") from cause
-    return figures
-
-
-def read_run(folder: Path) -> StoredRun:
-    """Read a run folder.
-
-    Raises:
-        ResultError: If a file is missing or broken.
-    """
-    figures = _read_figures(folder)
-
-    def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
-        return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
-
-    def tool_path(name: str) -> ToolPath:
-        values = table(name, POSE_COLUMNS)
-        return ToolPath(values[:, 0], values[:, 1:])
-
-    header = read_header(folder / "command.csv", ResultError)
-    joints = tuple(name for name in header if name.startswith("q") and name[1:].isdigit())
-    angles, wrench = table("command", joints), table("wrench", WRENCH_COLUMNS)
-    try:
-        return StoredRun(
-            name=folder.name,
-            figures=figures,
-            desired=tool_path("desired"),
-            uncompensated=tool_path("uncompensated"),
-            achieved=tool_path("achieved"),
-            command=tool_path("command"),
-            joints=JointPath(angles[:, 0], angles[:, 1:]),
-            correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
-            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
-            workpieces=_read_workpieces(folder, figures),
-        )
-    except ValueError as cause:
-        raise ResultError(f"{folder}: {cause}") from cause

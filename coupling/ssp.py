@@ -15,10 +15,10 @@ from build_fmu import build
 from coupling.case import Case
 from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date, write_archive
+from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path import JointPath
 from coupling.planning import Planner
-from coupling.process_fmu import build_process_fmu
 from elastic_robot.interface import AXES, POSE
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"

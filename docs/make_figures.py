@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 from coupling.report import figures
-from coupling.results import read_run
+from coupling.stored_run import read_run
 from docs.screenshot import NoBrowserError, save_side_by_side
 
 DOCS = Path(__file__).parent

@@ -68,3 +68,13 @@ def robots(backlash: float = 1e-4) -> st.SearchStrategy[Robot]:
     return st.builds(
         make_robot, st.integers(0, 10**6), st.integers(1, 8), backlash=st.just(backlash)
     )
+
+
+def hardly_loaded(rng: np.random.Generator, joints: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return drive angles [rad] and a wrench [N, N m] that leave some gears nearly unloaded.
+
+    Angles that are zero or nearly so line up the wrist, and the wrench may be rounding only.
+    """
+    q = rng.uniform(-1.5, 1.5, joints) * rng.choice([0, 1e-16, 1e-9, 1e-6, 1e-3, 1, 1, 1], joints)
+    wrench = np.concatenate([rng.normal(size=3) * 300.0, rng.normal(size=3) * 20.0])
+    return q, wrench * rng.choice([0.0, 0.0, 1e-9, 1e-3, 1.0])

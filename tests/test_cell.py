@@ -26,9 +26,10 @@ from coupling.iteration import Tolerance, couple
 from coupling.path import ToolPath, WrenchHistory
 from coupling.process.supported_forming import SupportedForming
 from coupling.report import write_report
-from coupling.results import read_cell, write_run
+from coupling.results import write_run
 from coupling.run import run_compensation
 from coupling.ssp import write_ssp
+from coupling.stored_run import read_cell
 from coupling.toolpaths import Cone
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Support, support_along

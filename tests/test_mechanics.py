@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from random_robots import make_robot, robots
+from random_robots import hardly_loaded, make_robot, robots
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
@@ -151,6 +151,21 @@ def test_of_two_flanks_the_less_loaded_one_is_taken():
         lambda e: 1e4 * (e + 2e-3) - 50 * 9.81 * np.sin(e + 5e-4), -0.1, 0, xtol=1e-15
     )
     assert e == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("kind", TORQUE_CURVES)
+def test_hardly_loaded_gears_rest_in_balance(example, kind):
+    """Lined-up postures, in which Newton's method alone sends a gear round the world.
+
+    To what a gear may carry in the middle of its gap, 1e-6 N m, and the rounding of 1e4 N m.
+    """
+    dynamics, parameters = dynamics_of(example)
+    curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
+    for _ in range(400):
+        q, wrench = hardly_loaded(rng, 6)
+        x = equilibrium(dynamics, curve, q, wrench)
+        torque = dynamics.static_torque(dynamics.chain.theta(q, x), wrench)
+        np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=1e-6)
 
 
 @given(SEEDS)

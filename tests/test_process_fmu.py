@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
+from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.process import ElasticWallTable, ProcessFmuTable, Task
-from coupling.process_fmu import build_process_fmu
 from coupling.toolpaths.part import Part
 
 SOURCES = HERE / "process_fmus"

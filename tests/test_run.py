@@ -16,7 +16,8 @@ from conftest import HERE
 
 from coupling.errors import ResultError
 from coupling.report import write_report
-from coupling.results import new_run_folder, read_run
+from coupling.results import new_run_folder
+from coupling.stored_run import read_run
 
 LINE = HERE / "cases" / "line.toml"
 FILES = {

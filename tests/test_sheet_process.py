@@ -19,7 +19,7 @@ from coupling.path import ToolPath
 from coupling.process import PROCESSES, Task, Watchable
 from coupling.process.sheet.schedule import schedule
 from coupling.process.sheet.shape import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
-from coupling.results import read_run
+from coupling.stored_run import read_run
 from coupling.toolpaths.part import Part
 from coupling.workpiece import Workpiece
 

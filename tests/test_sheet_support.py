@@ -20,8 +20,9 @@ from coupling.process.sheet.forming import SheetModel, SheetSettings
 from coupling.process.sheet.material import Material
 from coupling.process.sheet.mesh import SheetMesh
 from coupling.report.page import write_report
-from coupling.results import read_cell, write_run
+from coupling.results import write_run
 from coupling.run import run_coupling
+from coupling.stored_run import read_cell
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 

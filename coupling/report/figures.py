@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.path import ToolPath
-from coupling.results import StoredCell, StoredRun, stages
+from coupling.stored_run import StoredCell, StoredRun, stages
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"

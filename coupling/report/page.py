@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
 from coupling.report import figures, workpiece_figures
-from coupling.results import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
+from coupling.stored_run import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
 from coupling.workpiece import Workpiece
 
 _STYLE = """

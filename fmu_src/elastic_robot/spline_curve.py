@@ -173,6 +173,11 @@ class SplineCurve:
         return self.cubics[rows, piece], x - self.origins[rows, piece]
 
     @cached_property
+    def bends(self) -> np.ndarray:
+        """Where there are points."""
+        return np.isfinite(self.knots).any(axis=1)
+
+    @cached_property
     def _end_slope(self) -> np.ndarray:
         """Slope beyond the last knot of each coordinate."""
         last = np.sum(np.isfinite(self.knots), axis=1)
@@ -181,7 +186,7 @@ class SplineCurve:
     @cached_property
     def _tabulated(self) -> np.ndarray:
         """True for a coordinate with its own table: it has knots, but no flat middle."""
-        return np.isfinite(self.knots).any(axis=1) & np.isinf(self.half_width)
+        return self.bends & np.isinf(self.half_width)
 
     @cached_property
     def _knot_torques(self) -> np.ndarray:

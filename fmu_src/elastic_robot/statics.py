@@ -17,6 +17,8 @@ NEUTRAL_TORQUE = 1e-6
 # Newton's method ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
 _STEP_TOLERANCE = 1e-14
 _MAX_ITERATIONS = 60
+# A step inside the play is at most this long, in half widths: from anywhere it leads out of it.
+_ACROSS = 2.0
 # A step longer than this share of the one before calls for a new matrix: a smooth curve bends.
 _SLOW = 0.1
 
@@ -56,6 +58,7 @@ def equilibrium(
     neutral = switching & (np.abs(torque) < NEUTRAL_TORQUE)
     x = np.where(neutral, 0.0, curve.deflection(torque))
     region = np.where(neutral, 0, curve.region(x))
+    bends = bool(curve.bends.any())
     solve, settled, last = None, False, np.inf
     for _ in range(_MAX_ITERATIONS):
         branch = curve.in_region(region)
@@ -64,7 +67,16 @@ def equilibrium(
         torque = dynamics.static_torque(theta, wrench)
         if solve is None:
             softening = dynamics.static_torque_gradient(theta, wrench)
-            solve = _solver(branch.slope(x), softening, neutral)
+            slope = branch.slope(x)
+            free = (region == 0) & ~neutral
+            if free.any():
+                slope = np.where(free, _slope_in_play(guard, torque, softening), slope)
+            if bends:
+                # A piece flatter than the load's gradient s would send Newton's method back, away
+                # from the flank that the load drives the gear to.  Where a load t + s x, t >= 0,
+                # rests on the flank k (x - B/2)^2 / (2 B) of a rounded dead band, that is steeper.
+                slope = np.where(curve.bends, np.maximum(slope, 2.0 * softening.diagonal()), slope)
+            solve = _solver(slope, softening, neutral)
         step = solve(np.where(neutral, 0.0, torque - branch.torque(x)))
         x = x + step
         largest = np.abs(step).max()
@@ -74,17 +86,34 @@ def equilibrium(
         if moved is not region:
             region, solve = moved, None
         elif largest < _STEP_TOLERANCE:
+            loaded = neutral & (np.abs(torque) >= NEUTRAL_TORQUE)
+            if loaded.any():
+                neutral = neutral & ~loaded
+                x = np.where(loaded, curve.deflection(torque), x)
+                region, solve = np.where(loaded, curve.region(x), region), None
+                continue
             lighter = _lighter_flanks(guard, region, torque, softening, neutral)
             if settled or lighter is region:
                 return x
             region, solve, settled = lighter, None, True
-        elif largest > _SLOW * last:
+        elif bends or free.any() or largest > _SLOW * last:
             solve = None
         last = largest
     raise EquilibriumError(
         f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
         f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
     )
+
+
+def _slope_in_play(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray) -> np.ndarray:
+    """Return slopes that limit the steps of gears inside their play.
+
+    There only the load holds a gear, and one that it hardly holds would be sent round the world by
+    Newton's method, and the other joints along with it.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limiting = np.abs(torque) / (_ACROSS * guard) + softening.diagonal()
+    return np.maximum(limiting, 0.0)
 
 
 def _solver(

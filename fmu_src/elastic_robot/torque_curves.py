@@ -46,6 +46,11 @@ class TorqueCurve(Branch, Protocol):
         """Where the law changes: at +-half_width [rad]; infinite for a smooth curve."""
         ...
 
+    @property
+    def bends(self) -> np.ndarray:
+        """Whether the slope changes along a branch, (m,)."""
+        ...
+
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its play."""
         ...
@@ -94,6 +99,11 @@ class LinearCurve:
     def half_width(self) -> np.ndarray:
         """Infinite: the law never changes."""
         return np.full(np.shape(self.stiffness), np.inf)
+
+    @cached_property
+    def bends(self) -> np.ndarray:
+        """Nowhere."""
+        return np.zeros(np.shape(self.stiffness), dtype=bool)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """S(x) = k x [N m]."""
@@ -158,6 +168,11 @@ class BacklashCurve:
     def half_width(self) -> np.ndarray:
         """B, or infinite for a coordinate without play: its law never changes."""
         return np.where(self.backlash > 0.0, self.backlash, np.inf)
+
+    @cached_property
+    def bends(self) -> np.ndarray:
+        """Nowhere: every branch is straight."""
+        return np.zeros(np.shape(self.stiffness), dtype=bool)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """S(x) [N m], shape of x."""

@@ -16,6 +16,9 @@
 /* A step longer than this [rad] is no deflection any more. */
 #define LONGEST_STEP 3.14159265358979
 
+/* A step inside the play is at most this long, in half widths: from anywhere it leads out of it. */
+#define ACROSS 2.0
+
 enum { MOST = ER_MAX_ANGLES };
 
 /* An equilibrium in the making; one entry per elastic coordinate. */
@@ -64,6 +67,29 @@ static void begin(search *s)
     }
 }
 
+/* Inside its play only the load holds a gear, and one that it hardly holds would be sent round the world
+ * by Newton's method, and the other joints along with it: its step is limited.
+ *
+ * A piece of a spline that is flatter than the load's gradient s would send it back, away from the flank
+ * that the load drives the gear to.  Where a load t + s x, t >= 0, rests on the flank
+ * k (x - B/2)^2 / (2 B) of a rounded dead band, that is steeper than 2 s. */
+static double slope_for_step(const search *s, int k)
+{
+    double slope = er_curve_slope(s->curve, k, s->region[k], s->x[k]);
+    if (s->region[k] == 0)
+        slope = fmax(fabs(s->torque[k]) / (ACROSS * guard(s, k)) + diagonal(s, k), 0.0);
+    return s->curve->spline[k].points > 0 ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
+}
+
+/* Whether the matrix of a step serves the next: no slope changes by itself. */
+static bool is_straight(const search *s)
+{
+    bool straight = true;
+    for (int k = 0; k < s->m; k++)
+        straight &= s->curve->spline[k].points == 0 && (s->region[k] != 0 || s->neutral[k]);
+    return straight;
+}
+
 /* Factors of slope - softening; neutral coordinates do not move.  False if singular. */
 static bool factorise(search *s)
 {
@@ -72,8 +98,7 @@ static bool factorise(search *s)
     for (int i = 0; i < m; i++) {
         for (int j = 0; j < m; j++)
             s->factors[i * m + j] = s->neutral[i] ? 0.0 : -s->softening[i * m + j];
-        s->factors[i * m + i] +=
-            s->neutral[i] ? 1.0 : er_curve_slope(s->curve, i, s->region[i], s->x[i]);
+        s->factors[i * m + i] += s->neutral[i] ? 1.0 : slope_for_step(s, i);
     }
     return er_lu_factor(m, s->factors, s->pivot);
 }
@@ -115,6 +140,21 @@ static bool change_regions(search *s)
     return changed;
 }
 
+/* Lets gears go that are loaded in the middle of their play now that the others have given way; false
+ * if there are none. */
+static bool release_loaded(search *s)
+{
+    bool released = false;
+    for (int k = 0; k < s->m; k++)
+        if (s->neutral[k] && fabs(s->torque[k]) >= NEUTRAL_TORQUE) {
+            s->neutral[k] = false;
+            s->x[k] = er_curve_deflection(s->curve, k, s->torque[k]);
+            s->region[k] = er_curve_region(s->curve, k, s->x[k]);
+            released = true;
+        }
+    return released;
+}
+
 /* Takes the flank with less torque for gears that could rest on either; false if they are there. */
 static bool take_lighter_flanks(search *s)
 {
@@ -146,11 +186,15 @@ static bool iterate(search *s)
         if (change_regions(s)) {
             fresh = false;
         } else if (largest < STEP_TOLERANCE) {
+            if (release_loaded(s)) {
+                fresh = false;
+                continue;
+            }
             if (settled || !take_lighter_flanks(s))
                 return true;
             fresh = false;
             settled = true;
-        } else if (largest > SLOW * last) {
+        } else if (largest > SLOW * last || !is_straight(s)) {
             fresh = false;
         }
         last = largest;

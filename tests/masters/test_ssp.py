@@ -23,9 +23,9 @@ from fmpy.validation import validate_fmu
 from coupling.case import Case, load_case
 from coupling.cli import main
 from coupling.errors import BuildError
+from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path import ToolPath, WrenchHistory
 from coupling.planning import Planner
-from coupling.process_fmu import build_process_fmu
 from coupling.robot_fmu import RobotFmu
 from coupling.run import run_coupling
 from coupling.ssp import write_ssp
