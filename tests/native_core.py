@@ -83,6 +83,24 @@ class Core:
         self._lib.probe_loads(self._model, *arrays)
         return load.T
 
+    def tangent(self, motion, wrench, directions, wrench_direction, m: int) -> np.ndarray:
+        """Derivative of the loads of LANES states, (LANES, m); motion and directions: (3, LANES, n)."""
+        load = np.zeros((m, LANES))
+        lanes = [np.ascontiguousarray(values.T) for values in motion]
+        along = np.ascontiguousarray(np.swapaxes(directions, 1, 2))
+        arrays = [_array(values) for values in (*lanes, wrench, along, wrench_direction, load)]
+        self._lib.probe_tangent(self._model, *arrays)
+        return load.T
+
+    def columns(self, end, q, wrench, m: int, accuracy: float) -> tuple[np.ndarray, int]:
+        """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""
+        x, v = np.zeros((2, 6, m))
+        values = ctypes.c_double(end), _array(np.array(q)), _array(np.array(wrench))
+        accurate = ctypes.c_double(accuracy)
+        passes = self._lib.probe_columns(self._model, *values, accurate, _array(x), _array(v))
+        self._require(passes > 0)
+        return np.hstack([x, v]), passes
+
     def curve(self, kind: str, x: np.ndarray, region: int = OWN_REGION) -> list[np.ndarray]:
         """Torque, slope and deflection of that torque at x (m, k)."""
         out = [np.zeros_like(x) for _ in range(3)]

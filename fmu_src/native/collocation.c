@@ -46,12 +46,9 @@ static void drive_step(const er_run *r, double time, double h)
     }
 }
 
-/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
-static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
-                          const int *region, int states)
+void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
 {
-    const er_system *system = r->system;
-    const er_robot *robot = system->robot;
+    const er_robot *robot = r->system->robot;
     er_workspace *w = r->work;
     size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
     memset(w->change, 0, lanes);
@@ -75,6 +72,16 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     }
     r->settings->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
                              (const er_lanes *)w->change, &w->motion);
+}
+
+/* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
+static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
+                          const int *region, int states)
+{
+    const er_system *system = r->system;
+    const er_robot *robot = system->robot;
+    er_workspace *w = r->work;
+    er_stage_motion(r, nodes, acceleration);
     r->settings->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                               system->loaded ? system->wrench : NULL, w->residual);
     for (int k = 0; k < r->m; k++)

@@ -16,4 +16,7 @@ typedef struct {
  * `accuracy` is the error that the iteration may leave in x [rad]. */
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step);
 
+/* The chain's motion at the nodes of a step, into w->motion, from w->x, w->v and the accelerations. */
+void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration);
+
 #endif

@@ -137,6 +137,16 @@ double er_curve_flank_slope(const er_curve *curve, int k, double x)
     return slope > 0.0 ? slope : s->cubic[s->points][1];
 }
 
+double er_curve_flank_curvature(const er_curve *curve, int k, double x)
+{
+    const er_spline *s = &curve->spline[k];
+    int piece;
+    if (s->points == 0 || !(er_curve_slope(curve, k, 1, x) > 0.0))
+        return 0.0;
+    piece = piece_at(s, x);
+    return 2.0 * s->cubic[piece][2] + 6.0 * s->cubic[piece][3] * (x - s->start[piece]);
+}
+
 static double spline_deflection(const er_spline *s, double torque)
 {
     int piece = 0;

@@ -60,6 +60,9 @@ static inline double er_curve_slope(const er_curve *curve, int k, int region, do
 /* dS/dx [N m/rad], of the nearest flank where the gear is inside its play. */
 double er_curve_flank_slope(const er_curve *curve, int k, double x);
 
+/* Its derivative [N m/rad^2]. */
+double er_curve_flank_curvature(const er_curve *curve, int k, double x);
+
 /* Angle [rad] at which the curve carries a torque; 0 where that is not unique. */
 double er_curve_deflection(const er_curve *curve, int k, double torque);
 

@@ -1,29 +1,17 @@
-/* Directional derivatives: the last step, or the initial state, computed again beside itself.
+/* Directional derivatives: how the outputs follow the inputs that the last step, or the initial
+ * state, was computed from.
  *
- * Central differences, with Newton's method taken to rounding so that the computed step is a smooth
- * function of its inputs.  The differences are so large that rounding stays below 1e-8 of the result
- * in steps of some milliseconds, and so small that the curvature does too.
+ * A step is computed again from where it began, with the sensitivities of its state carried along,
+ * for all entries of the wrench or of the command at once.  They serve until the state changes.
  */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
+#include "output_tangent.h"
 
-/* Differences of the inputs: N and N m; rad, rad/s, rad/s^2. */
-static const double difference[] = {10.0, 1e-5, 1e-3, 1e-1};
-
-/* An input of the last step by its value reference. */
-static double *input(const er_layout *layout, er_departure *departure, int reference)
-{
-    er_block block = (er_block)layout->block[reference];
-    int k = reference - layout->first[block];
-    switch (block) {
-    case ER_WRENCH: return &departure->wrench[k];
-    case ER_Q_CMD: return &departure->command.q[k];
-    case ER_QD_CMD: return &departure->command.qd[k];
-    default: return &departure->command.qdd[k];
-    }
-}
+/* Columns that are computed together: those of the wrench, and those of the command. */
+enum { WRENCH_COLUMNS = 6, OF_WRENCH = 1, OF_COMMAND = 2 };
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
 {
@@ -48,64 +36,124 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
     return true;
 }
 
-/* The longest move along the seed that no input exceeds its difference with; 0 for a zero seed. */
-static double scale_of(const er_instance *instance, const unsigned *knowns, size_t count,
-                       const double *seed)
+/* The column's unit change of what is held at the present time. */
+static void held_along(const er_instance *instance, int column, double factor, er_held *held)
 {
-    double scale = INFINITY;
-    for (size_t j = 0; j < count; j++)
-        if (seed[j] != 0.0)
-            scale = fmin(scale, difference[instance->layout.block[knowns[j]]] / fabs(seed[j]));
-    return scale < INFINITY ? scale : 0.0;
+    const er_model *model = instance->model;
+    const er_departure *departure = &instance->departure;
+    double elapsed = departure->stepped ? departure->end - departure->state.time : 0.0;
+    er_share share = er_share_of(&model->robot, column, elapsed);
+    if (share.joint < 0) {
+        held->wrench[column] += factor;
+    } else if (model->memory.options.trajectory[0] == '\0') { /* else commands are not looked at */
+        held->q[share.joint] += factor * share.q;
+        held->qd[share.joint] += factor * share.qd;
+        held->qdd[share.joint] += factor * share.qdd;
+    }
 }
 
-/* Outputs after the last transition with its inputs moved along the seed. */
-static bool outputs_at(er_instance *instance, double move, const unsigned *unknowns,
-                       size_t unknown_count, const unsigned *knowns, size_t known_count,
-                       const double *seed, double *values)
+static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivity)
 {
-    er_departure moved = instance->departure;
-    er_model *model = instance->model;
-    bool good;
-    for (size_t j = 0; j < known_count; j++)
-        *input(&instance->layout, &moved, (int)knowns[j]) += move * seed[j];
-    model->memory.state = moved.state;
-    good = moved.stepped ? er_model_step(model, moved.end, &moved.command, moved.wrench,
-                                         &instance->failure)
-                         : er_model_reset(model, moved.end, &moved.command, moved.wrench,
-                                          &instance->failure);
-    instance->fresh = 0;
-    return good && er_instance_get_reals(instance, unknowns, unknown_count, values);
+    for (int k = 0; k < sensitivity->count; k++) {
+        int column = sensitivity->first + k;
+        er_held held;
+        memset(&held, 0, sizeof held);
+        held_along(instance, column, 1.0, &held);
+        if (!er_equilibrium_along(instance->model, &held, sensitivity->x[column]))
+            sensitivity->reason = "the stiffness is singular";
+    }
+}
+
+/* Has the columns of a group, for the present state. */
+static bool require_columns(er_instance *instance, unsigned group)
+{
+    const er_model *model = instance->model;
+    const er_options *options = &model->memory.options;
+    const er_departure *departure = &instance->departure;
+    er_sensitivity *sensitivity = &instance->model->sensitivity;
+    bool of_wrench = group == OF_WRENCH, fixed = !of_wrench && options->trajectory[0] != '\0';
+    if ((instance->columns & group) != 0)
+        return true;
+    er_sensitivity_start(sensitivity, of_wrench ? 0 : WRENCH_COLUMNS,
+                         of_wrench ? WRENCH_COLUMNS : 3 * model->robot.joints,
+                         departure->state.time);
+    if (!fixed && model->robot.elastics > 0) {
+        if (departure->stepped && !options->quasistatic) {
+            if (!er_model_follow(instance->model, &departure->state, departure->end,
+                                 &departure->command, departure->wrench, &instance->failure))
+                return false;
+        } else if (departure->stepped || !options->undeflected) {
+            follow_equilibrium(instance, sensitivity);
+        }
+    }
+    if (sensitivity->reason != NULL)
+        return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: %s",
+                       instance->progress.time, sensitivity->reason);
+    instance->columns |= group;
+    return true;
+}
+
+/* The change of drives, wrench and state that a seed makes. */
+static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
+                        const double *seed, er_change *change)
+{
+    const er_sensitivity *sensitivity = &instance->model->sensitivity;
+    memset(change, 0, sizeof *change);
+    for (size_t j = 0; j < count; j++) {
+        int column = (int)knowns[j];
+        if (seed[j] == 0.0)
+            continue;
+        if (!require_columns(instance, column < WRENCH_COLUMNS ? OF_WRENCH : OF_COMMAND))
+            return false;
+        held_along(instance, column, seed[j], &change->held);
+        for (int k = 0; k < instance->model->robot.elastics; k++) {
+            change->x[k] += seed[j] * sensitivity->x[column][k];
+            change->v[k] += seed[j] * sensitivity->v[column][k];
+        }
+    }
+    return true;
+}
+
+static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
+{
+    const er_model *model = instance->model;
+    switch (block) {
+    case ER_TCP: er_tcp_along(model, change, out); return true;
+    case ER_VELOCITY: er_velocity_along(model, change, out); return true;
+    case ER_RIGID: er_rigid_along(model, change, out); return true;
+    case ER_DEVIATION: er_deviation_along(model, change, out); return true;
+    case ER_COMPLIANCE:
+        return er_compliance_along(model, change, out) ||
+               er_fail(&instance->failure, "the compliance has no derivative here; the robot's"
+                       " stiffness is singular");
+    default:
+        memcpy(out, change->x, (size_t)model->robot.elastics * sizeof *out);
+        return true;
+    }
 }
 
 bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
                             const unsigned *knowns, size_t known_count, const double *seed,
                             double *sensitivity)
 {
-    double up[ER_MAX_REALS], scale;
-    er_memory memory;
-    bool good;
+    double along[ER_MAX_REALS];
+    unsigned there = 0; /* blocks in `along`, a bit each */
+    er_change change;
     if (!require_kinds(instance, unknowns, unknown_count, knowns, known_count, seed))
         return false;
-    if (unknown_count > ER_MAX_REALS)
-        return er_fail(&instance->failure, "derivatives of %lu variables are asked for; this FMU has"
-                       " %d", (unsigned long)unknown_count, er_real_count(&instance->layout));
-    /* The initial state is computed, if it is not there, by reading any output. */
-    if (unknown_count > 0 && !er_instance_get_reals(instance, unknowns, 1, up))
-        return false;
-    memset(sensitivity, 0, unknown_count * sizeof *sensitivity);
-    scale = scale_of(instance, knowns, known_count, seed);
-    if (scale == 0.0)
+    if (unknown_count == 0)
         return true;
-    memory = instance->model->memory;
-    er_model_solve_exactly(instance->model, true);
-    good = outputs_at(instance, scale, unknowns, unknown_count, knowns, known_count, seed, up) &&
-           outputs_at(instance, -scale, unknowns, unknown_count, knowns, known_count, seed,
-                      sensitivity);
-    er_model_solve_exactly(instance->model, false);
-    instance->model->memory = memory;
-    instance->fresh = 0;
-    for (size_t i = 0; good && i < unknown_count; i++)
-        sensitivity[i] = (up[i] - sensitivity[i]) / (2.0 * scale);
-    return good;
+    /* The initial state is computed, if it is not there, by reading any output. */
+    if (!er_instance_get_reals(instance, unknowns, 1, along) ||
+        !find_change(instance, knowns, known_count, seed, &change))
+        return false;
+    for (size_t i = 0; i < unknown_count; i++) {
+        er_block block = (er_block)instance->layout.block[unknowns[i]];
+        if ((there & 1u << block) == 0 &&
+            !block_along(instance, block, &change, along + instance->layout.first[block]))
+            return false;
+        there |= 1u << block;
+        sensitivity[i] = along[unknowns[i]];
+    }
+    return true;
 }

@@ -160,6 +160,7 @@ static void depart(er_instance *instance, const er_state *state, double end, boo
     memcpy(departure->wrench, instance->inputs.wrench, sizeof departure->wrench);
     departure->end = end;
     departure->stepped = stepped;
+    instance->columns = 0;
 }
 
 /* Computes the initial state unless it is there. */

@@ -52,6 +52,7 @@ typedef struct {
     er_inputs inputs;
     er_progress progress;
     er_departure departure;
+    unsigned columns; /* groups of model->sensitivity that belong to the present state, a bit each */
     unsigned fresh; /* blocks of `outputs` that belong to the present state, a bit each */
     double outputs[ER_MAX_REALS];
     er_failure failure;

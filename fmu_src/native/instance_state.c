@@ -32,6 +32,7 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
     instance->departure = saved->departure;
+    instance->columns = 0;
     instance->fresh = 0;
     return true;
 }

@@ -65,6 +65,42 @@ typedef double er_improve_function(int n, const er_complex_pair *factors, const 
  * side: the error estimate's filter. */
 typedef double er_filter_function(int n, const er_complex_pair *factors, const double *defect);
 
+/* A vector in each state, in the frame behind a rotation unless said otherwise. */
+typedef er_lanes er_vector[3];
+
+/* What the tangent of the loads needs to know about the motion at one rotation. */
+typedef struct {
+    er_vector turn[3];                  /* rows of R: frame before it from frame behind it */
+    er_vector own;                      /* its axis times its rate */
+    er_vector spin, momentum;           /* omega; I omega */
+    er_vector sling;                    /* omega x the body's first moment */
+    er_vector carried;                  /* omega x the rotation's origin, in the frame before it */
+    er_vector push_by, spin_by, rate_by; /* what comes of push, omega, omega' before, x axis */
+    er_vector force_by, moment_by;      /* axis x the load of all beyond it */
+} er_link;
+
+/* All rotations of the chain, and the wrench at the tool. */
+typedef struct {
+    ER_ALIGNED er_link link[ER_MAX_ANGLES];
+    ER_ALIGNED er_vector base[3];       /* rows of base_from_last */
+    ER_ALIGNED er_vector force, moment; /* wrench on the TCP, in the last frame */
+    bool loaded;                        /* the wrench is not zero */
+} er_links;
+
+/* A direction in which the motion of the chain changes: theta, theta', theta''. */
+typedef struct {
+    ER_ALIGNED er_lanes angle[ER_MAX_ANGLES], rate[ER_MAX_ANGLES], acceleration[ER_MAX_ANGLES];
+} er_direction;
+
+/* Prepares the tangent of the loads at a motion; the arguments are those of the loads. */
+typedef void er_link_function(const er_robot *robot, const er_motion *motion,
+                              const double gravity[3], const double *wrench, er_links *links);
+
+/* Derivative of the loads along a direction of the motion and of the wrench, NULL for none. */
+typedef void er_tangent_function(const er_robot *robot, const er_links *links,
+                                 const er_direction *direction, const double *wrench,
+                                 er_lanes *load);
+
 typedef struct {
     er_turn_function *turn;
     er_loads_function *loads;
@@ -72,6 +108,8 @@ typedef struct {
     er_factor_function *factor;
     er_improve_function *improve;
     er_filter_function *filter;
+    er_link_function *link;
+    er_tangent_function *tangent;
 } er_kernel;
 
 /* The fastest kernel of this processor. */

@@ -57,6 +57,7 @@ static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor
 }
 
 #include "kernel_body.h"
+#include "kernel_tangent.h"
 
 #if defined(__clang__)
 #pragma clang attribute pop
@@ -80,7 +81,7 @@ static bool has_avx2(void)
 er_kernel er_best_kernel(void)
 {
     return has_avx2() ? (er_kernel){avx2_turn, avx2_loads, avx2_stages, avx2_factor, avx2_improve,
-                       avx2_filter} : er_plain_kernel();
+                       avx2_filter, avx2_link, avx2_tangent} : er_plain_kernel();
 }
 
 #else

@@ -38,9 +38,10 @@ static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor
 }
 
 #include "kernel_body.h"
+#include "kernel_tangent.h"
 
 er_kernel er_plain_kernel(void)
 {
     return (er_kernel){plain_turn, plain_loads, plain_stages, plain_factor, plain_improve,
-                       plain_filter};
+                       plain_filter, plain_link, plain_tangent};
 }

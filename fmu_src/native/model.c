@@ -225,9 +225,22 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
     return true;
 }
 
-void er_model_solve_exactly(er_model *model, bool exactly)
+bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
+                     const double wrench[6], er_failure *failure)
 {
-    model->settings.iteration = exactly ? EXACT_ITERATION / model->settings.tolerance : ITERATION;
+    const er_memory memory = model->memory;
+    bool good;
+    model->memory.state = *state;
+    /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
+     * bends, the columns are as exact as the stages that they belong to. */
+    memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
+    model->settings.iteration = EXACT_ITERATION / model->settings.tolerance;
+    model->work.sensitivity = &model->sensitivity;
+    good = er_model_step(model, end, command, wrench, failure);
+    model->work.sensitivity = NULL;
+    model->settings.iteration = ITERATION;
+    model->memory = memory;
+    return good;
 }
 
 static void place(const er_model *model, const double *x, er_placement *placement)

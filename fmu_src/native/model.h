@@ -6,6 +6,7 @@
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
 
+#include "sensitivity.h"
 #include "statics.h"
 #include "stepper.h"
 
@@ -55,6 +56,7 @@ typedef struct {
     er_settings settings;
     er_curve curve;
     er_workspace work;
+    er_sensitivity sensitivity; /* of the present state, for derivatives */
 } er_model;
 
 /* Returns a model with the robot's start values, to be freed; NULL if it does not fit into memory. */
@@ -76,8 +78,10 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters);
  * has been reset since its options were set.  The model is as before if that fails. */
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure);
 
-/* Lets the steps that follow be solved to rounding, or again as accurately as they need. */
-void er_model_solve_exactly(er_model *model, bool exactly);
+/* Takes a step from a state again, solved to rounding, carries model->sensitivity along and returns to
+ * the present memory. */
+bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
+                     const double wrench[6], er_failure *failure);
 
 /* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
 void er_model_tcp(const er_model *model, double pose[7]);

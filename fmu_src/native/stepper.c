@@ -6,6 +6,7 @@
 
 #include "collocation.h"
 #include "newton.h"
+#include "sensitivity.h"
 
 /* A coordinate changes its law this part of the tolerance beyond the boundary. */
 #define SLACK 1e-2
@@ -99,6 +100,8 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
 
 static void take_end(const er_run *r, er_state *state, const er_step *step)
 {
+    if (r->work->sensitivity != NULL)
+        er_sensitivity_follow(r->work->sensitivity, r, state, step);
     memcpy(state->x, step->x, (size_t)r->m * sizeof *state->x);
     memcpy(state->v, step->v, (size_t)r->m * sizeof *state->v);
     state->predictor_step = step->length;
@@ -109,6 +112,8 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
                           const er_crossing *crossing)
 {
     take_end(r, state, step);
+    if (r->work->sensitivity != NULL)
+        er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
     state->time += step->length;
     state->region[crossing->coordinate] = crossing->region;
     state->step = fmin(r->settings->first, state->step);

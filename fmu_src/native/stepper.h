@@ -71,7 +71,8 @@ typedef struct {
     double rate;                                             /* at which it converges */
 } er_step;
 
-/* Memory of a stepper; all but the matrices, which follow from their linearisation, is of one call. */
+/* Memory of a stepper; all but the matrices, which follow from their linearisation, and what is carried
+ * along is of one call. */
 typedef struct {
     er_nodes stages, end;
     double reference_sine[ER_MAX_ANGLES], reference_cosine[ER_MAX_ANGLES]; /* of the drives */
@@ -84,6 +85,7 @@ typedef struct {
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
+    struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
 /* Begins an integration at the x and v that are in the state. */

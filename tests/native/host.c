@@ -241,7 +241,9 @@ static void fuzz(long calls)
             }
             break;
         }
-        case 17: ffmi2GetDirectionalDerivative(c, references, 1, inputs, 2, seeds, values); break;
+        case 17:
+            ffmi2GetDirectionalDerivative(c, references, count, inputs, draw(5), seeds, values);
+            break;
         case 18: ffmi2FreeFMUstate(c, &state); break;
         case 19: ffmi2GetInteger(c, references, draw(2), NULL); break;
         case 20: ffmi2SetBoolean(c, references, draw(2), NULL); break;
@@ -274,7 +276,29 @@ static double seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Cost of set 6, step, get 7, and of saving and restoring a state [us], by step size. */
+/* Cost of the wrench's six columns of the pose, one call each, after a step [us]. */
+static double derivatives(fmi2Component c, double time, double size)
+{
+    static const double unit = 1.0;
+    fmi2ValueReference tcp[7];
+    double column[7], load[6] = {0}, start, spent = 0.0;
+    static const fmi2ValueReference wrench[6] = {0, 1, 2, 3, 4, 5};
+    for (unsigned i = 0; i < 7; i++)
+        tcp[i] = TCP + i;
+    for (int k = 0; k < 200; k++) {
+        load[2] = -500.0 * (k % 70 < 30);
+        ffmi2SetReal(c, wrench, 6, load);
+        CHECK(ffmi2DoStep(c, time + k * size, size, fmi2True) == fmi2OK);
+        start = seconds();
+        for (int i = 0; i < 6; i++)
+            CHECK(ffmi2GetDirectionalDerivative(c, tcp, 7, &wrench[i], 1, &unit, column) == fmi2OK);
+        spent += seconds() - start;
+    }
+    return spent / 200;
+}
+
+/* Cost of set 6, step, get 7, of a step's six columns, and of saving and restoring a state [us], by
+ * step size. */
 static void measure(void)
 {
     static const double sizes[] = {1e-3, 4e-3, 1e-2};
@@ -301,6 +325,14 @@ static void measure(void)
             ffmi2FreeInstance(c);
         }
         printf("step %g %.3f\n", sizes[s], 1e6 * best);
+        best = INFINITY;
+        for (int trial = 0; trial < 20; trial++) {
+            fmi2Component c = new_instance();
+            shake(c, 1, sizes[s], scratch);
+            best = fmin(best, derivatives(c, sizes[s], sizes[s]));
+            ffmi2FreeInstance(c);
+        }
+        printf("columns %g %.3f\n", sizes[s], 1e6 * best);
     }
     {
         fmi2Component c = new_instance();

@@ -74,6 +74,53 @@ void probe_loads(const er_model *model, const double *reference, const double *t
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
+/* Derivative of these loads along directions, by [angle][state], and a change of the wrench. */
+void probe_tangent(const er_model *model, const double *theta, const double *rate,
+                   const double *acceleration, const double *wrench, const double *direction,
+                   const double *wrench_direction, double *load)
+{
+    const er_robot *robot = &model->robot;
+    size_t count = (size_t)robot->angles * ER_LANES, bytes = count * sizeof(double);
+    er_motion motion;
+    er_links links;
+    er_direction along;
+    ER_ALIGNED er_lanes result[ER_MAX_ANGLES];
+    for (int i = 0; i < robot->angles; i++)
+        for (int l = 0; l < ER_LANES; l++) {
+            motion.sine[i][l] = sin(theta[i * ER_LANES + l]);
+            motion.cosine[i][l] = cos(theta[i * ER_LANES + l]);
+        }
+    memcpy(motion.rate, rate, bytes);
+    memcpy(motion.acceleration, acceleration, bytes);
+    memcpy(along.angle, direction, bytes);
+    memcpy(along.rate, direction + count, bytes);
+    memcpy(along.acceleration, direction + 2 * count, bytes);
+    model->kernel.link(robot, &motion, robot->parameters.gravity, wrench, &links);
+    model->kernel.tangent(robot, &links, &along, wrench_direction, result);
+    memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
+}
+
+/* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of
+ * the column that took most, 0 if it fails. */
+int probe_columns(er_model *model, double end, const double *q, const double *wrench,
+                  double accuracy, double *x, double *v)
+{
+    const er_state state = model->memory.state;
+    int m = model->robot.elastics;
+    er_command command;
+    bool good;
+    memset(&command, 0, sizeof command);
+    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
+    er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
+    model->sensitivity.accuracy = accuracy;
+    good = er_model_follow(model, &state, end, &command, wrench, &failure);
+    for (int column = 0; column < 6; column++) {
+        memcpy(x + column * m, model->sensitivity.x[column], (size_t)m * sizeof *x);
+        memcpy(v + column * m, model->sensitivity.v[column], (size_t)m * sizeof *v);
+    }
+    return good && model->sensitivity.reason == NULL ? model->sensitivity.passes : 0;
+}
+
 void probe_curve(er_model *model, int kind, int region, int count, const double *x, double *torque,
                  double *slope, double *deflection)
 {

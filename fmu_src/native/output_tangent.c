@@ -1,0 +1,189 @@
+#include "output_tangent.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+#include "vector.h"
+
+/* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
+#define SMALL_ANGLE 0.1
+
+enum { MOST = ER_MAX_ANGLES };
+
+/* Placements of the elastic or the rigid robot and how they move. */
+typedef struct {
+    er_placement at;
+    er_placement_tangent along;
+} motion;
+
+static void move(const er_model *model, const er_change *change, bool rigid, bool bodies, motion *out)
+{
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    double theta[MOST];
+    er_angles(robot, memory->held.q, rigid ? NULL : memory->state.x, theta);
+    if (bodies)
+        er_place_bodies(robot, theta, &out->at);
+    else
+        er_place(robot, theta, &out->at);
+    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
+    er_placement_along(robot, &out->at, theta, bodies, &out->along);
+}
+
+bool er_equilibrium_along(const er_model *model, const er_held *held, double *x)
+{
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    const er_curve *curve = &model->curve;
+    er_change change = {*held, {0.0}, {0.0}};
+    double stiffness[MOST * MOST];
+    int m = robot->elastics, pivot[MOST];
+    motion p;
+    move(model, &change, false, true, &p);
+    er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, memory->held.wrench,
+                           held->wrench, x);
+    er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, memory->held.wrench,
+                              stiffness);
+    for (int k = 0; k < m; k++) {
+        double at = memory->state.x[k];
+        /* A gear without load rests in the middle of its play, whatever the others do. */
+        bool neutral = er_curve_switches(curve, k) && at == 0.0;
+        for (int j = 0; j < m; j++)
+            stiffness[k * m + j] = neutral ? 0.0 : -stiffness[k * m + j];
+        stiffness[k * m + k] +=
+            neutral ? 1.0 : er_curve_slope(curve, k, er_curve_region(curve, k, at), at);
+        x[k] = neutral ? 0.0 : x[k];
+    }
+    if (!er_lu_factor(m, stiffness, pivot))
+        return false;
+    er_lu_solve(m, stiffness, pivot, x);
+    return true;
+}
+
+/* dq = (turn, 0) q / 2 for a quaternion q and a small rotation in base axes. */
+static void pose_along(const motion *p, double pose[7])
+{
+    const double *turn = p->along.turn;
+    double at[7], crossed[3];
+    er_pose(p->at.tool_position, p->at.tool_rotation, at);
+    er_cross(turn, at + 3, crossed);
+    for (int c = 0; c < 3; c++) {
+        pose[c] = p->along.tool_position[c];
+        pose[3 + c] = 0.5 * (at[6] * turn[c] + crossed[c]);
+    }
+    pose[6] = -0.5 * er_dot(turn, at + 3);
+}
+
+void er_tcp_along(const er_model *model, const er_change *change, double pose[7])
+{
+    motion p;
+    move(model, change, false, false, &p);
+    pose_along(&p, pose);
+}
+
+void er_rigid_along(const er_model *model, const er_change *change, double pose[7])
+{
+    motion p;
+    move(model, change, true, false, &p);
+    pose_along(&p, pose);
+}
+
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[3])
+{
+    const er_memory *memory = &model->memory;
+    bool rigid = memory->options.quasistatic;
+    double rate[MOST], rate_change[MOST];
+    motion p;
+    move(model, change, rigid, false, &p);
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
+    for (int c = 0; c < 3; c++) {
+        velocity[c] = 0.0;
+        for (int i = 0; i < model->robot.angles; i++)
+            velocity[c] += p.along.lever[i][c] * rate[i] + p.at.lever[i][c] * rate_change[i];
+    }
+}
+
+/* Derivative of a rotation vector r along a small rotation t in base axes: t - r x t / 2 +
+ * c r x (r x t) with c = (1 - cot(|r| / 2) |r| / 2) / |r|^2 (docs/references.md, Sola2018). */
+static void rotation_vector_along(const double r[3], const double turn[3], double vector[3])
+{
+    double a2 = er_dot(r, r), angle = sqrt(a2), half = 0.5 * angle, c, once[3], twice[3];
+    if (angle < SMALL_ANGLE)
+        c = 1.0 / 12.0 + a2 * (1.0 / 720.0 + a2 * (1.0 / 30240.0 + a2 / 1209600.0));
+    else
+        c = (1.0 - half * cos(half) / sin(half)) / a2;
+    er_cross(r, turn, once);
+    er_cross(r, once, twice);
+    for (int k = 0; k < 3; k++)
+        vector[k] = turn[k] - 0.5 * once[k] + c * twice[k];
+}
+
+/* The rotation between both turns by turn - R_between turn_rigid. */
+void er_deviation_along(const er_model *model, const er_change *change, double deviation[6])
+{
+    motion elastic, rigid;
+    double at[6], turn[3], back[3], of_rigid[3];
+    move(model, change, false, false, &elastic);
+    move(model, change, true, false, &rigid);
+    er_model_deviation(model, at);
+    for (int i = 0; i < 3; i++) {
+        back[i] = 0.0;
+        for (int j = 0; j < 3; j++)
+            back[i] += rigid.at.tool_rotation[3 * j + i] * rigid.along.turn[j];
+    }
+    er_rotate(elastic.at.tool_rotation, back, of_rigid);
+    for (int c = 0; c < 3; c++) {
+        deviation[c] = elastic.along.tool_position[c] - rigid.along.tool_position[c];
+        turn[c] = elastic.along.turn[c] - of_rigid[c];
+    }
+    rotation_vector_along(at + 3, turn, deviation + 3);
+}
+
+/* C = L^T K^-1 L with the levers L: dC = dL^T Y + L^T K^-1 (dL - dK Y), Y = K^-1 L. */
+bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6])
+{
+    static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    const double *gravity = memory->parameters.gravity, *wrench = memory->held.wrench;
+    int m = robot->elastics, pivot[MOST];
+    double stiffness[MOST * MOST], softening[MOST * MOST], moved[3][MOST], moved_change[3][MOST];
+    motion p;
+    memset(compliance, 0, 6 * sizeof *compliance);
+    if (m == 0)
+        return true;
+    move(model, change, false, true, &p);
+    er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
+    er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, change->held.wrench,
+                                    softening);
+    for (int i = 0; i < m * m; i++)
+        stiffness[i] = -stiffness[i];
+    for (int k = 0; k < m; k++) {
+        double x = memory->state.x[k];
+        stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);
+        softening[k * m + k] -= er_curve_flank_curvature(&model->curve, k, x) * change->x[k];
+    }
+    if (!er_lu_factor(m, stiffness, pivot))
+        return false;
+    for (int axis = 0; axis < 3; axis++) {
+        double *y = moved[axis], *dy = moved_change[axis];
+        for (int k = 0; k < m; k++) {
+            y[k] = p.at.lever[robot->elastic_angle[k]][axis];
+            dy[k] = p.along.lever[robot->elastic_angle[k]][axis];
+        }
+        er_lu_solve(m, stiffness, pivot, y);
+        for (int k = 0; k < m; k++)
+            for (int j = 0; j < m; j++)
+                dy[k] += softening[k * m + j] * y[j];
+        er_lu_solve(m, stiffness, pivot, dy);
+    }
+    for (int c = 0; c < 6; c++)
+        for (int k = 0; k < m; k++) {
+            int i = robot->elastic_angle[k];
+            compliance[c] += p.along.lever[i][row[c]] * moved[column[c]][k] +
+                             p.at.lever[i][row[c]] * moved_change[column[c]][k];
+        }
+    return true;
+}

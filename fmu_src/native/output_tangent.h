@@ -1,0 +1,25 @@
+/* How the equilibrium and the outputs follow a change of what they are computed from. */
+#ifndef ER_OUTPUT_TANGENT_H
+#define ER_OUTPUT_TANGENT_H
+
+#include "model.h"
+#include "placement_tangent.h"
+
+/* A change of drives, wrench and state; entries as in er_held and er_state. */
+typedef struct {
+    er_held held;
+    double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
+} er_change;
+
+/* Change of x that keeps the model's state an equilibrium along a change of drives and wrench; each
+ * coordinate stays on its branch.  False if there is none. */
+bool er_equilibrium_along(const er_model *model, const er_held *held, double *x);
+
+/* Derivatives of the model's outputs along a change; arrays as those of er_model_tcp and so on. */
+void er_tcp_along(const er_model *model, const er_change *change, double pose[7]);
+void er_rigid_along(const er_model *model, const er_change *change, double pose[7]);
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[3]);
+void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
+bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);
+
+#endif

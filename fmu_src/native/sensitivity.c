@@ -1,0 +1,209 @@
+#include "sensitivity.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+
+/* Columns are solved to this part of their stage accelerations. */
+#define ACCURACY 1e-11
+/* Or, where hardly anything follows the input, to this part of what follows a torque of 1 N m, or of
+ * the drive's own motion over a longest step: there rounding is all that is left. */
+#define NEGLIGIBLE 1e-14
+#define MAX_PASSES 40
+
+er_share er_share_of(const er_robot *robot, int column, double elapsed)
+{
+    int n = robot->joints, order = (column - 6) / n;
+    if (column < 6)
+        return (er_share){-1, 0.0, 0.0, 0.0};
+    if (order == 0)
+        return (er_share){column - 6, 1.0, 0.0, 0.0};
+    if (order == 1)
+        return (er_share){column - 6 - n, elapsed, 1.0, 0.0};
+    return (er_share){column - 6 - 2 * n, 0.5 * elapsed * elapsed, elapsed, 1.0};
+}
+
+void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
+{
+    s->first = first;
+    s->count = count;
+    s->start = start;
+    s->reason = NULL;
+    s->accuracy = ACCURACY;
+    s->passes = 0;
+    memset(s->x[first], 0, (size_t)count * sizeof *s->x);
+    memset(s->v[first], 0, (size_t)count * sizeof *s->v);
+}
+
+/* The motion at the stages of a solved step, and what the tangents need of it. */
+static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, const er_step *step)
+{
+    const er_system *system = r->system;
+    er_workspace *w = r->work;
+    r->settings->kernel.stages(r->m, step->length, state->x, state->v,
+                               (const er_lanes *)step->acceleration, w->x, w->v);
+    er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
+    r->settings->kernel.link(system->robot, &w->motion, system->parameters->gravity,
+                             system->loaded ? system->wrench : NULL, &s->links);
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
+}
+
+/* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
+static void find_tangent(const er_sensitivity *s, const er_run *r, int column, const er_share share[],
+                         const er_lanes *x, const er_lanes *v, const er_lanes *acceleration,
+                         er_lanes *tangent)
+{
+    const er_robot *robot = r->system->robot;
+    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
+    double wrench[6] = {0.0};
+    er_direction direction;
+    memset(direction.angle, 0, lanes);
+    memset(direction.rate, 0, lanes);
+    memset(direction.acceleration, 0, lanes);
+    if (column < 6)
+        wrench[column] = 1.0;
+    else
+        for (int l = 0, i = robot->drive_angle[share[0].joint]; l < ER_STAGES; l++) {
+            direction.angle[i][l] = share[l].q;
+            direction.rate[i][l] = share[l].qd;
+            direction.acceleration[i][l] = share[l].qdd;
+        }
+    for (int k = 0; k < r->m; k++) {
+        int i = robot->elastic_angle[k];
+        for (int l = 0; l < ER_STAGES; l++) {
+            direction.angle[i][l] += x[k][l];
+            direction.rate[i][l] += v[k][l];
+            direction.acceleration[i][l] += acceleration[k][l];
+        }
+    }
+    r->settings->kernel.tangent(robot, &s->links, &direction, column < 6 ? wrench : NULL, tangent);
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            tangent[k][l] += s->slope[k][l] * x[k][l] +
+                             r->system->parameters->damping[k] * v[k][l];
+}
+
+static double length_of(int m, const er_lanes *values)
+{
+    double square = 0.0;
+    for (int k = 0; k < m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            square += values[k][l] * values[k][l];
+    return sqrt(square);
+}
+
+/* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
+static double negligible(const er_run *r, int column, const er_share *share)
+{
+    double unit[ER_MAX_ANGLES], time = r->settings->longest;
+    if (column >= 6)
+        return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
+                             fabs(share->qdd));
+    for (int k = 0; k < r->m; k++)
+        unit[k] = 1.0;
+    return NEGLIGIBLE * r->settings->kernel.filter(r->m, r->work->factors, unit);
+}
+
+/* Solves the linearised collocation equations
+ *
+ *     M_i da_i + D_i dv_i + K_i dx_i + dr_i/du = 0,
+ *     dx_i = dx_0 + c_i h dv_0 + h^2 sum_j A2_ij da_j,    dv_i = dv_0 + h sum_j A1_ij da_j
+ *
+ * by the step's own factors, which belong to its start, and refines with the exact tangent of the
+ * residual at its stages.  False if that does not converge. */
+static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
+                  er_lanes *acceleration)
+{
+    const er_kernel *kernel = &r->settings->kernel;
+    ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
+    er_share share[ER_STAGES];
+    double last = 0.0, least;
+    for (int l = 0; l < ER_STAGES; l++)
+        share[l] = er_share_of(r->system->robot, column,
+                               state->time + h * er_gauss_node[l] - s->start);
+    least = negligible(r, column, &share[ER_STAGES - 1]);
+    memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
+    for (int pass = 1; pass <= MAX_PASSES; pass++) {
+        double size, rate, limit;
+        kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
+        find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
+                     (const er_lanes *)acceleration, tangent);
+        size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
+        limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
+        rate = pass > 1 && last > 0.0 ? size / last : 1.0;
+        s->passes = pass > s->passes ? pass : s->passes;
+        /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */
+        if (size <= limit || (rate < 1.0 && size * rate <= limit * (1.0 - rate)))
+            return true;
+        if (!(size < INFINITY))
+            return false;
+        last = size;
+    }
+    return false;
+}
+
+void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *state,
+                           const er_step *step)
+{
+    double h = step->length;
+    ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
+    if (s->reason != NULL)
+        return;
+    prepare(s, r, state, step);
+    for (int column = s->first; column < s->first + s->count; column++) {
+        if (!solve(s, r, state, h, column, acceleration)) {
+            s->reason = "the linearised step does not converge";
+            return;
+        }
+        for (int k = 0; k < r->m; k++) {
+            double rate = 0.0, position = 0.0;
+            for (int j = 0; j < ER_STAGES; j++) {
+                rate += er_gauss_end_rate[j] * acceleration[k][j];
+                position += er_gauss_end_position[j] * acceleration[k][j];
+            }
+            s->x[column][k] += h * (s->v[column][k] + h * position);
+            s->v[column][k] += h * rate;
+        }
+    }
+}
+
+/* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.
+ * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
+ * second order only, and the sensitivities are continuous.
+ *
+ * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.
+ * With the time t since the edge and the jump J of the torque at x_k, what is missing is
+ *
+ *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2.
+ */
+void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *state,
+                          const er_step *step, const er_crossing *crossing)
+{
+    const er_system *system = r->system;
+    int m = r->m, k = crossing->coordinate, pivot[ER_MAX_ANGLES];
+    double jump = er_curve_torque(system->curve, k, crossing->region, step->x[k]) -
+                  er_curve_torque(system->curve, k, state->region[k], step->x[k]);
+    double edge = copysign(system->curve->half_width[k], crossing->boundary);
+    double beyond = crossing->outward * (step->x[k] - edge);
+    double rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
+    double per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
+    double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    double response[ER_MAX_ANGLES] = {0.0};
+    if (s->reason != NULL || !(per_beyond > 0.0 && per_beyond < INFINITY))
+        return;
+    er_angles(system->robot, r->work->reference, step->x, theta); /* the drives at the step's end */
+    er_place_bodies(system->robot, theta, &r->work->placement);
+    er_mass_matrix(system->robot, &r->work->placement, mass);
+    if (!er_lu_factor(m, mass, pivot)) {
+        s->reason = "the mass matrix is singular";
+        return;
+    }
+    response[k] = jump * per_beyond * crossing->outward;
+    er_lu_solve(m, mass, pivot, response);
+    for (int column = s->first; column < s->first + s->count; column++)
+        for (int i = 0; i < m; i++)
+            s->v[column][i] -= response[i] * s->x[column][k];
+}
