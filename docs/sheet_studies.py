@@ -96,7 +96,8 @@ def calculix_curve() -> np.ndarray | None:
 
 def header(*names: str) -> str:
     """Return the first two lines of a table."""
-    return "| " + " | ".join(names) + " |\n" + "|---" * len(names) + "|\n"
+    cells = "".join(f" {name} |" if name else " |" for name in names)
+    return f"|{cells}\n" + "|---" * len(names) + "|\n"
 
 
 def row(name: str, values: Iterable[float], digits: int = 0) -> str:

@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("numba")
 
-from coupling.process.sheet.assembly import Assembler, Surface
+from coupling.process.sheet.assembly import Assembler
 from coupling.process.sheet.band import SymmetricBand
+from coupling.process.sheet.contact import Surface
 from coupling.process.sheet.element import Shell
 from coupling.process.sheet.forming import SheetModel, SheetSettings
 from coupling.process.sheet.material import Material, hollomon_prestrain, plane_stress, yield_stress

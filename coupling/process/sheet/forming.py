@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import ProcessError
-from coupling.process.sheet.assembly import Assembler, Box, Surface
-from coupling.process.sheet.contact import Sphere
+from coupling.process.sheet.assembly import Assembler, Box
+from coupling.process.sheet.contact import Sphere, Surface
 from coupling.process.sheet.element import Shell
 from coupling.process.sheet.equilibrium import (
     Equilibrium,
