@@ -1,7 +1,9 @@
 #include "failure.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 bool er_fail(er_failure *failure, const char *format, ...)
 {
@@ -10,4 +12,12 @@ bool er_fail(er_failure *failure, const char *format, ...)
     vsnprintf(failure->text, sizeof failure->text, format, arguments);
     va_end(arguments);
     return false;
+}
+
+const char *er_shown(double value, char text[ER_NUMBER_TEXT])
+{
+    snprintf(text, ER_NUMBER_TEXT, "%.12g", isnan(value) ? fabs(value) : value);
+    if (isfinite(value) && strpbrk(text, ".,e") == NULL)
+        strcat(text, ".0");
+    return text;
 }

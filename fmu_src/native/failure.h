@@ -19,4 +19,9 @@ __attribute__((format(printf, 2, 3)))
 #endif
 bool er_fail(er_failure *failure, const char *format, ...);
 
+#define ER_NUMBER_TEXT 32
+
+/* A number as Python shows it: 1.0, -1e-09, nan. */
+const char *er_shown(double value, char text[ER_NUMBER_TEXT]);
+
 #endif

@@ -72,6 +72,12 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance);
 /* Computes the initial state from what is set by now; strings are fixed from now on. */
 bool er_instance_start(er_instance *instance);
 
+/* Computes the initial state unless it is there. */
+bool er_instance_initialise(er_instance *instance);
+
+/* Whether the parameters that were set can be those of a robot. */
+bool er_instance_require_parameters(er_instance *instance);
+
 /* Moves on by a communication step [s]; inputs are held over it. */
 bool er_instance_step(er_instance *instance, double start, double size);
 

@@ -1,0 +1,141 @@
+/* Real variables of an instance: inputs and parameters as they are set, outputs computed when read. */
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+
+/* One value of a block of parameters by its place, NULL if it is not a parameter. */
+static double *parameter(er_instance *instance, er_parameters *parameters, er_block block, int k)
+{
+    switch (block) {
+    case ER_GRAVITY: return &parameters->gravity[k];
+    case ER_STIFFNESS: return &parameters->stiffness[k];
+    case ER_DAMPING: return &parameters->damping[k];
+    case ER_BACKLASH_WIDTH: return &parameters->backlash[instance->layout.twist[k]];
+    default: return NULL;
+    }
+}
+
+/* An input or parameter by its value reference; NULL for an output. */
+static double *settable(er_instance *instance, int reference)
+{
+    er_block block = (er_block)instance->layout.block[reference];
+    int k = reference - instance->layout.first[block];
+    switch (block) {
+    case ER_WRENCH: return &instance->inputs.wrench[k];
+    case ER_Q_CMD: return &instance->inputs.command.q[k];
+    case ER_QD_CMD: return &instance->inputs.command.qd[k];
+    case ER_QDD_CMD: return &instance->inputs.command.qdd[k];
+    default: return parameter(instance, &instance->inputs.parameters, block, k);
+    }
+}
+
+bool er_instance_require_parameters(er_instance *instance)
+{
+    const er_layout *layout = &instance->layout;
+    for (int reference = layout->first[ER_STIFFNESS]; reference < layout->first[ER_STRINGS];
+         reference++) {
+        bool stiffness = layout->block[reference] == ER_STIFFNESS;
+        double value = *settable(instance, reference);
+        if (stiffness ? !(value > 0.0) : !(value >= 0.0)) {
+            char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
+            er_variable_name(layout, &instance->model->robot, reference, name);
+            return er_fail(&instance->failure, "%s is %s %s; needed is a number %s", name,
+                           er_shown(value, number),
+                           er_variable_unit(layout, reference), stiffness ? "> 0" : ">= 0");
+        }
+    }
+    return true;
+}
+
+static bool compute_block(er_instance *instance, er_block block)
+{
+    const er_model *model = instance->model;
+    double *out = instance->outputs + instance->layout.first[block];
+    switch (block) {
+    case ER_TCP: er_model_tcp(model, out); return true;
+    case ER_VELOCITY: er_model_velocity(model, out); return true;
+    case ER_RIGID: er_model_rigid(model, out); return true;
+    case ER_DEVIATION: er_model_deviation(model, out); return true;
+    case ER_COMPLIANCE: return er_model_compliance(model, out, &instance->failure);
+    default:
+        memcpy(out, model->memory.state.x, (size_t)model->robot.elastics * sizeof *out);
+        return true;
+    }
+}
+
+static bool require_block(er_instance *instance, er_block block)
+{
+    unsigned bit = 1u << block;
+    if (!er_instance_initialise(instance))
+        return false;
+    if ((instance->fresh & bit) == 0) {
+        if (!compute_block(instance, block))
+            return false;
+        instance->fresh |= bit;
+    }
+    return true;
+}
+
+static bool require_real(er_instance *instance, unsigned reference)
+{
+    if (reference < (unsigned)er_real_count(&instance->layout))
+        return true;
+    return er_fail(&instance->failure, "the value reference %u is asked for as a real variable; this"
+                   " FMU has 0 to %d", reference, er_real_count(&instance->layout) - 1);
+}
+
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
+                           double *values)
+{
+    for (size_t i = 0; i < count; i++) {
+        er_block block;
+        if (!require_real(instance, references[i]))
+            return false;
+        block = (er_block)instance->layout.block[references[i]];
+        if (er_is_output(block)) {
+            if (!require_block(instance, block))
+                return false;
+            values[i] = instance->outputs[references[i]];
+        } else {
+            values[i] = *settable(instance, (int)references[i]);
+        }
+    }
+    return true;
+}
+
+static bool may_set(er_instance *instance, unsigned reference, double value)
+{
+    char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
+    if (!require_real(instance, reference))
+        return false;
+    if (er_is_output((er_block)instance->layout.block[reference])) {
+        er_variable_name(&instance->layout, &instance->model->robot, (int)reference, name);
+        return er_fail(&instance->failure, "%s is an output and cannot be set", name);
+    }
+    if (!isfinite(value)) {
+        er_variable_name(&instance->layout, &instance->model->robot, (int)reference, name);
+        return er_fail(&instance->failure, "%s is %s %s; needed is a finite number", name,
+                       er_shown(value, number),
+                       er_variable_unit(&instance->layout, (int)reference));
+    }
+    return true;
+}
+
+bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
+                           const double *values)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!may_set(instance, references[i], values[i]))
+            return false;
+    for (size_t i = 0; i < count; i++) {
+        *settable(instance, (int)references[i]) = values[i];
+        if (!er_is_input((er_block)instance->layout.block[references[i]]))
+            instance->progress.parameters_changed = true;
+    }
+    if (!instance->progress.started && count > 0) {
+        instance->progress.computed = false;
+        instance->fresh = 0;
+    }
+    return true;
+}
