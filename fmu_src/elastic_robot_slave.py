@@ -21,7 +21,7 @@ try:
     import scipy  # noqa: F401
 except ImportError as error:
     text = (
-        f"{error} in the Python of this FMU's host, {sys.executable} {sys.version.split()[0]};"
+        f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix} {sys.version.split()[0]};"
         " needed are numpy, scipy and pin (Pinocchio): python -m pip install numpy scipy pin, or"
         " see documentation/externalDependencies.txt in the FMU"
     )
@@ -53,7 +53,7 @@ def _reported(method):
     def wrapper(self, *args):
         try:
             return method(self, *args)
-        except Exception as error:  # whatever it is, it is raised again
+        except BaseException as error:  # whatever it is, it is raised again
             text = f"{self.instance_name}: {error}"
             print(text, file=sys.stderr, flush=True)
             self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf

@@ -1,8 +1,6 @@
 """FMPy with names instead of value references; knows nothing of this project."""
 
 import itertools
-import os
-import sys
 
 import fmpy
 import numpy as np
@@ -63,22 +61,9 @@ class Instance:
         self.time += size
 
     def free(self):
-        # Not FMPy's freeInstance, which unloads the library: PythonFMU's may crash then.
-        self.slave.fmi2FreeInstance(self.slave.component)
+        self.slave.freeInstance()
 
 
 def push(k):
     """Return a force that shakes the robot through its play."""
     return {"force.x": 300.0 * np.sin(0.9 * k), "force.z": -400.0 * (k % 7 < 3)}
-
-
-def fatal_or_error(error):
-    """FMI's status 3; PythonFMU's binary answers 4 where a Python exception was raised."""
-    assert error.status in (3, 4), error
-
-
-def leave():
-    """End past the destructors of PythonFMU's binary, which may corrupt the heap."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)
