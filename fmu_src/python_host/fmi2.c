@@ -45,18 +45,21 @@ static bool is_asked_rightly(fmi2Type type, const char *guid, const char *locati
     if (!has(location, SLAVE_FILE, NULL))
         return er_fail(failure, "the resources are at '%.700s'; needed is the file: URI of a folder with "
                        SLAVE_FILE, location != NULL ? location : "");
+    if (strstr(location, "%2520") != NULL) /* PythonFMU decodes once more */
+        return er_fail(failure, "the resources are at '%.700s'; needed is a folder without %%20 in its name",
+                       location);
     if (guid == NULL || !has(location, GUID_FILE, guid))
         return er_fail(failure, "the GUID is '%.100s'; needed is that of modelDescription.xml",
                        guid != NULL ? guid : "");
     return true;
 }
 
-/* Says why there is no instance: to the log, and as that may be off, to stderr. */
+/* Says why there is no instance: to stderr, as the log may be off, and to the log. */
 static fmi2Component give_up(er_component *c, fmi2Status status)
 {
-    er_component_tell(c, status, c->cause.text);
     fprintf(stderr, "%s: %s\n", c->name, c->cause.text);
     fflush(stderr);
+    er_component_tell(c, status, c->cause.text);
     er_component_free(c);
     return NULL;
 }
