@@ -12,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from conftest import HERE
+from emulators import EMULATORS
 
 from build_fmu import build_kind, main
 from coupling.errors import BuildError
@@ -153,3 +154,98 @@ def test_it_is_compiled_for_all_platforms_that_pythonfmu_has_libraries_for(examp
     file = build_kind(example, tmp_path / "R.fmu", kind="python", platforms="linux64,win64")
     assert without_host(file, "ElasticRobot") == []
     assert host_library(PLATFORMS["win64"]).read_bytes().startswith(b"MZ")
+
+
+# What python_host asks of Python on Windows: here one that runs already.
+STAND_IN_FOR_PYTHON = """
+__declspec(dllexport) int Py_IsInitialized(void) { return 1; }
+__declspec(dllexport) void Py_InitializeEx(int signals) { (void)signals; }
+__declspec(dllexport) void *PyEval_SaveThread(void) { return 0; }
+"""
+WINDOWS_HOST = """
+#include <stdio.h>
+#include <windows.h>
+#include "fmi2Functions.h"
+
+static void hear(fmi2ComponentEnvironment e, fmi2String name, fmi2Status status, fmi2String category,
+                 fmi2String message, ...)
+{
+    printf("%d %s %s: %s\\n", status, name, category, message);
+}
+
+int main(int count, char **arguments)
+{
+    static const fmi2CallbackFunctions callbacks = {hear, NULL, NULL, NULL, NULL};
+    HMODULE library = LoadLibraryA(arguments[1]);
+    fmi2InstantiateTYPE *instantiate = (void *)GetProcAddress(library, "fmi2Instantiate");
+    fmi2DoStepTYPE *step = (void *)GetProcAddress(library, "fmi2DoStep");
+    fmi2FreeInstanceTYPE *release = (void *)GetProcAddress(library, "fmi2FreeInstance");
+    fmi2Component c = instantiate("robot", fmi2CoSimulation, "{right}", arguments[2], &callbacks, 0, 1);
+    HMODULE inner = GetModuleHandleA("Robot_pythonfmu.dll");
+    if (c == NULL)
+        return 3;
+    *(int *)(void *)GetProcAddress(inner, "inner_answer") = fmi2Fatal;
+    printf("step %d\\n", step(c, 0.5, 0.25, fmi2True));
+    release(c);
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(
+    not EMULATORS or shutil.which("wine") is None,
+    reason="run by `make emulators`; needs ziglang and wine",
+)
+def test_the_windows_library_runs_in_wine(tmp_path):
+    """Between a host and stand-ins for Python and PythonFMU, which have no release for Wine here."""
+    folder = tmp_path / "with blank"
+    (folder / "resources").mkdir(parents=True)
+    (folder / "resources" / "slavemodule.txt").write_text("slave\n")
+    (folder / "resources" / "guid.txt").write_text("{right}\n")
+    shutil.copy(host_library(PLATFORMS["win64"]), folder / "Robot.dll")
+    (tmp_path / "python.c").write_text(STAND_IN_FOR_PYTHON)
+    (tmp_path / "host.c").write_text(WINDOWS_HOST)
+    compiler = [*zig(), "-target", PLATFORMS["win64"].target, "-std=c99", f"-I{SOURCES / 'fmi'}"]
+    for source, made in (
+        (tmp_path / "python.c", ["-shared", "-o", str(tmp_path / "python3.dll")]),
+        (HERE / "native" / "inner.c", ["-shared", "-o", str(folder / "Robot_pythonfmu.dll")]),
+        (tmp_path / "host.c", ["-o", str(tmp_path / "host.exe")]),
+    ):
+        subprocess.run([*compiler, str(source), *made], cwd=tmp_path, check=True)
+    arguments = ["with blank\\Robot.dll", (folder / "resources").as_uri().replace("///", "///Z:/")]
+
+    def run(**environment: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [shutil.which("wine"), str(tmp_path / "host.exe"), *arguments],
+            cwd=tmp_path,
+            env={
+                **os.environ,
+                "WINEPREFIX": str(tmp_path / "wine"),
+                "WINEDEBUG": "-all",
+                "INNER_LOG": str(tmp_path / "log"),
+                **environment,
+            },
+            capture_output=True,
+            text=True,
+            timeout=240,
+        )
+
+    done = run()
+    assert (done.returncode, done.stdout) == (0, "step 3\n"), done.stderr
+    reached = (tmp_path / "log").read_text().splitlines()
+    assert [line.split()[0] for line in reached][:4] == [
+        "fmi2Instantiate",
+        "fmi2SetDebugLogging",
+        "fmi2DoStep",
+        "fmi2FreeInstance",
+    ]
+    assert reached[2] == "fmi2DoStep 0.5 0.25 1"
+    elsewhere = folder / "python"
+    elsewhere.mkdir()
+    (tmp_path / "python3.dll").rename(elsewhere / "python3.dll")
+    told = run()
+    assert told.returncode == 3
+    assert "4 robot logStatusFatal: this process has no Python" in told.stdout
+    assert run(ELASTIC_ROBOT_PYTHON=f"Z:{elsewhere / 'python.exe'}".replace("/", "\\")).stdout == (
+        "step 3\n"
+    )
