@@ -9,7 +9,7 @@ an instance refuses to run with another version's modules.
 import ctypes
 import functools
 import sys
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 
 from pythonfmu import Fmi2Slave
@@ -46,6 +46,13 @@ _TIME_SLACK = 1e-9
 _UPPER = np.triu_indices(3)
 
 
+# States of a real value in memory shared with python_host, as its shared.h has them: what it sets and
+# reads without asking here, and what was read since the last step.
+_ASK, _SETTABLE, _READABLE, _WAS_READ = range(4)
+# The value reference 2^32 - 1 as PythonFMU's binary passes it on.
+_SHARED_REFERENCE = -1
+
+
 def _reported(method):
     """Let the user see an error: FMI passes on a status only, and the log may be off."""
 
@@ -54,13 +61,7 @@ def _reported(method):
         try:
             return method(self, *args)
         except BaseException as error:  # whatever it is, it is raised again
-            text = f"{self.instance_name}: {error}"
-            print(text, file=sys.stderr, flush=True)
-            self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
-            # PythonFMU's binary gives up its references to these three at every exception, and once
-            # more when the instance is freed; without others that is a use after free.
-            for owned in (self, type(self), self.log_queue):
-                ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
+            self._report(error)
             raise
 
     return wrapper
@@ -88,7 +89,37 @@ class ElasticRobotSlave(Fmi2Slave):
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._fresh = set()  # output blocks computed for the present state
+        self._share_values(table)
+
+    def _share_values(self, table):
+        reals = self._reals
+        self._states = bytearray(len(reals))
+        for key, block in table.items():
+            if block.causality == "parameter":
+                self._states[reals.slice(key)] = bytes([_READABLE]) * len(block.variables)
+        self._outputs = {k: reals.slice(k) for k, b in table.items() if b.causality == "output"}
+        self._inputs = slice(reals.slice("wrench").start, reals.slice("qdd_cmd").stop)
+        self._all_outputs = slice(reals.slice("tcp").start, reals.slice("deflection").stop)
+        self._not_computed = bytes(self._all_outputs.stop - self._all_outputs.start)
+        # What was read of the outputs, and which blocks to compute and call readable then.
+        self._read, self._renewed, self._renewed_states = self._not_computed, (), self._not_computed
+        self._wrench = reals.block("wrench")
+        self._commands = tuple(reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        self._told_where = False
+
+    def _let_inputs_be_set(self):
+        """Before the initial state is final an input changes it, so that the slave must know."""
+        state = _SETTABLE if self._stepped else _ASK
+        self._states[self._inputs] = bytes([state]) * (self._inputs.stop - self._inputs.start)
+
+    def _report(self, error):
+        text = f"{self.instance_name}: {error}"
+        print(text, file=sys.stderr, flush=True)
+        self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
+        # PythonFMU's binary gives up its references to these three at every exception, and once more
+        # when the instance is freed; without others that is a use after free.
+        for owned in (self, type(self), self.log_queue):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
 
     def _require_own_modules(self, resources):
         loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
@@ -111,33 +142,71 @@ class ElasticRobotSlave(Fmi2Slave):
         if tolerance:
             self._tolerance = tolerance
         self._model = None
+        self._forget_outputs()
 
     @_reported
     def exit_initialization_mode(self):
         """Compute the initial state from the inputs and parameters set by now."""
         self._initialise()
         self._stepped = True
+        self._let_inputs_be_set()
 
-    @_reported
     def do_step(self, current_time, step_size):
         """Move on by a communication step; inputs are held over it."""
+        try:
+            if not (0.0 < step_size < inf and abs(current_time - self._time) <= _TIME_SLACK):
+                self._require_step(current_time, step_size)
+                return True
+            if self._model is None:
+                self._initialise()
+            end, wrench = current_time + step_size, self._wrench.copy()
+            if self._parameters_changed:
+                self._step_with_new_parameters(end, wrench)
+            else:
+                self._model.step(end, self._drives(), wrench)
+            self._time = end
+            self._renew_outputs()
+            return True
+        except BaseException as error:  # as `_reported`, without its call
+            self._report(error)
+            raise
+
+    def _require_step(self, current_time, step_size):
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
         if not abs(current_time - self._time) <= _TIME_SLACK:
             raise ParameterError(
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
-        if step_size == 0.0:
-            return True
-        self._initialise()
-        end, wrench = current_time + step_size, self._reals.block("wrench").copy()
-        if self._parameters_changed:
-            self._step_with_new_parameters(end, wrench)
-        else:
-            self._model.step(end, self._drives(), wrench)
-        self._time = end
-        self._fresh.clear()
-        return True
+
+    def _renew_outputs(self):
+        """Compute anew what was read since the last step; the rest when it is read."""
+        states, outputs = self._states, self._all_outputs
+        read = states[outputs]
+        if read != self._read:
+            self._learn_what_is_read(read)
+        states[outputs] = self._not_computed
+        for place, output in self._renewed:
+            self._reals.values[place] = getattr(self._model, output)()
+        states[outputs] = self._renewed_states
+
+    def _learn_what_is_read(self, read):
+        # Who reads the compliance at times shall not pay for it at every step.
+        first, states, renewed = self._all_outputs.start, bytearray(self._not_computed), []
+        for key, place in self._outputs.items():
+            own = slice(place.start - first, place.stop - first)
+            if _WAS_READ in read[own] and key != "compliance":
+                renewed.append((place, key))
+                states[own] = bytes([_READABLE]) * (own.stop - own.start)
+        self._read, self._renewed, self._renewed_states = read, renewed, states
+
+    def _forget_outputs(self):
+        self._states[self._all_outputs] = self._not_computed
+
+    def _compute(self, key):
+        value, place = getattr(self._model, key)(), self._outputs[key]
+        self._reals.values[place] = value[_UPPER] if key == "compliance" else value
+        self._states[place] = bytes([_READABLE]) * (place.stop - place.start)
 
     def _step_with_new_parameters(self, end, wrench):
         before = self._model.snapshot
@@ -155,13 +224,12 @@ class ElasticRobotSlave(Fmi2Slave):
         if not vrs:
             return []
         places = self._reals.places(vrs)
-        stale = places.outputs - self._fresh
-        if stale:
-            self._initialise()
-        for key in stale:
-            value = getattr(self._model, key)()
-            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
-            self._fresh.add(key)
+        for key in places.outputs:
+            first = self._outputs[key].start
+            if self._states[first] == _ASK:
+                self._initialise()
+                self._compute(key)
+            self._states[first] = _WAS_READ
         return self._reals.get(vrs, places)
 
     @_reported
@@ -173,7 +241,7 @@ class ElasticRobotSlave(Fmi2Slave):
             self._parameters_changed = True
         if not self._stepped:
             self._model = None
-            self._fresh.clear()
+            self._forget_outputs()
 
     @_reported
     def set_string(self, vrs, values):
@@ -183,11 +251,15 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError("strings are fixed; set them before initialisation ends")
         self._strings.update(zip(names, values, strict=True))
         self._model = None
-        self._fresh.clear()
+        self._forget_outputs()
 
     @_reported
     def get_string(self, vrs):
         """Return the fixed parameters."""
+        if vrs == [_SHARED_REFERENCE] and not self._told_where:
+            self._told_where = True
+            states = ctypes.addressof(ctypes.c_char.from_buffer(self._states))
+            return [f"{self._reals.values.ctypes.data} {states} {len(self._reals)}"]
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
     @_reported
@@ -235,7 +307,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
         model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
-        self._fresh.clear()
+        self._forget_outputs()
         self._parameters_changed = False
         self._model = model
 
@@ -259,8 +331,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = self._reals.span("q_cmd", "qdd_cmd").reshape(3, -1).copy()
-        return HeldCommand(self._time, q, qd, qdd)
+        return HeldCommand(self._time, *self._commands)
 
     def _checked_parameters(self):
         reals = self._reals
@@ -319,7 +390,8 @@ class ElasticRobotSlave(Fmi2Slave):
         self._time, self._tolerance = state.time, state.tolerance
         self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
         self._reals.values[:] = state.values
-        self._fresh.clear()
+        self._forget_outputs()
+        self._let_inputs_be_set()
 
     @staticmethod
     def _fmu_state_to_bytes(state):
