@@ -57,7 +57,7 @@ for size in sizes:
     best.append(1e6 * min(walls))
 print(json.dumps(best), flush=True)
 """
-# Steps of the FMU and of its model, in turns of 30, until 1e5 steps of each are done; the best turn of each.
+# Steps of the FMU and of its model, in turns of 30, 1e5 of each; the best turn of each.
 # The model's own: from what it acts on to its pose, as the FMU asks for it.
 _OVER_THE_MODEL = """
 import sys, time
@@ -74,7 +74,9 @@ TURN, TURNS, SIZE = 30, 3334, 1 / 256
 d = fmpy.read_model_description(str(folder))
 names = {v.name: v.valueReference for v in d.modelVariables}
 tcp = [names[f"tcp.{c}"] for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
-fmu = FMU2Slave(guid=d.guid, unzipDirectory=str(folder), modelIdentifier="ElasticRobot", instanceName="r")
+fmu = FMU2Slave(
+    guid=d.guid, unzipDirectory=folder, modelIdentifier="ElasticRobot", instanceName="r"
+)
 fmu.instantiate()
 fmu.setupExperiment()
 fmu.enterInitializationMode()
@@ -161,8 +163,9 @@ def main() -> None:
     overhead = rigid_fmu - rigid_model
     verdict_overhead = "reached" if overhead <= OVERHEAD_GOAL else "not reached"
     console.print(
-        f"python FMU of one rigid joint through FMPy: {rigid_fmu:.0f} us, its model {rigid_model:.0f} us,"
-        f" over it {overhead:.0f} us (at most {OVERHEAD_GOAL:g}; {verdict_overhead})"
+        f"python FMU of one rigid joint through FMPy: {rigid_fmu:.0f} us, its model"
+        f" {rigid_model:.0f} us, over it {overhead:.0f} us (at most {OVERHEAD_GOAL:g};"
+        f" {verdict_overhead})"
     )
     console.print(f"4 ms from C: {costs[4e-3]:.1f} us (at most {GOAL:g}; {verdict})")
 

@@ -21,9 +21,9 @@ try:
     import scipy  # noqa: F401
 except ImportError as error:
     text = (
-        f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix} {sys.version.split()[0]};"
-        " needed are numpy, scipy and pin (Pinocchio): python -m pip install numpy scipy pin, or"
-        " see documentation/externalDependencies.txt in the FMU"
+        f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix}"
+        f" {sys.version.split()[0]}; needed are numpy, scipy and pin (Pinocchio): python -m pip"
+        " install numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
     )
     print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
     raise ImportError(text) from error
@@ -93,19 +93,19 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def _share_values(self, table):
         reals = self._reals
-        self._states = bytearray(len(reals))
-        for key, block in table.items():
-            if block.causality == "parameter":
-                self._states[reals.slice(key)] = bytes([_READABLE]) * len(block.variables)
+        # A parameter can always be read; that it was is of no interest.
+        self._states = bytearray([_WAS_READ]) * len(reals)
         self._outputs = {k: reals.slice(k) for k, b in table.items() if b.causality == "output"}
         self._inputs = slice(reals.slice("wrench").start, reals.slice("qdd_cmd").stop)
         self._all_outputs = slice(reals.slice("tcp").start, reals.slice("deflection").stop)
         self._not_computed = bytes(self._all_outputs.stop - self._all_outputs.start)
-        # What was read of the outputs, and which blocks to compute and call readable then.
-        self._read, self._renewed, self._renewed_states = self._not_computed, (), self._not_computed
+        # The states when a step has ended, the outputs to compute then, and the states after that.
+        self._read, self._renewed, self._renewed_states = b"", (), b""
         self._wrench = reals.block("wrench")
         self._commands = tuple(reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
         self._told_where = False
+        self._forget_outputs()
+        self._let_inputs_be_set()
 
     def _let_inputs_be_set(self):
         """Before the initial state is final an input changes it, so that the slave must know."""
@@ -181,24 +181,27 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def _renew_outputs(self):
         """Compute anew what was read since the last step; the rest when it is read."""
-        states, outputs = self._states, self._all_outputs
-        read = states[outputs]
-        if read != self._read:
-            self._learn_what_is_read(read)
-        states[outputs] = self._not_computed
-        for place, output in self._renewed:
-            self._reals.values[place] = getattr(self._model, output)()
-        states[outputs] = self._renewed_states
+        states, values, model = self._states, self._reals.values, self._model
+        if states != self._read:
+            self._learn_what_is_read()
+        try:
+            for place, output in self._renewed:
+                values[place] = getattr(model, output)()
+        except BaseException:
+            self._forget_outputs()
+            raise
+        states[:] = self._renewed_states
 
-    def _learn_what_is_read(self, read):
-        # Who reads the compliance at times shall not pay for it at every step.
-        first, states, renewed = self._all_outputs.start, bytearray(self._not_computed), []
+    def _learn_what_is_read(self):
+        states, renewed = bytearray(self._states), []
+        states[self._all_outputs] = self._not_computed
         for key, place in self._outputs.items():
-            own = slice(place.start - first, place.stop - first)
-            if _WAS_READ in read[own] and key != "compliance":
+            # Who reads the compliance at times shall not pay for it at every step.
+            if _WAS_READ in self._states[place] and key != "compliance":
                 renewed.append((place, key))
-                states[own] = bytes([_READABLE]) * (own.stop - own.start)
-        self._read, self._renewed, self._renewed_states = read, renewed, states
+                states[place] = bytes([_READABLE]) * (place.stop - place.start)
+        self._read, self._renewed = bytes(self._states), tuple(renewed)
+        self._renewed_states = bytes(states)
 
     def _forget_outputs(self):
         self._states[self._all_outputs] = self._not_computed

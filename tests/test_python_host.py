@@ -107,6 +107,10 @@ def test_every_function_is_passed_on_with_its_arguments_and_status(run_host, tmp
     assert log.read_text() == "forget Python\nvariables destroyed\n"
 
 
+def test_the_slave_is_asked_only_for_what_is_not_yet_computed_or_not_right(fmu, run_host):
+    run_host("shared", fmu)
+
+
 def test_many_instances_are_unloaded_and_the_process_ends_in_the_ordinary_way(fmu, run_host):
     for _ in range(5):
         assert run_host("ends", fmu, 40).endswith("the end\n")

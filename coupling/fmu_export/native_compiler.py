@@ -103,7 +103,9 @@ def compile_library(
     folders = sorted({source.parent for source in sources} | {SOURCES})
     if target.suffix == ".dll":
         flags.remove("-fPIC")
-    file = (cache or _cache()).resolve() / f"{_key(compiler, flags, sources, folders)}{target.suffix}"
+    file = (
+        cache or _cache()
+    ).resolve() / f"{_key(compiler, flags, sources, folders)}{target.suffix}"
     if file.is_file():
         return file
     file.parent.mkdir(parents=True, exist_ok=True)

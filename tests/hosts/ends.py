@@ -1,4 +1,4 @@
-"""Instances that err, are reset, freed and unloaded or not; then the process just ends: ends.py FMU COUNT."""
+"""Instances err, are reset, freed and unloaded or not; then the process ends: ends.py FMU COUNT."""
 
 import gc
 import sys

@@ -2,7 +2,7 @@
 
 import ctypes
 import sys
-from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
 library, log = ctypes.CDLL(sys.argv[1]), Path(sys.argv[4])
@@ -27,7 +27,10 @@ callbacks = Callbacks(
 library.fmi2Instantiate.restype = c_void_p
 
 
-def instantiate(resources=sys.argv[3].encode(), guid=b"{right}", kind=1, logging=1):
+RESOURCES = sys.argv[3].encode()
+
+
+def instantiate(resources=RESOURCES, guid=b"{right}", kind=1, logging=1):
     found = library.fmi2Instantiate(
         b"robot", kind, guid, resources, byref(callbacks), c_int(0), c_int(logging)
     )
