@@ -16,14 +16,16 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 try:
+    if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
+        raise ImportError("there is no support for so old a version")
     import numpy as np
     import pinocchio  # noqa: F401  (an import error is told here)
     import scipy  # noqa: F401
 except ImportError as error:
     text = (
         f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix}"
-        f" {sys.version.split()[0]}; needed are numpy, scipy and pin (Pinocchio): python -m pip"
-        " install numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
+        f" {sys.version.split()[0]}; needed are Python 3.11 or newer, numpy, scipy and pin: python -m"
+        " pip install numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
     )
     print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
     raise ImportError(text) from error

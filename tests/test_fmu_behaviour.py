@@ -117,5 +117,5 @@ except Exception as error:
     assert "Failed to instantiate" in done.stdout
     # To stderr, and to the log, which FMPy prints.
     for told in (done.stderr, done.stdout):
-        assert told.count("needed are numpy, scipy and pin") == 1
+        assert told.count("needed are Python 3.11 or newer, numpy, scipy and pin") == 1
     assert "externalDependencies.txt" in done.stderr

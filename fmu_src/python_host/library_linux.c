@@ -49,7 +49,7 @@ static bool open_of_program(const char *program)
     if (access(program, X_OK) != 0 || realpath(program, real) == NULL)
         return false;
     name = strrchr(real, '/') + 1;
-    if (strncmp(name, "python3.", 8) != 0)
+    if (strncmp(name, "python3.", 8) != 0 || atoi(name + 8) < OLDEST)
         return false;
     snprintf(library, sizeof library, "%.*s../lib/lib%s.so.1.0", (int)(name - real), real, name);
     if (!open_for_all(library, 0)) {
