@@ -189,8 +189,10 @@ class ElasticRobotSlave(Fmi2Slave):
         try:
             for place, output in self._renewed:
                 values[place] = getattr(model, output)()
-        except BaseException:
+        except BaseException as error:
             self._forget_outputs()
+            if isinstance(error, Exception):
+                return  # the step is done; what is wrong is told when the output is read
             raise
         states[:] = self._renewed_states
 

@@ -70,6 +70,29 @@ for force in (0.0, -100.0, -200.0, -200.0, -200.0):
     silent.step(0.01)
 np.testing.assert_array_equal(silent.get(), instance.get())
 
+# An output that cannot be computed is told when it is read; the step before it is done.
+robot = sys.modules["elastic_robot.robot"].ElasticRobot
+tcp, failing = robot.tcp, fmu.instance().start()
+failing.get(POSE)
+
+
+def lost(self):
+    raise ValueError("no pose")
+
+
+robot.tcp = lost
+failing.step(0.01)
+try:
+    failing.get(POSE)
+except FMICallException as error:
+    require_error(error)
+else:
+    raise AssertionError("an old pose was read")
+robot.tcp = tcp
+other = fmu.instance().start()
+other.step(0.01)
+np.testing.assert_array_equal(failing.get(POSE), other.get(POSE))
+
 # After a reset the new slave's values are the ones that are set and read.
 state, before = instance.slave.getFMUState(), instance.get()
 instance.slave.reset()
