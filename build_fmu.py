@@ -17,11 +17,13 @@ from coupling.fmu_export.native_compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from coupling.fmu_export.python_fmu import build_python_fmu as build
+from coupling.fmu_export.python_host import without_host
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
+from elastic_robot.interface import MODEL_NAME
 from elastic_robot.robot_file import find_robot, load_robot
 
-__all__ = ["KINDS", "build", "build_kind", "build_native_fmu", "main"]
+__all__ = ["KINDS", "build", "build_kind", "build_native_fmu", "main", "remark"]
 
 KINDS = ("python", "native")
 
@@ -43,7 +45,8 @@ def build_kind(
         file: Where to write it, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         kind: One of KINDS.
-        platforms: Of a native FMU: names with commas between them, or "all"; empty: this machine's.
+        platforms: That libraries are compiled for: names with commas between them, or "all" for a
+            native FMU; empty: this machine's.
         with_sources: Pack the C sources of a native FMU as well.
         fmi: Version of FMI; 3 is for a native FMU.
 
@@ -55,14 +58,26 @@ def build_kind(
     """
     if kind not in KINDS:
         raise BuildError(f"kind is {kind!r}; needed is one of {', '.join(KINDS)}")
+    names = [name for name in platforms.split(",") if name]
     if kind == "native":
-        names = list(PLATFORMS) if platforms == "all" else [n for n in platforms.split(",") if n]
+        names = list(PLATFORMS) if platforms == "all" else names
         return build_native_fmu(robot, file, names, with_sources, resources, fmi)
-    if platforms or with_sources or fmi != "2":
+    if with_sources or fmi != "2":
         raise BuildError(
-            "platforms, sources or FMI 3 are chosen for an FMU in Python; needed is --kind native"
+            "sources or FMI 3 are chosen for an FMU in Python; needed is --kind native"
         )
-    return build(robot, file, resources)
+    return build(robot, file, resources, names)
+
+
+def remark(file: Path, kind: str) -> str:
+    """Return a sentence on an FMU's libraries, empty where there is nothing to say."""
+    alone = without_host(file, MODEL_NAME) if kind == "python" else []
+    if not alone:
+        return ""
+    return (
+        f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
+        " (docs/fmu.md; --platforms)"
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -76,7 +91,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--platforms",
         default="",
-        help=f"of a native FMU: {','.join(PLATFORMS)} or all; this machine's unless given",
+        help=f"{','.join(PLATFORMS)} or all to compile for; this machine unless given",
     )
     parser.add_argument("--sources", action="store_true", help="pack the C sources as well")
     parser.add_argument("--fmi", choices=STANDARDS, default="2", help="version of FMI")
@@ -95,6 +110,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     print(f"{file}: built")
+    if told := remark(file, options.kind):
+        print(told)
     return 0
 
 

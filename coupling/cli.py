@@ -51,7 +51,7 @@ def build(
     ),
     kind: Annotated[str, typer.Option(help="python, or native: in C, needs nothing.")] = "python",
     platforms: Annotated[
-        str, typer.Option(help="Of a native FMU: linux64,win64,... or all; this machine's.")
+        str, typer.Option(help="To compile for: linux64,win64,... or all; this machine.")
     ] = "",
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
@@ -62,6 +62,8 @@ def build(
         described, output, kind=kind, platforms=platforms, with_sources=sources, fmi=fmi
     )
     Console().print(f"{file}: built")
+    if told := build_fmu.remark(file, kind):
+        Console().print(told, soft_wrap=True)
 
 
 @app.command()

@@ -9,21 +9,23 @@ an instance refuses to run with another version's modules.
 import ctypes
 import functools
 import sys
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 try:
+    if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
+        raise ImportError("there is no support for so old a version")
     import numpy as np
     import pinocchio  # noqa: F401  (an import error is told here)
     import scipy  # noqa: F401
 except ImportError as error:
     text = (
-        f"{error} in the Python of this FMU's host, {sys.executable} {sys.version.split()[0]};"
-        " needed are numpy, scipy and pin (Pinocchio): python -m pip install numpy scipy pin, or"
-        " see documentation/externalDependencies.txt in the FMU"
+        f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix}"
+        f" {sys.version.split()[0]}; needed are Python 3.11 or newer, numpy, scipy and pin: python -m"
+        " pip install numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
     )
     print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
     raise ImportError(text) from error
@@ -46,6 +48,13 @@ _TIME_SLACK = 1e-9
 _UPPER = np.triu_indices(3)
 
 
+# States of a real value in memory shared with python_host, as its shared.h has them: what it sets and
+# reads without asking here, and what was read since the last step.
+_ASK, _SETTABLE, _READABLE, _WAS_READ = range(4)
+# The value reference 2^32 - 1 as PythonFMU's binary passes it on.
+_SHARED_REFERENCE = -1
+
+
 def _reported(method):
     """Let the user see an error: FMI passes on a status only, and the log may be off."""
 
@@ -53,14 +62,8 @@ def _reported(method):
     def wrapper(self, *args):
         try:
             return method(self, *args)
-        except Exception as error:  # whatever it is, it is raised again
-            text = f"{self.instance_name}: {error}"
-            print(text, file=sys.stderr, flush=True)
-            self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
-            # PythonFMU's binary gives up its references to these three at every exception, and once
-            # more when the instance is freed; without others that is a use after free.
-            for owned in (self, type(self), self.log_queue):
-                ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
+        except BaseException as error:  # whatever it is, it is raised again
+            self._report(error)
             raise
 
     return wrapper
@@ -88,7 +91,37 @@ class ElasticRobotSlave(Fmi2Slave):
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._fresh = set()  # output blocks computed for the present state
+        self._share_values(table)
+
+    def _share_values(self, table):
+        reals = self._reals
+        # A parameter can always be read; that it was is of no interest.
+        self._states = bytearray([_WAS_READ]) * len(reals)
+        self._outputs = {k: reals.slice(k) for k, b in table.items() if b.causality == "output"}
+        self._inputs = slice(reals.slice("wrench").start, reals.slice("qdd_cmd").stop)
+        self._all_outputs = slice(reals.slice("tcp").start, reals.slice("deflection").stop)
+        self._not_computed = bytes(self._all_outputs.stop - self._all_outputs.start)
+        # The states when a step has ended, the outputs to compute then, and the states after that.
+        self._read, self._renewed, self._renewed_states = b"", (), b""
+        self._wrench = reals.block("wrench")
+        self._commands = tuple(reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        self._told_where = False
+        self._forget_outputs()
+        self._let_inputs_be_set()
+
+    def _let_inputs_be_set(self):
+        """Before the initial state is final an input changes it, so that the slave must know."""
+        state = _SETTABLE if self._stepped else _ASK
+        self._states[self._inputs] = bytes([state]) * (self._inputs.stop - self._inputs.start)
+
+    def _report(self, error):
+        text = f"{self.instance_name}: {error}"
+        print(text, file=sys.stderr, flush=True)
+        self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
+        # PythonFMU's binary gives up its references to these three at every exception, and once more
+        # when the instance is freed; without others that is a use after free.
+        for owned in (self, type(self), self.log_queue):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
 
     def _require_own_modules(self, resources):
         loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
@@ -111,33 +144,76 @@ class ElasticRobotSlave(Fmi2Slave):
         if tolerance:
             self._tolerance = tolerance
         self._model = None
+        self._forget_outputs()
 
     @_reported
     def exit_initialization_mode(self):
         """Compute the initial state from the inputs and parameters set by now."""
         self._initialise()
         self._stepped = True
+        self._let_inputs_be_set()
 
-    @_reported
     def do_step(self, current_time, step_size):
         """Move on by a communication step; inputs are held over it."""
+        try:
+            if not (0.0 < step_size < inf and abs(current_time - self._time) <= _TIME_SLACK):
+                self._require_step(current_time, step_size)
+                return True
+            if self._model is None:
+                self._initialise()
+            end, wrench = current_time + step_size, self._wrench.copy()
+            if self._parameters_changed:
+                self._step_with_new_parameters(end, wrench)
+            else:
+                self._model.step(end, self._drives(), wrench)
+            self._time = end
+            self._renew_outputs()
+            return True
+        except BaseException as error:  # as `_reported`, without its call
+            self._report(error)
+            raise
+
+    def _require_step(self, current_time, step_size):
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
         if not abs(current_time - self._time) <= _TIME_SLACK:
             raise ParameterError(
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
-        if step_size == 0.0:
-            return True
-        self._initialise()
-        end, wrench = current_time + step_size, self._reals.block("wrench").copy()
-        if self._parameters_changed:
-            self._step_with_new_parameters(end, wrench)
-        else:
-            self._model.step(end, self._drives(), wrench)
-        self._time = end
-        self._fresh.clear()
-        return True
+
+    def _renew_outputs(self):
+        """Compute anew what was read since the last step; the rest when it is read."""
+        states, values, model = self._states, self._reals.values, self._model
+        if states != self._read:
+            self._learn_what_is_read()
+        try:
+            for place, output in self._renewed:
+                values[place] = getattr(model, output)()
+        except BaseException as error:
+            self._forget_outputs()
+            if isinstance(error, Exception):
+                return  # the step is done; what is wrong is told when the output is read
+            raise
+        states[:] = self._renewed_states
+
+    def _learn_what_is_read(self):
+        states, renewed = bytearray(self._states), []
+        states[self._all_outputs] = self._not_computed
+        for key, place in self._outputs.items():
+            # Who reads the compliance at times shall not pay for it at every step.
+            if _WAS_READ in self._states[place] and key != "compliance":
+                renewed.append((place, key))
+                states[place] = bytes([_READABLE]) * (place.stop - place.start)
+        self._read, self._renewed = bytes(self._states), tuple(renewed)
+        self._renewed_states = bytes(states)
+
+    def _forget_outputs(self):
+        self._states[self._all_outputs] = self._not_computed
+
+    def _compute(self, key):
+        value, place = getattr(self._model, key)(), self._outputs[key]
+        self._reals.values[place] = value[_UPPER] if key == "compliance" else value
+        self._states[place] = bytes([_READABLE]) * (place.stop - place.start)
 
     def _step_with_new_parameters(self, end, wrench):
         before = self._model.snapshot
@@ -155,13 +231,12 @@ class ElasticRobotSlave(Fmi2Slave):
         if not vrs:
             return []
         places = self._reals.places(vrs)
-        stale = places.outputs - self._fresh
-        if stale:
-            self._initialise()
-        for key in stale:
-            value = getattr(self._model, key)()
-            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
-            self._fresh.add(key)
+        for key in places.outputs:
+            first = self._outputs[key].start
+            if self._states[first] == _ASK:
+                self._initialise()
+                self._compute(key)
+            self._states[first] = _WAS_READ
         return self._reals.get(vrs, places)
 
     @_reported
@@ -173,7 +248,7 @@ class ElasticRobotSlave(Fmi2Slave):
             self._parameters_changed = True
         if not self._stepped:
             self._model = None
-            self._fresh.clear()
+            self._forget_outputs()
 
     @_reported
     def set_string(self, vrs, values):
@@ -183,11 +258,15 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError("strings are fixed; set them before initialisation ends")
         self._strings.update(zip(names, values, strict=True))
         self._model = None
-        self._fresh.clear()
+        self._forget_outputs()
 
     @_reported
     def get_string(self, vrs):
         """Return the fixed parameters."""
+        if vrs == [_SHARED_REFERENCE] and not self._told_where:
+            self._told_where = True
+            states = ctypes.addressof(ctypes.c_char.from_buffer(self._states))
+            return [f"{self._reals.values.ctypes.data} {states} {len(self._reals)}"]
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
     @_reported
@@ -235,7 +314,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
         model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
-        self._fresh.clear()
+        self._forget_outputs()
         self._parameters_changed = False
         self._model = model
 
@@ -259,8 +338,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def _drives(self):
         if self._trajectory is not None:
             return self._trajectory
-        q, qd, qdd = self._reals.span("q_cmd", "qdd_cmd").reshape(3, -1).copy()
-        return HeldCommand(self._time, q, qd, qdd)
+        return HeldCommand(self._time, *self._commands)
 
     def _checked_parameters(self):
         reals = self._reals
@@ -319,7 +397,8 @@ class ElasticRobotSlave(Fmi2Slave):
         self._time, self._tolerance = state.time, state.tolerance
         self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
         self._reals.values[:] = state.values
-        self._fresh.clear()
+        self._forget_outputs()
+        self._let_inputs_be_set()
 
     @staticmethod
     def _fmu_state_to_bytes(state):

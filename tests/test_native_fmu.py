@@ -459,7 +459,9 @@ def test_kinds_agree_on_random_robots(tmp_path):
 def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
     assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "native", "--platforms", "vax"]) == 2
     assert "platform is 'vax'; needed is one of linux64, win64" in capsys.readouterr().err
-    assert main(["-o", str(tmp_path / "R.fmu"), "--platforms", "linux64"]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu"), "--platforms", "darwin64"]) == 2
+    assert "PythonFMU has libraries for linux64, win64" in capsys.readouterr().err
+    assert main(["-o", str(tmp_path / "R.fmu"), "--sources"]) == 2
     assert "needed is --kind native" in capsys.readouterr().err
     with pytest.raises(BuildError, match="kind is 'java'"):
         build_kind(example, tmp_path / "R.fmu", kind="java")

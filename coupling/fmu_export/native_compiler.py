@@ -1,4 +1,4 @@
-"""Compiles the C core: with the host's compiler, or with Zig's for any platform.
+"""Compiles C to libraries: with the host's compiler, or with Zig's for any platform.
 
 Zig's compiler comes from PyPI (`pip install ziglang`) and carries the C libraries of all platforms, so
 that a Windows or macOS library can be built on Linux.
@@ -84,6 +84,7 @@ def compile_library(
     sources: Sequence[Path],
     definitions: Sequence[str] = (),
     cache: Path | None = None,
+    libraries: Sequence[str] = ("m",),
 ) -> Path:
     """Return a shared library of C sources, from the cache if it was compiled before.
 
@@ -92,25 +93,28 @@ def compile_library(
         sources: C files; headers are found in SOURCES and beside them.
         definitions: Further flags, such as -DNAME.
         cache: Folder for libraries; `elastic-robot` in the user's cache folder unless given.
+        libraries: Of the system, to be linked where it is not Windows.
 
     Raises:
         CompilerError: If there is no compiler for the platform, or it fails; with what it says.
     """
     compiler = _compiler(target)
     flags = [*FLAGS, *definitions]
+    folders = sorted({source.parent for source in sources} | {SOURCES})
     if target.suffix == ".dll":
         flags.remove("-fPIC")
-    file = (cache or _cache()).resolve() / f"{_key(compiler, flags, sources)}{target.suffix}"
+    file = (
+        cache or _cache()
+    ).resolve() / f"{_key(compiler, flags, sources, folders)}{target.suffix}"
     if file.is_file():
         return file
     file.parent.mkdir(parents=True, exist_ok=True)
-    folders = sorted({source.parent for source in sources} | {SOURCES})
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
         built = Path(folder, file.name)
         command = [*compiler, *flags, *[f"-I{f.resolve()}" for f in folders], "-o", str(built)]
         command += [
             *(str(source.resolve()) for source in sources),
-            *([] if target.suffix == ".dll" else ["-lm"]),
+            *([] if target.suffix == ".dll" else [f"-l{name}" for name in libraries]),
         ]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
@@ -146,13 +150,15 @@ def _compiler(target: Platform) -> list[str]:
     return [*found, "-target", target.target]
 
 
-def _key(compiler: Sequence[str], flags: Sequence[str], sources: Sequence[Path]) -> str:
+def _key(
+    compiler: Sequence[str], flags: Sequence[str], sources: Sequence[Path], folders: Sequence[Path]
+) -> str:
     """Hash of all that decides what the library will be."""
     with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
         asked = [*compiler, "--version"]
         version = subprocess.run(asked, cwd=folder, capture_output=True, check=False).stdout
     digest = hashlib.sha256(repr((list(compiler), list(flags))).encode() + version)
-    headers = sorted(SOURCES.glob("**/*.h"))
+    headers = sorted({header for folder in folders for header in folder.glob("**/*.h")})
     for file in [*sources, *headers]:
         digest.update(file.name.encode())
         digest.update(file.read_bytes())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import metadata
 from pathlib import Path
@@ -12,6 +12,7 @@ import elastic_robot
 from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.documentation import index_html, scalar_rows
 from coupling.fmu_export.identity import ICON, about_robot
+from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.fmu_export.requirements import (
     conda_environment,
@@ -33,7 +34,10 @@ _CAPABILITIES = (
 
 
 def build_python_fmu(
-    robot: Robot, file: Path, resources: Mapping[str, bytes] = MappingProxyType({})
+    robot: Robot,
+    file: Path,
+    resources: Mapping[str, bytes] = MappingProxyType({}),
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Write a robot's FMU; an existing file is replaced only when the new one is complete.
 
@@ -43,19 +47,20 @@ def build_python_fmu(
         robot: The robot, fixed in the FMU.
         file: Where to write it, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
+        platforms: That `python_host` must be compiled for; none: this machine, if it can.
 
     Returns:
         The file.
 
     Raises:
-        BuildError: If the file cannot be written.
+        BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
     """
     package = Path(elastic_robot.__file__).parent
     table = blocks(robot)
-    date = build_date(package)
+    date = build_date(package, HOST_SOURCES)
     slave = package.parent / "elastic_robot_slave.py"
     packed = {"robot.json": robot.to_json().encode(), **resources}
-    entries = slave_entries(slave, MODEL_NAME, packed, [package])
+    entries = slave_entries(slave, MODEL_NAME, packed, [package], platforms)
     needs = (
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
         ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'

@@ -14,6 +14,7 @@ from coupling.fmu_export.archive import content_guid, write_fmu
 from coupling.fmu_export.fmi2_description import fmi2_description
 from coupling.fmu_export.identity import license_text
 from coupling.fmu_export.model_description import About
+from coupling.fmu_export.python_host import with_host
 from elastic_robot.interface import Block
 
 _LICENSES = {"license.txt": "elastic-robot-fmu", "pythonfmu.txt": "pythonfmu"}
@@ -24,14 +25,21 @@ def slave_entries(
     model_name: str,
     resources: Mapping[str, bytes],
     packages: Sequence[Path] = (),
+    platforms: Sequence[str] = (),
 ) -> dict[str, bytes]:
     """Return a slave with PythonFMU's binaries and package, and the licences of both.
+
+    In front of PythonFMU's library stands ours, for this machine if it has a compiler.
 
     Args:
         slave: The file with the slave's class; PythonFMU makes an instance of it.
         model_name: The slave's `modelName`.
         resources: Files that the slave reads, by name.
         packages: Folders that the slave imports.
+        platforms: That ours must stand in front on, by name.
+
+    Raises:
+        BuildError: If a platform is not known, has no library of PythonFMU's, or the compiler fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder, name) for name in resources]
@@ -43,7 +51,7 @@ def slave_entries(
             entries = {name: archive.read(name) for name in archive.namelist()}
     for name, distribution in _LICENSES.items():
         entries[f"documentation/licenses/{name}"] = license_text(distribution).encode()
-    return entries
+    return with_host(entries, model_name, platforms)
 
 
 def write_slave(
@@ -68,5 +76,9 @@ def write_slave(
     # The description is part of the content that the GUID stands for.
     draft = fmi2_description(about, blocks, guid="")
     guid = content_guid({**entries, "modelDescription.xml": draft})
-    described = {**entries, "modelDescription.xml": fmi2_description(about, blocks, guid)}
+    described = {
+        **entries,
+        "modelDescription.xml": fmi2_description(about, blocks, guid),
+        "resources/guid.txt": f"{guid}\n".encode(),
+    }
     write_fmu(file, described, date)

@@ -58,6 +58,10 @@ class RealVariables:
         """Return the number of variables."""
         return len(self._names)
 
+    def slice(self, key: str) -> slice:
+        """Return where the values of a block are."""
+        return self._slices[key]
+
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""
         return self.values[self._slices[key]]

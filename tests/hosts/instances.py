@@ -3,7 +3,7 @@
 import sys
 
 import numpy as np
-from fmu import Fmu, leave, push
+from fmu import Fmu, push
 
 
 def alone(fmu):
@@ -29,4 +29,3 @@ for k in range(8):
     for instance, (_, path) in zip(instances, together, strict=True):
         np.testing.assert_array_equal(follow(instance, k), path[k])
 assert not np.allclose(expected[-1][:7], of_other[-1][:7])
-leave()

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmu import Fmu, leave
+from fmu import Fmu
 
 TCP = ["tcp.x", "tcp.y", "tcp.z"]
 
@@ -84,4 +84,3 @@ def initial_outputs(fmu):
 
 if __name__ == "__main__":
     globals()[sys.argv[2]](Fmu(sys.argv[1]))
-    leave()

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from fmu import Fmu, leave, push
+from fmu import Fmu, push
 
 STEPS = [0.004, 0.004, 0.011, 0.0007, 0.02, 0.004, 0.003, 0.05]
 
@@ -115,4 +115,3 @@ if __name__ == "__main__":
     file, folder, curve, mode, trajectory, what = sys.argv[1:]
     strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
     {"save": save, "load": load}[what](Fmu(file), Path(folder), strings)
-    leave()

@@ -150,8 +150,8 @@ def test_ecos_and_libcosim_agree(system, poses):
     np.testing.assert_allclose(ecos[:, 8:], poses[:, 8:], rtol=0, atol=1e-9)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the page's lines are for Linux")
-def test_a_program_without_python_runs_it_after_the_two_lines_of_the_page(system, poses):
+@pytest.mark.skipif(sys.platform != "linux", reason="the page's line is for Linux")
+def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, poses):
     """Ecos's own program, which writes the initial state and all steps but the last, six digits."""
     require("ecospy")
     shipped = importlib.metadata.distribution("ecospy").locate_file("ecospy/binaries/ecos")

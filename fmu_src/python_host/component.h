@@ -1,0 +1,47 @@
+/* An instance: PythonFMU's, and what its host is told. */
+#ifndef ER_COMPONENT_H
+#define ER_COMPONENT_H
+
+#include <stdbool.h>
+
+#include "inner.h"
+#include "shared.h"
+
+typedef struct {
+    const er_inner *functions;
+    fmi2Component inner;
+    char *name;
+    fmi2CallbackFunctions host;
+    fmi2CallbackFunctions relayed;
+    bool shares; /* its slave shares its values, which are a new slave's after a reset */
+    er_shared shared;
+    bool told;        /* the present call has logged an error */
+    bool lost;        /* a reset failed: PythonFMU's instance is no more */
+    er_failure cause; /* of the last exception, as PythonFMU words it */
+} er_component;
+
+/* An instance without PythonFMU's; NULL if memory is short. */
+er_component *er_component_create(fmi2String name, const fmi2CallbackFunctions *functions);
+
+void er_component_free(er_component *c);
+
+/* Gives the host's log a sentence. */
+void er_component_tell(const er_component *c, fmi2Status status, const char *text);
+
+/* Before a call of PythonFMU's library: whether there is an instance to call. */
+bool er_component_begin(er_component *c);
+
+/* After it: the status for the host.  A Python exception, fmi2Fatal there, is fmi2Error. */
+fmi2Status er_component_end(er_component *c, fmi2Status status);
+
+#define ER_PASS_ON(instance, function, ...)                                                         \
+    er_component *c = instance;                                                                     \
+    return er_component_begin(c)                                                                    \
+               ? er_component_end(c, c->functions->function(c->inner, __VA_ARGS__))                 \
+               : fmi2Fatal
+
+#define ER_PASS_ON_ALONE(instance, function)                                                        \
+    er_component *c = instance;                                                                     \
+    return er_component_begin(c) ? er_component_end(c, c->functions->function(c->inner)) : fmi2Fatal
+
+#endif

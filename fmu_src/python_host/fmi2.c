@@ -1,0 +1,241 @@
+/* The functions of FMI 2.0 for co-simulation, passed on to PythonFMU's library.
+ *
+ * Different from there: an exception in Python is fmi2Error, as the instance can go on; what PythonFMU would
+ * not survive is refused with a sentence.  Saved states: fmi2_states.c.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "component.h"
+#include "uri.h"
+
+/* Among the resources: the name of the slave's module, and the FMU's GUID. */
+#define SLAVE_FILE "slavemodule.txt"
+#define GUID_FILE "guid.txt"
+/* The slave that shares its values. */
+#define SHARING_SLAVE "elastic_robot_slave"
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+/* Whether a file among the resources has this text, or any text if it is NULL. */
+static bool has(const char *location, const char *name, const char *text)
+{
+    char line[100] = "", *path = er_path_from_uri(location, name);
+    FILE *file = path != NULL ? fopen(path, "r") : NULL;
+    bool read = file != NULL && fgets(line, sizeof line, file) != NULL;
+    if (file != NULL)
+        fclose(file);
+    free(path);
+    line[strcspn(line, "\r\n")] = '\0';
+    return read && (text == NULL || strcmp(line, text) == 0);
+}
+
+static bool is_asked_rightly(fmi2Type type, const char *guid, const char *location,
+                             er_failure *failure)
+{
+    if (type != fmi2CoSimulation)
+        return er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
+    if (!has(location, SLAVE_FILE, NULL))
+        return er_fail(failure, "the resources are at '%.700s'; needed is the file: URI of a folder with "
+                       SLAVE_FILE, location != NULL ? location : "");
+    if (strstr(location, "%2520") != NULL) /* PythonFMU decodes once more */
+        return er_fail(failure, "the resources are at '%.700s'; needed is a folder without %%20 in its name",
+                       location);
+    if (guid == NULL || !has(location, GUID_FILE, guid))
+        return er_fail(failure, "the GUID is '%.100s'; needed is that of modelDescription.xml",
+                       guid != NULL ? guid : "");
+    return true;
+}
+
+/* Says why there is no instance: to stderr, as the log may be off, and to the log. */
+static fmi2Component give_up(er_component *c, fmi2Status status)
+{
+    fprintf(stderr, "%s: %s\n", c->name, c->cause.text);
+    fflush(stderr);
+    er_component_tell(c, status, c->cause.text);
+    er_component_free(c);
+    return NULL;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
+                              fmi2Boolean logging)
+{
+    er_component *c = er_component_create(name, functions);
+    char *folder = NULL;
+    if (c == NULL)
+        return NULL;
+    c->functions = er_inner_functions(&c->cause);
+    if (c->functions == NULL)
+        return give_up(c, fmi2Fatal);
+    if (is_asked_rightly(type, guid, location, &c->cause))
+        folder = er_path_from_uri(location, ""); /* PythonFMU takes a path as well */
+    if (folder == NULL)
+        return give_up(c, fmi2Error);
+    folder[strlen(folder) - 1] = '\0';
+    /* With its log on, so that the reason of a failure is known. */
+    c->inner = c->functions->fmi2Instantiate(c->name, type, guid, folder, &c->relayed, visible,
+                                             fmi2True);
+    free(folder);
+    if (c->inner == NULL) {
+        er_component_tell(c, fmi2Error, c->cause.text); /* the slave has written it to stderr */
+        er_component_free(c);
+        return NULL;
+    }
+    c->shares = has(location, SLAVE_FILE, SHARING_SLAVE);
+    if (c->shares)
+        er_shared_attach(&c->shared, c->functions, c->inner);
+    c->functions->fmi2SetDebugLogging(c->inner, logging, 0, NULL);
+    return c;
+}
+
+void fmi2FreeInstance(fmi2Component instance)
+{
+    er_component *c = instance;
+    if (c == NULL)
+        return;
+    if (!c->lost) /* else PythonFMU would free again what it freed then */
+        c->functions->fmi2FreeInstance(c->inner);
+    er_component_free(c);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean logging, size_t count,
+                               const fmi2String categories[])
+{
+    ER_PASS_ON(instance, fmi2SetDebugLogging, logging, count, categories);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean has_tolerance,
+                               fmi2Real tolerance, fmi2Real start, fmi2Boolean has_stop,
+                               fmi2Real stop)
+{
+    ER_PASS_ON(instance, fmi2SetupExperiment, has_tolerance, tolerance, start, has_stop, stop);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component instance)
+{
+    ER_PASS_ON_ALONE(instance, fmi2EnterInitializationMode);
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
+{
+    ER_PASS_ON_ALONE(instance, fmi2ExitInitializationMode);
+}
+
+fmi2Status fmi2Terminate(fmi2Component instance)
+{
+    ER_PASS_ON_ALONE(instance, fmi2Terminate);
+}
+
+fmi2Status fmi2Reset(fmi2Component instance)
+{
+    er_component *c = instance;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    c->shared = (er_shared){NULL, NULL, 0};
+    status = c->functions->fmi2Reset(c->inner);
+    if (status == fmi2Fatal) {
+        c->lost = true;
+        er_component_tell(c, fmi2Fatal, c->cause.text);
+    } else if (c->shares) {
+        er_shared_attach(&c->shared, c->functions, c->inner);
+    }
+    return status;
+}
+
+fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real time, fmi2Real size, fmi2Boolean keep)
+{
+    ER_PASS_ON(instance, fmi2DoStep, time, size, keep);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component instance)
+{
+    ER_PASS_ON_ALONE(instance, fmi2CancelStep);
+}
+
+fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
+                       const fmi2Real values[])
+{
+    if (instance != NULL &&
+        er_shared_set(&((er_component *)instance)->shared, references, count, values))
+        return fmi2OK;
+    {
+        ER_PASS_ON(instance, fmi2SetReal, references, count, values);
+    }
+}
+
+fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
+                       fmi2Real values[])
+{
+    if (instance != NULL &&
+        er_shared_get(&((er_component *)instance)->shared, references, count, values))
+        return fmi2OK;
+    {
+        ER_PASS_ON(instance, fmi2GetReal, references, count, values);
+    }
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
+{
+    ER_PASS_ON(instance, fmi2GetRealStatus, kind, value);
+}
+
+/* Functions of the same form for each other type of value. */
+#define VALUES(type)                                                                                \
+    fmi2Status fmi2Get##type(fmi2Component instance, const fmi2ValueReference references[],         \
+                             size_t count, fmi2##type values[])                                     \
+    {                                                                                               \
+        ER_PASS_ON(instance, fmi2Get##type, references, count, values);                                \
+    }                                                                                               \
+    fmi2Status fmi2Set##type(fmi2Component instance, const fmi2ValueReference references[],         \
+                             size_t count, const fmi2##type values[])                               \
+    {                                                                                               \
+        ER_PASS_ON(instance, fmi2Set##type, references, count, values);                                \
+    }                                                                                               \
+    fmi2Status fmi2Get##type##Status(fmi2Component instance, const fmi2StatusKind kind,             \
+                                     fmi2##type *value)                                             \
+    {                                                                                               \
+        ER_PASS_ON(instance, fmi2Get##type##Status, kind, value);                                      \
+    }
+
+VALUES(Integer)
+VALUES(Boolean)
+VALUES(String)
+
+fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value)
+{
+    ER_PASS_ON(instance, fmi2GetStatus, kind, value);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
+                                        const fmi2ValueReference unknowns[], size_t unknown_count,
+                                        const fmi2ValueReference knowns[], size_t known_count,
+                                        const fmi2Real seed[], fmi2Real sensitivity[])
+{
+    ER_PASS_ON(instance, fmi2GetDirectionalDerivative, unknowns, unknown_count, knowns, known_count,
+            seed, sensitivity);
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
+                                       const fmi2ValueReference references[], size_t count,
+                                       const fmi2Integer order[], const fmi2Real values[])
+{
+    ER_PASS_ON(instance, fmi2SetRealInputDerivatives, references, count, order, values);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance,
+                                        const fmi2ValueReference references[], size_t count,
+                                        const fmi2Integer order[], fmi2Real values[])
+{
+    ER_PASS_ON(instance, fmi2GetRealOutputDerivatives, references, count, order, values);
+}

@@ -1,0 +1,95 @@
+/* Saved states.  PythonFMU's are addresses of Python objects, which it takes as they come; and it leaves a
+ * freed one's address in place. */
+#include <stdlib.h>
+
+#include "component.h"
+
+static bool lacks(const er_component *c, fmi2FMUstate state)
+{
+    if (state == NULL)
+        er_component_tell(c, fmi2Error, "there is no state; needed is a state that this FMU has saved");
+    return state == NULL;
+}
+
+/* Frees the state that was in the host's place and puts the new one there. */
+static fmi2Status replace(er_component *c, fmi2Status status, fmi2FMUstate made, fmi2FMUstate *place)
+{
+    if (status == fmi2OK) {
+        if (*place != NULL)
+            c->functions->fmi2FreeFMUstate(c->inner, place);
+        *place = made;
+    }
+    return er_component_end(c, status);
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2FMUstate made = NULL;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    status = c->functions->fmi2GetFMUstate(c->inner, &made);
+    return replace(c, status, made, state);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2FMUstate made = NULL;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    status = c->functions->fmi2DeSerializeFMUstate(c->inner, bytes, size, &made);
+    return replace(c, status, made, state);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state)
+{
+    er_component *c = instance;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    if (state == NULL || *state == NULL)
+        return fmi2OK;
+    status = c->functions->fmi2FreeFMUstate(c->inner, state);
+    *state = NULL;
+    return er_component_end(c, status);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state)
+{
+    er_component *c = instance;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    if (lacks(c, state))
+        return fmi2Error;
+    return er_component_end(c, c->functions->fmi2SetFMUstate(c->inner, state));
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state, size_t *size)
+{
+    er_component *c = instance;
+    if (!er_component_begin(c))
+        return fmi2Fatal;
+    if (lacks(c, state))
+        return fmi2Error;
+    return er_component_end(c, c->functions->fmi2SerializedFMUstateSize(c->inner, state, size));
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte bytes[],
+                                 size_t size)
+{
+    er_component *c = instance;
+    size_t needed = 0;
+    fmi2Status status = fmi2SerializedFMUstateSize(instance, state, &needed);
+    if (status != fmi2OK)
+        return status;
+    if (size < needed) {
+        er_component_tell(c, fmi2Error,
+                          "the buffer is too small for the state; needed is the size asked for");
+        return fmi2Error;
+    }
+    return er_component_end(c, c->functions->fmi2SerializeFMUstate(c->inner, state, bytes, needed));
+}
