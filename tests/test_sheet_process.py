@@ -189,8 +189,8 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_pat
     done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode in (0, 1), done.stderr
     run = read_run(tmp_path / "out")
-    assert set(run.workpieces) == {"before", "after"}
-    assert run.workpieces["after"].points[:, 2].min() < -1e-3
+    assert set(run.workpieces) == {"actual"}
+    assert run.workpieces["actual"].points[:, 2].min() < -1e-3
     page = (tmp_path / "out" / "report.html").read_text()
     assert 'id="workpiece"' in page
     assert 'id="cut"' in page

@@ -234,5 +234,5 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     assert np.all(behind[:, 2] <= 1e-9)
     out.mkdir()
     write_run(out, case, run)
-    assert set(read_cell(out).workpieces) == {"before", "after"}
+    assert set(read_cell(out).workpieces) == {"actual"}
     assert 'id="workpiece"' in write_report(out).read_text()
