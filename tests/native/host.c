@@ -310,7 +310,7 @@ static void measure(void)
     for (int s = 0; s < 3; s++) {
         double scratch[7];
         best = INFINITY;
-        for (int trial = 0; trial < 20; trial++) {
+        for (int trial = 0; trial < 100; trial++) {
             fmi2Component c = new_instance();
             double start;
             shake(c, 1, sizes[s], scratch);
@@ -326,7 +326,7 @@ static void measure(void)
         }
         printf("step %g %.3f\n", sizes[s], 1e6 * best);
         best = INFINITY;
-        for (int trial = 0; trial < 20; trial++) {
+        for (int trial = 0; trial < 100; trial++) {
             fmi2Component c = new_instance();
             shake(c, 1, sizes[s], scratch);
             best = fmin(best, derivatives(c, sizes[s], sizes[s]));
@@ -340,7 +340,7 @@ static void measure(void)
         double start;
         shake(c, 1, 1e-3, pose);
         best = INFINITY;
-        for (int trial = 0; trial < 20; trial++) {
+        for (int trial = 0; trial < 100; trial++) {
             start = seconds();
             for (int k = 0; k < 1000; k++) {
                 ffmi2GetFMUstate(c, &state);
