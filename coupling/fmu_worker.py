@@ -1,8 +1,8 @@
 """What runs a robot FMU in a `coupling.worker`; the only place that drives FMPy for the robot.
 
-In a process of its own, because PythonFMU's binary corrupts the heap when it is unloaded or the
-process ends in the ordinary way, and because only in a process that has not imported the model the
-FMU's own modules answer.
+In a process of its own, because only in one that has not imported the model the FMU's own modules
+answer, and because PythonFMU's binary, where it stands alone, corrupts the heap when it is unloaded
+or the process ends in the ordinary way.
 """
 
 from __future__ import annotations

@@ -163,10 +163,7 @@ def _run(
     overlay: Path | None = None,
     arguments: Sequence[str] = (),
 ) -> np.ndarray:
-    """Run Python code in a folder and return the table that it leaves.
-
-    Its exit status says little: PythonFMU's binary may crash when a process that is done ends.
-    """
+    """Run Python code in a folder and return the table that it leaves."""
     script, table = folder / "snippet.py", folder / leaves
     script.write_text(code, encoding="utf-8")
     table.unlink(missing_ok=True)
@@ -184,6 +181,9 @@ def _run(
         )
     except subprocess.TimeoutExpired as cause:
         raise MasterError(f"still running after {_PATIENCE} s") from cause
+    said = (done.stdout + done.stderr)[-2000:]
     if not table.is_file():
-        raise MasterError(f"it leaves no {leaves}; it said: {(done.stdout + done.stderr)[-2000:]}")
+        raise MasterError(f"it leaves no {leaves}; it said: {said}")
+    if done.returncode != 0:
+        raise MasterError(f"it ends with status {done.returncode}; it said: {said}")
     return np.genfromtxt(table, delimiter=",")
