@@ -40,17 +40,11 @@ from elastic_robot.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE
 from elastic_robot.parameters import Parameters
 from elastic_robot.real_variables import RealVariables
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.shared_values import SharedValues
 from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
-# Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
-_UPPER = np.triu_indices(3)
-
-
-# States of a real value in memory shared with python_host, as its shared.h has them: what it sets and
-# reads without asking here, and what was read since the last step.
-_ASK, _SETTABLE, _READABLE, _WAS_READ = range(4)
 # The value reference 2^32 - 1 as PythonFMU's binary passes it on.
 _SHARED_REFERENCE = -1
 
@@ -91,28 +85,10 @@ class ElasticRobotSlave(Fmi2Slave):
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._share_values(table)
-
-    def _share_values(self, table):
-        reals = self._reals
-        # A parameter can always be read; that it was is of no interest.
-        self._states = bytearray([_WAS_READ]) * len(reals)
-        self._outputs = {k: reals.slice(k) for k, b in table.items() if b.causality == "output"}
-        self._inputs = slice(reals.slice("wrench").start, reals.slice("qdd_cmd").stop)
-        self._all_outputs = slice(reals.slice("tcp").start, reals.slice("deflection").stop)
-        self._not_computed = bytes(self._all_outputs.stop - self._all_outputs.start)
-        # The states when a step has ended, the outputs to compute then, and the states after that.
-        self._read, self._renewed, self._renewed_states = b"", (), b""
-        self._wrench = reals.block("wrench")
-        self._commands = tuple(reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        self._shared = SharedValues(self._reals, table)
         self._told_where = False
-        self._forget_outputs()
-        self._let_inputs_be_set()
-
-    def _let_inputs_be_set(self):
-        """Before the initial state is final an input changes it, so that the slave must know."""
-        state = _SETTABLE if self._stepped else _ASK
-        self._states[self._inputs] = bytes([state]) * (self._inputs.stop - self._inputs.start)
+        self._wrench = self._reals.block("wrench")
+        self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
     def _report(self, error):
         text = f"{self.instance_name}: {error}"
@@ -144,14 +120,14 @@ class ElasticRobotSlave(Fmi2Slave):
         if tolerance:
             self._tolerance = tolerance
         self._model = None
-        self._forget_outputs()
+        self._shared.forget_outputs()
 
     @_reported
     def exit_initialization_mode(self):
         """Compute the initial state from the inputs and parameters set by now."""
         self._initialise()
         self._stepped = True
-        self._let_inputs_be_set()
+        self._shared.let_inputs_be_set(self._stepped)
 
     def do_step(self, current_time, step_size):
         """Move on by a communication step; inputs are held over it."""
@@ -167,7 +143,7 @@ class ElasticRobotSlave(Fmi2Slave):
             else:
                 self._model.step(end, self._drives(), wrench)
             self._time = end
-            self._renew_outputs()
+            self._shared.renew_outputs(self._model)
             return True
         except BaseException as error:  # as `_reported`, without its call
             self._report(error)
@@ -180,40 +156,6 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError(
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
-
-    def _renew_outputs(self):
-        """Compute anew what was read since the last step; the rest when it is read."""
-        states, values, model = self._states, self._reals.values, self._model
-        if states != self._read:
-            self._learn_what_is_read()
-        try:
-            for place, output in self._renewed:
-                values[place] = getattr(model, output)()
-        except BaseException as error:
-            self._forget_outputs()
-            if isinstance(error, Exception):
-                return  # the step is done; what is wrong is told when the output is read
-            raise
-        states[:] = self._renewed_states
-
-    def _learn_what_is_read(self):
-        states, renewed = bytearray(self._states), []
-        states[self._all_outputs] = self._not_computed
-        for key, place in self._outputs.items():
-            # Who reads the compliance at times shall not pay for it at every step.
-            if _WAS_READ in self._states[place] and key != "compliance":
-                renewed.append((place, key))
-                states[place] = bytes([_READABLE]) * (place.stop - place.start)
-        self._read, self._renewed = bytes(self._states), tuple(renewed)
-        self._renewed_states = bytes(states)
-
-    def _forget_outputs(self):
-        self._states[self._all_outputs] = self._not_computed
-
-    def _compute(self, key):
-        value, place = getattr(self._model, key)(), self._outputs[key]
-        self._reals.values[place] = value[_UPPER] if key == "compliance" else value
-        self._states[place] = bytes([_READABLE]) * (place.stop - place.start)
 
     def _step_with_new_parameters(self, end, wrench):
         before = self._model.snapshot
@@ -232,11 +174,10 @@ class ElasticRobotSlave(Fmi2Slave):
             return []
         places = self._reals.places(vrs)
         for key in places.outputs:
-            first = self._outputs[key].start
-            if self._states[first] == _ASK:
+            if not self._shared.is_computed(key):
                 self._initialise()
-                self._compute(key)
-            self._states[first] = _WAS_READ
+                self._shared.compute(key, self._model)
+            self._shared.mark_read(key)
         return self._reals.get(vrs, places)
 
     @_reported
@@ -248,7 +189,7 @@ class ElasticRobotSlave(Fmi2Slave):
             self._parameters_changed = True
         if not self._stepped:
             self._model = None
-            self._forget_outputs()
+            self._shared.forget_outputs()
 
     @_reported
     def set_string(self, vrs, values):
@@ -258,15 +199,14 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError("strings are fixed; set them before initialisation ends")
         self._strings.update(zip(names, values, strict=True))
         self._model = None
-        self._forget_outputs()
+        self._shared.forget_outputs()
 
     @_reported
     def get_string(self, vrs):
         """Return the fixed parameters."""
         if vrs == [_SHARED_REFERENCE] and not self._told_where:
             self._told_where = True
-            states = ctypes.addressof(ctypes.c_char.from_buffer(self._states))
-            return [f"{self._reals.values.ctypes.data} {states} {len(self._reals)}"]
+            return [self._shared.place()]
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
     @_reported
@@ -314,7 +254,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
         model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
-        self._forget_outputs()
+        self._shared.forget_outputs()
         self._parameters_changed = False
         self._model = model
 
@@ -397,8 +337,8 @@ class ElasticRobotSlave(Fmi2Slave):
         self._time, self._tolerance = state.time, state.tolerance
         self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
         self._reals.values[:] = state.values
-        self._forget_outputs()
-        self._let_inputs_be_set()
+        self._shared.forget_outputs()
+        self._shared.let_inputs_be_set(self._stepped)
 
     @staticmethod
     def _fmu_state_to_bytes(state):

@@ -9,7 +9,7 @@
 
 #include "inner.h"
 
-/* States, as elastic_robot_slave.py has them. */
+/* States, as elastic_robot/shared_values.py has them. */
 enum { ER_ASK = 0, ER_SETTABLE = 1, ER_READABLE = 2, ER_WAS_READ = 3 };
 
 /* The value reference that the slave answers with the place of its values, the first time. */
