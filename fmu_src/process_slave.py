@@ -5,6 +5,7 @@ constants) and, where the law follows a desired path, desired.npy (time, x, y, z
 read per instance and by path, so that process and robot FMUs in one process share nothing.
 """
 
+import ctypes
 import importlib.util
 import json
 import sys
@@ -77,6 +78,10 @@ class ProcessSlave(Fmi2Slave):
         text = f"{self.instance_name}: {reason}"
         print(text, file=sys.stderr, flush=True)  # FMI passes on a status only
         self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
+        # PythonFMU's binary gives up its references to these three at every exception, and once more
+        # when the instance is freed; without others that is a use after free.
+        for owned in (self, type(self), self.log_queue):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
         raise ValueError(text)
 
 

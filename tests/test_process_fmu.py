@@ -99,6 +99,13 @@ def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
     np.testing.assert_allclose(answer.wrench, wall.wrench(path).wrench, rtol=0, atol=1e-9)
 
 
+def test_our_own_exported_process_may_refuse_many_times(tmp_path, run_host):
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    file = build_process_fmu(wall, task().desired, tmp_path / "Wall.fmu")
+    said = run_host("process_refusals", file)
+    assert said.count("tcp.y is nan; needed is a finite number") == 50
+
+
 def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):
     answer = process(fmi2, frame="base", inputs={"x": "height"}).wrench(task().desired)
     assert np.array_equal(answer.wrench, np.zeros((41, 6)))  # x is about 1 m: never below the wall
