@@ -21,3 +21,14 @@ const char *er_shown(double value, char text[ER_NUMBER_TEXT])
         strcat(text, ".0");
     return text;
 }
+
+void er_escape(const char *text, char escaped[ER_ESCAPED_TEXT])
+{
+    size_t length = 0;
+    for (; *text != '\0' && length + 3 < ER_ESCAPED_TEXT; text++) {
+        if (*text == '%')
+            escaped[length++] = '%';
+        escaped[length++] = *text;
+    }
+    escaped[length] = '\0';
+}

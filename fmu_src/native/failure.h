@@ -19,6 +19,11 @@ __attribute__((format(printf, 2, 3)))
 #endif
 bool er_fail(er_failure *failure, const char *format, ...);
 
+#define ER_ESCAPED_TEXT (2 * ER_FAILURE_TEXT)
+
+/* The text as printf wants it to be shown as it is, cut to the buffer. */
+void er_escape(const char *text, char escaped[ER_ESCAPED_TEXT]);
+
 #define ER_NUMBER_TEXT 32
 
 /* A number as Python shows it: 1.0, -1e-09, nan. */

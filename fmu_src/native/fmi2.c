@@ -20,19 +20,13 @@ typedef struct {
 /* Tells the master; without its log, stderr.  Masters format messages like printf. */
 static void tell(const component *c, const char *text)
 {
-    char escaped[2 * ER_FAILURE_TEXT];
-    size_t length = 0;
+    char escaped[ER_ESCAPED_TEXT];
     if (!c->logging || c->logger == NULL) {
         fprintf(stderr, "%s: %s\n", c->name, text);
         fflush(stderr);
         return;
     }
-    for (; *text != '\0' && length + 3 < sizeof escaped; text++) {
-        if (*text == '%')
-            escaped[length++] = '%';
-        escaped[length++] = *text;
-    }
-    escaped[length] = '\0';
+    er_escape(text, escaped);
     c->logger(c->environment, c->name, fmi2Error, "logStatusError", escaped);
 }
 

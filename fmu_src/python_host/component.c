@@ -6,16 +6,10 @@
 /* Masters format messages like printf. */
 void er_component_tell(const er_component *c, fmi2Status status, const char *text)
 {
-    char escaped[2 * ER_FAILURE_TEXT];
-    size_t length = 0;
+    char escaped[ER_ESCAPED_TEXT];
     if (c->host.logger == NULL)
         return;
-    for (; *text != '\0' && length + 3 < sizeof escaped; text++) {
-        if (*text == '%')
-            escaped[length++] = '%';
-        escaped[length++] = *text;
-    }
-    escaped[length] = '\0';
+    er_escape(text, escaped);
     c->host.logger(c->host.componentEnvironment, c->name, status,
                    status == fmi2Fatal ? "logStatusFatal" : "logStatusError", escaped);
 }
