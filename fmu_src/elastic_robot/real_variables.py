@@ -58,17 +58,13 @@ class RealVariables:
         """Return the number of variables."""
         return len(self._names)
 
-    def slice(self, key: str) -> slice:
-        """Return where the values of a block are."""
-        return self._slices[key]
+    def slice(self, first: str, last: str | None = None) -> slice:
+        """Return where the values of a block are, or those from one block to another."""
+        return slice(self._slices[first].start, self._slices[last or first].stop)
 
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""
         return self.values[self._slices[key]]
-
-    def span(self, first: str, last: str) -> np.ndarray:
-        """Return the values from one block to another, a view."""
-        return self.values[self._slices[first].start : self._slices[last].stop]
 
     def places(self, references: Sequence[int]) -> Places:
         """Return where variables are; masters ask for the same few lists over and over.

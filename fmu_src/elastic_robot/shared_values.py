@@ -41,8 +41,8 @@ class SharedValues:
         # A parameter can always be read; that it was is of no interest.
         self._states = bytearray([State.WAS_READ]) * len(reals)
         self._outputs = {k: reals.slice(k) for k, b in table.items() if b.causality == "output"}
-        self._inputs = slice(reals.slice("wrench").start, reals.slice("qdd_cmd").stop)
-        self._all_outputs = slice(reals.slice("tcp").start, reals.slice("deflection").stop)
+        self._inputs = reals.slice("wrench", "qdd_cmd")
+        self._all_outputs = reals.slice("tcp", "deflection")
         self._not_computed = bytes(self._all_outputs.stop - self._all_outputs.start)
         # The states when a step has ended, the outputs to compute then, and the states after that.
         self._read = self._renewed_states = b""
@@ -78,14 +78,12 @@ class SharedValues:
         states, values = self._states, self._reals.values
         if states != self._read:
             self._learn_what_is_read()
+        self.forget_outputs()
         try:
             for place, output in self._renewed:
                 values[place] = getattr(model, output)()
-        except BaseException as error:
-            self.forget_outputs()
-            if isinstance(error, Exception):
-                return  # the step is done; what is wrong is told when the output is read
-            raise
+        except Exception:  # the step is done; what is wrong is told when the output is read
+            return
         states[:] = self._renewed_states
 
     def _learn_what_is_read(self) -> None:

@@ -74,7 +74,8 @@ def equilibrium(
             if bends:
                 # A piece flatter than the load's gradient s would send Newton's method back, away
                 # from the flank that the load drives the gear to.  Where a load t + s x, t >= 0,
-                # rests on the flank k (x - B/2)^2 / (2 B) of a rounded dead band, that is steeper.
+                # rests on the flank k (x - B/2)^2 / (2 B) of a rounded dead band, its slope is
+                # 2 s at least.
                 slope = np.where(curve.bends, np.maximum(slope, 2.0 * softening.diagonal()), slope)
             solve = _solver(slope, softening, neutral)
         step = solve(np.where(neutral, 0.0, torque - branch.torque(x)))
