@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
-import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -154,17 +153,18 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
 
 def _of_cell(gap: PinchGap, robots: dict[str, Run], compensated: bool) -> list[str]:
     """Return what there is to say of the gap between the tools and of each robot."""
+    figures = gap.as_dict()
 
-    def opening(values: np.ndarray) -> str:
-        low, high = (1e3 * (gap.commanded + value) for value in (values.min(), values.max()))
-        return f"{low:.3f} to {high:.3f} mm"
+    def opening(stage: str) -> str:
+        low, high = figures[f"narrowest_{stage}"], figures[f"widest_{stage}"]
+        return f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
 
-    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {opening(gap.before)}"
+    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {opening('before')}"
     if not compensated:
         return [f"{text}."] + [
             f"  {name} robot: {_figures(own.before)}" for name, own in robots.items()
         ]
-    lines = [f"{text} before, {opening(gap.after)} after."]
+    lines = [f"{text} before, {opening('after')} after."]
     for name, own in robots.items():
         lines.append(f"  {name} robot before: {_figures(own.before)}")
         lines.append(f"  {name} robot after:  {_figures(own.after)}")
