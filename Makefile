@@ -20,31 +20,31 @@ test: .venv/installed
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -e .[native]
-	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/test_native_fmu.py tests/test_native_fmi3.py tests/test_python_host.py -k "emulator or wine or platforms"
+	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_native_fmu.py tests/native/test_native_fmi3.py tests/fmu/test_python_host.py -k "emulator or wine or platforms"
 
 figures: .venv/installed
-	.venv/bin/python docs/make_figures.py
+	.venv/bin/python docs/scripts/make_figures.py
 
 comparison: .venv/installed
-	.venv/bin/python docs/make_comparison.py
+	.venv/bin/python docs/scripts/make_comparison.py
 
 milling: .venv/installed
-	.venv/bin/python docs/make_milling.py
+	.venv/bin/python docs/scripts/make_milling.py
 
 two-robots: .venv/installed
-	.venv/bin/python docs/make_two_robots.py
+	.venv/bin/python docs/scripts/make_two_robots.py
 
 performance: .venv/installed
 	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
 
 sheet-fem: .venv/installed
-	.venv/bin/python docs/make_sheet_fem.py
+	.venv/bin/python docs/scripts/make_sheet_fem.py
 
 # The co-simulation masters that the FMU is tried in; their tests are skipped without them.
 masters: .venv/masters
 
 masters-table: .venv/masters
-	.venv/bin/python docs/make_masters_table.py
+	.venv/bin/python docs/scripts/make_masters_table.py
 
 .venv/masters: .venv/installed requirements-masters.lock requirements-cofmupy.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-masters.lock

@@ -13,15 +13,15 @@ from pathlib import Path
 from types import MappingProxyType
 
 from coupling.errors import BuildError
-from coupling.fmu_export.native_compiler import PLATFORMS
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from coupling.fmu_export.python_fmu import build_python_fmu as build
 from coupling.fmu_export.python_host import without_host
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.interface import MODEL_NAME
-from elastic_robot.robot_file import find_robot, load_robot
+from elastic_robot.fmi.interface import MODEL_NAME
 
 __all__ = ["KINDS", "build", "build_kind", "build_native_fmu", "main", "remark"]
 

@@ -1,6 +1,6 @@
 """Times a robot FMU through FMPy: python -m benchmarks.fmu_process JOB.pickle ANSWER.npz.
 
-A process of its own, as `coupling.fmu_worker` explains; it imports nothing of `elastic_robot`, so
+A process of its own, as `coupling.fmu.fmu_worker` explains; it imports nothing of `elastic_robot`, so
 that the FMU's own modules answer.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.stopwatch import timed
-from coupling.fmu_worker import Worker
+from coupling.fmu.fmu_worker import Worker
 
 if __name__ == "__main__":
     folder, job = pickle.loads(Path(sys.argv[1]).read_bytes())

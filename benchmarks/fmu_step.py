@@ -21,7 +21,7 @@ from rich.table import Table
 
 from benchmarks.task import ROBOT
 from build_fmu import KINDS, build_kind
-from coupling.fmu_export.native_compiler import SOURCES, host_platform
+from coupling.fmu_export.compiler import SOURCES, host_platform
 from elastic_robot.description import Robot
 
 _HOST = Path(__file__).parent.parent / "tests" / "native" / "host.c"

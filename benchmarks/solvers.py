@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
 from build_fmu import build_kind
-from coupling.fmu_worker import Job
+from coupling.fmu.fmu_worker import Job
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
@@ -78,7 +78,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
     """An FMU through FMPy with communication steps of `period` seconds, wrench set and pose read.
 
     From its instantiation on: the trajectory is read by the FMU, from an uncompressed NPZ, as
-    `coupling.robot_fmu` writes it.
+    `coupling.robot.robot_fmu` writes it.
     """
 
     def solve() -> Answer:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastic_robot.robot_file import find_robot, load_robot
+from coupling.files.robot_file import find_robot, load_robot
 from elastic_robot.trajectory import Trajectory, read_trajectory
 
 REFERENCE = Path(__file__).parent.parent / "tests" / "reference"

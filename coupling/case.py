@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.acceleration import SCHEMES, Scheme
 from coupling.case_tables import (
     CompensationTable,
     CouplingTable,
@@ -17,18 +16,19 @@ from coupling.case_tables import (
     RobotTable,
     SupportTable,
 )
-from coupling.cell import Placement
 from coupling.errors import CaseError
-from coupling.path import ToolPath
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.files.toml_file import Schema, load_toml, nearest, validate
+from coupling.path.histories import ToolPath
 from coupling.process import Process, Task
-from coupling.process.own import find_process
+from coupling.process.plugin import find_process
+from coupling.robot.cell import Placement
+from coupling.solve.relaxation import SCHEMES, Scheme
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.robot_file import find_robot, load_robot
-from elastic_robot.toml_file import Schema, load_toml, nearest, validate
 
 
 class _CaseFile(Schema):

@@ -10,17 +10,17 @@ from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
 from build_fmu import KINDS
-from coupling.acceleration import SCHEMES
-from coupling.cell import Placement
-from coupling.compensation import METHODS, MirrorSettings
 from coupling.errors import CaseError
-from coupling.iteration import Tolerance
+from coupling.files.robot_file import Vector3
+from coupling.files.toml_file import Positive, Schema, nearest
 from coupling.process import Task
+from coupling.robot.cell import Placement
+from coupling.solve.fixed_point import Tolerance
+from coupling.solve.mirror import METHODS, MirrorSettings
+from coupling.solve.relaxation import SCHEMES
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Support, support_along
-from elastic_robot.interface import MODES
-from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Positive, Schema, nearest
+from elastic_robot.fmi.interface import MODES
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 

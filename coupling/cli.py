@@ -17,14 +17,14 @@ from rich.console import Console
 
 import build_fmu
 from coupling.case import Case, load_case
-from coupling.console import RunView, print_summary
 from coupling.errors import CouplingError
+from coupling.files.robot_file import find_robot, load_robot
 from coupling.report import write_report
-from coupling.results import new_run_folder, write_run
-from coupling.run import Run, Watch, run_compensation, run_coupling
-from coupling.ssp import write_ssp
+from coupling.run.console import RunView, print_summary
+from coupling.run.folder import new_run_folder, write_run
+from coupling.run.ssp import write_ssp
+from coupling.run.study import Run, Watch, run_compensation, run_coupling
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.robot_file import find_robot, load_robot
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 

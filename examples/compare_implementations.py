@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path import ToolPath
-from coupling.planning import Planner
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.path.histories import ToolPath
+from coupling.robot.inverse_kinematics import Planner
 from coupling.toolpaths import Iso9283
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Robot
 from elastic_robot.motion import Drives
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.robot_file import find_robot, load_robot
 from elastic_robot.trajectory import HeldCommand, Trajectory
 from examples.mujoco_robot import MujocoSimulation
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.files.robot_file import load_robot, shipped_robots
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.robot_file import load_robot, shipped_robots
 from elastic_robot.trajectory import HeldCommand
 
 FIGURE = Path(__file__).parent.parent / "results" / "hammer_test.html"

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from build_fmu import build
-from coupling.acceleration import SCHEMES
-from coupling.iteration import couple
-from coupling.path import JointPath, WrenchHistory
+from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.path.histories import JointPath, WrenchHistory
 from coupling.process import ElasticWall
-from coupling.robot_fmu import RobotFmu
-from elastic_robot.robot_file import load_robot, shipped_robots
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.solve.fixed_point import couple
+from coupling.solve.relaxation import SCHEMES
 
 WALL_STIFFNESS = 1e6  # [N/m]
 COMMANDED_DEPTH = 2e-3  # [m], beyond where the unloaded tool would be

@@ -12,10 +12,10 @@ import numpy as np
 import plotly.graph_objects as go
 
 from build_fmu import build
-from coupling.path import ToolPath, WrenchHistory
-from coupling.planning import Planner
-from coupling.robot_fmu import RobotFmu
-from elastic_robot.robot_file import load_robot
+from coupling.files.robot_file import load_robot
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.inverse_kinematics import Planner
+from coupling.robot.robot_fmu import RobotFmu
 
 ROBOT = Path(__file__).parent / "robots" / "kuka_kr210.toml"
 FORCE = 1000.0  # [N]

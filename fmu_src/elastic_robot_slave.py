@@ -35,10 +35,10 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fingerprint import fingerprint
-from elastic_robot.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
+from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
+from elastic_robot.fmi.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
+from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.parameters import Parameters
-from elastic_robot.real_variables import RealVariables
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.shared_values import SharedValues
 from elastic_robot.trajectory import HeldCommand, read_trajectory
@@ -64,7 +64,7 @@ def _reported(method):
 
 
 class ElasticRobotSlave(Fmi2Slave):
-    """The FMU: inputs, outputs and parameters of `elastic_robot.interface`."""
+    """The FMU: inputs, outputs and parameters of `elastic_robot.fmi.interface`."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)

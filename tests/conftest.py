@@ -17,18 +17,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from places import HOSTS, REFERENCE, TESTS
 
 from build_fmu import KINDS, build_kind
+from coupling.files.robot_file import find_robot, load_robot
 from elastic_robot.description import Robot
-from elastic_robot.robot_file import find_robot, load_robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("project")
 
-HERE = Path(__file__).parent
 # Scripts that tests run in processes of their own; not to be imported for doctests.
-collect_ignore = ["hosts", "stock"]
-REFERENCE = HERE / "reference"
+collect_ignore = ["fmu/hosts", "fmu/stock"]
 
 
 def reference(name: str) -> np.ndarray:
@@ -60,7 +59,12 @@ def run_fmu(tmp_path: Path):
         order = tmp_path / "jobs.json"
         order.write_text(json.dumps({"fmu": str(fmu), "jobs": jobs}, default=_plain))
         done = subprocess.run(
-            [sys.executable, str(HERE / "fmu_host.py"), str(order), str(tmp_path / "answers.npz")],
+            [
+                sys.executable,
+                str(TESTS / "fmu" / "fmu_host.py"),
+                str(order),
+                str(tmp_path / "answers.npz"),
+            ],
             cwd=tmp_path,
             capture_output=True,
             text=True,
@@ -84,7 +88,7 @@ def run_host(tmp_path: Path):
 
     def run(script: str, *arguments: object, succeeds: bool = True) -> str:
         done = subprocess.run(
-            [sys.executable, str(HERE / "hosts" / f"{script}.py"), *map(str, arguments)],
+            [sys.executable, str(HOSTS / f"{script}.py"), *map(str, arguments)],
             cwd=tmp_path,
             capture_output=True,
             text=True,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from elastic_robot.interface import Block, Variable
+from elastic_robot.fmi.interface import Block, Variable
 
 _POSITION = "Position of {}: x, y, z in base axes"
 _ORIENTATION = "Unit quaternion of {}: x, y, z, w; tool axes to base axes"

@@ -9,7 +9,7 @@ from pathlib import Path
 import elastic_robot
 from coupling.fmu_export.model_description import About
 from elastic_robot.description import Robot
-from elastic_robot.interface import MODEL_NAME, STEP_SIZE, TOLERANCE
+from elastic_robot.fmi.interface import MODEL_NAME, STEP_SIZE, TOLERANCE
 
 ICON = Path(__file__).parent / "model.png"
 

@@ -9,18 +9,18 @@ from types import MappingProxyType
 import elastic_robot
 from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date, content_guid, write_fmu
-from coupling.fmu_export.documentation import index_html
-from coupling.fmu_export.identity import about_robot, license_text
-from coupling.fmu_export.native_compiler import (
+from coupling.fmu_export.compiler import (
     PLATFORMS,
     SOURCES,
     compile_library,
     host_platform,
 )
-from coupling.fmu_export.native_robot import robot_text
+from coupling.fmu_export.identity import about_robot, license_text
+from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.native_standards import STANDARDS, Standard
+from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
-from elastic_robot.interface import MODEL_NAME, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
@@ -73,7 +73,9 @@ def build_native_fmu(
     source_files: tuple[str, ...] = ()
     if with_sources:
         entries |= _sources(standard)
-        source_files = tuple(source.name for source in standard.sources())
+        source_files = tuple(
+            source.relative_to(SOURCES).as_posix() for source in standard.sources()
+        )
     entries |= standard.further_entries(source_files)
     about = about_robot(robot, "native", date, standard.capabilities)
     # Description and robot are part of the content that the GUID stands for.

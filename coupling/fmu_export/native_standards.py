@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.fmu_export.documentation import VariableRow, array_rows, scalar_rows
-from coupling.fmu_export.fmi2_description import fmi2_description
-from coupling.fmu_export.fmi3_description import build_description, fmi3_description
+from coupling.fmu_export.compiler import SOURCES, Platform, core_sources
+from coupling.fmu_export.fmi2 import fmi2_description
+from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.identity import ICON
+from coupling.fmu_export.index_html import VariableRow, array_rows, scalar_rows
 from coupling.fmu_export.model_description import About
-from coupling.fmu_export.native_compiler import SOURCES, Platform, core_sources
-from elastic_robot.interface import MODEL_NAME, Block
+from elastic_robot.fmi.interface import MODEL_NAME, Block
 
 Blocks = Mapping[str, Block]
 
@@ -44,7 +44,7 @@ class Standard:
 
     def sources(self) -> list[Path]:
         """Return the C files of the FMU's library."""
-        return [*core_sources(), *(SOURCES / name for name in self.functions)]
+        return [*core_sources(), *(SOURCES / "fmi" / name for name in self.functions)]
 
     def headers_license(self) -> str:
         """Return the notice of the standard's own headers, which the libraries are compiled with."""

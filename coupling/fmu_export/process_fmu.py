@@ -16,10 +16,10 @@ from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.model_description import About
 from coupling.fmu_export.python_slave import slave_entries, write_slave
-from coupling.path import ToolPath
-from coupling.process import Process, forces
+from coupling.path.histories import ToolPath
+from coupling.process import Process, force_laws
 from coupling.process.point_law import PointLaw
-from elastic_robot.interface import AXES, POSE, STEP_SIZE, TOLERANCE, Block, Variable
+from elastic_robot.fmi.interface import AXES, POSE, STEP_SIZE, TOLERANCE, Block, Variable
 
 MODEL_NAME = "Process"
 
@@ -86,7 +86,7 @@ def _law(process: PointProcess, desired: ToolPath) -> dict[str, bytes]:
     }
     files = {
         "law.json": json.dumps(description, indent=1).encode(),
-        "forces.py": Path(forces.__file__).read_bytes(),
+        "forces.py": Path(force_laws.__file__).read_bytes(),
     }
     if law.desired is not None:
         table = io.BytesIO()

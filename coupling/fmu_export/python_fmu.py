@@ -10,8 +10,8 @@ from types import MappingProxyType
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
-from coupling.fmu_export.documentation import index_html, scalar_rows
 from coupling.fmu_export.identity import ICON, about_robot
+from coupling.fmu_export.index_html import index_html, scalar_rows
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.fmu_export.requirements import (
@@ -21,7 +21,7 @@ from coupling.fmu_export.requirements import (
     pip_requirements,
 )
 from elastic_robot.description import Robot
-from elastic_robot.interface import MODEL_NAME, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, blocks
 
 # The need of a Python environment is told in externalDependencies.txt and by the first error;
 # masters refuse an FMU that declares needsExecutionTool.

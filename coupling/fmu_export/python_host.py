@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from coupling.errors import BuildError
-from coupling.fmu_export.native_compiler import (
+from coupling.fmu_export.compiler import (
     PLATFORMS,
     SOURCES,
     CompilerError,
@@ -70,7 +70,7 @@ def host_library(platform: Platform) -> Path:
     """
     system = _SYSTEMS[platform.suffix]
     sources = [f for f in sorted(HOST_SOURCES.glob("*.c")) if f.name not in _SYSTEMS.values()]
-    sources += [HOST_SOURCES / system, SOURCES / "uri.c", SOURCES / "failure.c"]
+    sources += [HOST_SOURCES / system, SOURCES / "io" / "uri.c", SOURCES / "io" / "failure.c"]
     return compile_library(platform, sources, libraries=("dl", "pthread"))
 
 

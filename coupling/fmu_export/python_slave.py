@@ -11,11 +11,11 @@ from pathlib import Path
 from pythonfmu.builder import FmuBuilder
 
 from coupling.fmu_export.archive import content_guid, write_fmu
-from coupling.fmu_export.fmi2_description import fmi2_description
+from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.identity import license_text
 from coupling.fmu_export.model_description import About
 from coupling.fmu_export.python_host import with_host
-from elastic_robot.interface import Block
+from elastic_robot.fmi.interface import Block
 
 _LICENSES = {"license.txt": "elastic-robot-fmu", "pythonfmu.txt": "pythonfmu"}
 

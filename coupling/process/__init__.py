@@ -10,7 +10,7 @@ from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
 from coupling.process.measured import Measured, MeasuredTable
 from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
-from coupling.process.sheet import SheetFemTable
+from coupling.process.sheet_fem_table import SheetFemTable
 
 PROCESSES = {
     "elastic-wall": ElasticWallTable,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol, Self, runtime_checkable
 from uuid import uuid4
 
-from coupling.path import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.toolpaths.part import Part
 
 # Folder in the workspace for what programs compute; kept even where a run fails.

@@ -8,12 +8,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.path import ToolPath, WrenchHistory
-from coupling.process import forces
+from coupling.files.robot_file import Vector3
+from coupling.files.toml_file import Schema
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process import force_laws
 from coupling.process.base import Task
 from coupling.process.point_law import PointLaw
-from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Schema
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ElasticWall:
             "normal": self.normal,
             "stiffness": self.stiffness,
         }
-        return PointLaw(forces.elastic_wall, constants)
+        return PointLaw(force_laws.elastic_wall, constants)
 
 
 class ElasticWallTable(Schema):

@@ -13,13 +13,13 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from coupling.errors import CaseError, ProcessError
-from coupling.path import ToolPath, WrenchHistory
+from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS, read_table, write_table
+from coupling.files.toml_file import FilePath, Positive, Schema
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import EVALUATIONS, Task
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
 from coupling.process.program import last_lines, quoted, run_program
-from coupling.tables import POSE_COLUMNS, WRENCH_COLUMNS, read_table, write_table
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import FilePath, Positive, Schema
 
 PATH, WRENCH = "path.csv", "wrench.csv"
 _LOG = logging.getLogger(__name__)

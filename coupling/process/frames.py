@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path import ToolPath
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.part import Part
 
 # Of poses; wrenches are told in the same axes.

@@ -9,14 +9,14 @@ import numpy as np
 from pydantic import Field
 
 from coupling.errors import CaseError
-from coupling.path import ToolPath, WrenchHistory
-from coupling.process import forces
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process import force_laws
 from coupling.process.base import Task
+from coupling.process.double_sided import SupportedForming
 from coupling.process.point_law import PointLaw
-from coupling.process.supported_forming import SupportedForming
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
-from elastic_robot.toml_file import Positive, Schema
 
 
 def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) -> float:
@@ -122,7 +122,7 @@ class IsfForceLaw:
             "penetration_stiffness": self.penetration_stiffness,
             "ramp_depth": self.ramp_depth,
         }
-        return PointLaw(forces.sheet_forming, constants, self.desired)
+        return PointLaw(force_laws.sheet_forming, constants, self.desired)
 
 
 class IsfForceLawTable(Schema):

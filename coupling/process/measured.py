@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 
 from coupling.errors import CaseError
-from coupling.path import ToolPath, WrenchHistory
+from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
+from coupling.files.toml_file import FilePath, Schema
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Task
 from coupling.process.frames import WrenchFrame, wrench_in_base
-from coupling.tables import WRENCH_COLUMNS, read_header, read_table
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import FilePath, Schema
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
 # A record may end this share of its length before the path does: printed digits, not missing data.

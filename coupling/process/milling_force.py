@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
-from coupling.path import ToolPath, WrenchHistory
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Process, Task
 from coupling.process.cutting_force import (
     Cut,
@@ -20,7 +21,6 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Positive, Schema
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
 _SAMPLES_PER_TOOTH = 6

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.path import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath, WrenchHistory
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class PointLaw:
     """A force law, its constants, and the desired path where it asks for one.
 
     Attributes:
-        force: Of `coupling.process.forces`: positions (n, 3) and constants to forces (n, 3).
+        force: Of `coupling.process.force_laws`: positions (n, 3) and constants to forces (n, 3).
         constants: Numbers and arrays, by the name of the force's argument.
         desired: Given to the force as `desired`, at the times of the positions; None: the force
             does not depend on time.

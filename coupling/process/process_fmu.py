@@ -13,14 +13,14 @@ import numpy as np
 from pydantic import Field
 
 from coupling.errors import CaseError, ProcessError
-from coupling.path import ToolPath, WrenchHistory
+from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS
+from coupling.files.toml_file import FilePath, Schema
+from coupling.fmu.process_fmu_worker import SignalJob
+from coupling.fmu.worker import WorkerError, WorkerProcess, unpack
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Task
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
-from coupling.process_fmu_worker import SignalJob
-from coupling.tables import POSE_COLUMNS, WRENCH_COLUMNS
 from coupling.toolpaths.part import Part
-from coupling.worker import WorkerError, WorkerProcess, unpack
-from elastic_robot.toml_file import FilePath, Schema
 
 _LOG = logging.getLogger(__name__)
 
@@ -76,7 +76,7 @@ class ProcessFmu:
         with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
             try:
                 unpack(self.file, Path(folder))
-                worker = WorkerProcess("coupling.process_fmu_worker", Path(folder))
+                worker = WorkerProcess("coupling.fmu.process_fmu_worker", Path(folder))
                 try:
                     worker.send(job)
                     answers: np.ndarray = worker.receive(_tell)

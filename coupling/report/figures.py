@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.path import ToolPath
-from coupling.stored_run import StoredCell, StoredRun, stages
+from coupling.path.histories import ToolPath
+from coupling.run.stored_run import StoredCell, StoredRun, stages
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"

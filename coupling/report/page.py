@@ -11,9 +11,9 @@ from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
+from coupling.path.workpiece import Workpiece
 from coupling.report import figures, workpiece_figures
-from coupling.stored_run import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
-from coupling.workpiece import Workpiece
+from coupling.run.stored_run import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;

@@ -7,8 +7,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 
+from coupling.path.workpiece import Workpiece
 from coupling.report.figures import AFTER, BEFORE, style
-from coupling.workpiece import Workpiece
 
 _MM = 1e3
 # Points of a cut.

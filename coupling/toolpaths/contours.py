@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.path import ToolPath
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import Segment, circle, follow, polyline, straight
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Positive, Schema
 
 
 class _Contours(Schema):

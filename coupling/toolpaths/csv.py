@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
-from coupling.path import ToolPath
-from coupling.tables import POSE_COLUMNS, read_table
+from coupling.files.csv_table import POSE_COLUMNS, read_table
+from coupling.files.toml_file import FilePath, Schema
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import FilePath, Schema
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3

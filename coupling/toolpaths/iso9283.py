@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from coupling.path import ToolPath
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import Segment, circle, follow, polyline
 from coupling.toolpaths.part import Part
-from elastic_robot.toml_file import Positive, Schema
 
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.

@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.path import ToolPath
+from coupling.files.robot_file import Vector3
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import follow, polyline
 from coupling.toolpaths.part import Part
-from elastic_robot.robot_file import Vector3
-from elastic_robot.toml_file import Positive, Schema
 
 
 class Line(Schema):

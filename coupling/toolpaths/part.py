@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path import ToolPath
+from coupling.path.histories import ToolPath
 
 # Tool axes in the part frame: x = -z (approach), y = y, z = x.
 _PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.path import ToolPath
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.part import Part
 
 

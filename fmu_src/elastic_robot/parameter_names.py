@@ -15,7 +15,7 @@ def parameter_names(chain: Chain) -> tuple[str, ...]:
 
     Example:
         >>> from elastic_robot.chain import build_chain
-        >>> from elastic_robot.robot_file import load_robot, shipped_robots
+        >>> from coupling.files.robot_file import load_robot, shipped_robots
         >>> names = parameter_names(build_chain(load_robot(shipped_robots()["icme2008"])))
         >>> len(names), names[2], names[4], names[-1]
         (30, 'gravity.z', 'joint[1].tilt[1].stiffness', 'joint[5].backlash')

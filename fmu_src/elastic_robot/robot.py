@@ -65,7 +65,7 @@ class ElasticRobot:
         ParameterError: If the torque curve is not known.
 
     Example:
-        >>> from elastic_robot.robot_file import load_robot, shipped_robots
+        >>> from coupling.files.robot_file import load_robot, shipped_robots
         >>> from elastic_robot.trajectory import HeldCommand
         >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]))
         >>> rest = HeldCommand(0.0, np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), np.zeros(6), np.zeros(6))
@@ -191,7 +191,7 @@ class ElasticRobot:
             IntegrationError, TrajectoryError: As `step`.
 
         Example:
-            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from coupling.files.robot_file import load_robot, shipped_robots
             >>> from elastic_robot.trajectory import HeldCommand
             >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
             >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
@@ -275,7 +275,7 @@ class ElasticRobot:
         """Return how equilibrium and TCP follow wrench, drives and parameters at the present state.
 
         Example:
-            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from coupling.files.robot_file import load_robot, shipped_robots
             >>> from elastic_robot.trajectory import HeldCommand
             >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), quasistatic=True)
             >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
@@ -291,7 +291,7 @@ class ElasticRobot:
         """Return the linear robot around the present state; in quasi-static mode, at rest there.
 
         Example:
-            >>> from elastic_robot.robot_file import load_robot, shipped_robots
+            >>> from coupling.files.robot_file import load_robot, shipped_robots
             >>> from elastic_robot.trajectory import HeldCommand
             >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
             >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])

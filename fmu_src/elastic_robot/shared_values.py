@@ -8,8 +8,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from elastic_robot.interface import Block
-from elastic_robot.real_variables import RealVariables
+from elastic_robot.fmi.interface import Block
+from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.robot import ElasticRobot
 
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "component.h"
-#include "uri.h"
+#include "../native/io/uri.h"
 
 /* Among the resources: the name of the slave's module, and the FMU's GUID. */
 #define SLAVE_FILE "slavemodule.txt"

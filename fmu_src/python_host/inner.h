@@ -2,8 +2,8 @@
 #ifndef ER_INNER_H
 #define ER_INNER_H
 
-#include "failure.h"
-#include "fmi/fmi2Functions.h"
+#include "../native/io/failure.h"
+#include "../native/fmi/fmi2Functions.h"
 
 #define ER_EACH_FUNCTION(DO)                                                                        \
     DO(fmi2SetDebugLogging)                                                                         \

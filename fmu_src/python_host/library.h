@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "failure.h"
+#include "../native/io/failure.h"
 
 /* The variable that names the Python program, and what stands between name and suffix of PythonFMU's
  * library, which lies beside this one. */

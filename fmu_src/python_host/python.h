@@ -2,7 +2,7 @@
 #ifndef ER_PYTHON_H
 #define ER_PYTHON_H
 
-#include "failure.h"
+#include "../native/io/failure.h"
 
 /* Starts Python where it does not run yet.  It then runs until the process is gone: it is not ended, since
  * numpy and its like cannot be loaded twice. */

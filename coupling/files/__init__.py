@@ -1,0 +1,1 @@
+"""Files that users write and read: TOML, robot files, URDF, CSV tables."""

@@ -1,0 +1,260 @@
+"""robot.toml -> Robot, for the desk and the build; inside the FMU the robot arrives as JSON.
+
+A robot file either describes the rigid robot itself or names a URDF that does, and adds what gives
+way: stiffness, damping, backlash and tilts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pinocchio as pin
+from pydantic import Field
+
+from coupling.files.toml_file import Positive, Schema, load_toml, nearest, validate
+from coupling.files.urdf_file import UrdfChain, read_urdf
+from coupling.files.urdf_path import find_urdf
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Body, Joint, Robot, Tilt
+from elastic_robot.errors import ElasticRobotError, RobotFileError
+from elastic_robot.spline_curve import akima
+
+Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class _Body(Schema):
+    mass: float
+    com: Vector3
+    inertia: Annotated[list[float], Field(min_length=3, max_length=6)]
+
+    def body(self) -> Body:
+        return Body(self.mass, tuple(self.com), tuple(self.inertia))
+
+
+class _Tilt(Schema):
+    axis: Vector3
+    stiffness: float
+    damping: float = 0.0
+
+
+class _Elasticity(Schema):
+    """What gives way in a joint, and what its drive can do."""
+
+    stiffness: float | None = None
+    damping: float = 0.0
+    backlash: float = 0.0
+    tilt: list[_Tilt] = []
+    torque_table: list[Pair] | None = None
+    limits: Pair | None = None
+    max_rate: float | None = None
+
+
+class _Joint(_Body, _Elasticity):
+    name: str = ""
+    origin: Vector3
+    axis: Vector3
+
+
+class _Tcp(Schema):
+    position: Vector3
+    rpy: Vector3 = [0.0, 0.0, 0.0]
+
+
+class _RobotFile(Schema):
+    """A robot file that describes the whole robot."""
+
+    name: str
+    gravity: Vector3 = [0.0, 0.0, -9.81]
+    tcp: _Tcp
+    joint: Annotated[list[_Joint], Field(min_length=1)]
+    payload: _Body | None = None
+
+
+class _Urdf(Schema):
+    file: str
+    base: str | None = None
+    mass_scale: Positive = 1.0
+
+
+class _UrdfJoint(_Elasticity):
+    name: str
+
+
+class _UrdfTcp(Schema):
+    link: str
+    position: Vector3 = [0.0, 0.0, 0.0]
+    rpy: Vector3 = [0.0, 0.0, 0.0]
+
+
+class _UrdfRobotFile(Schema):
+    """A robot file that adds elasticities to a URDF."""
+
+    name: str
+    gravity: Vector3 = [0.0, 0.0, -9.81]
+    urdf: _Urdf
+    tcp: _UrdfTcp
+    joint: list[_UrdfJoint] = []
+    payload: _Body | None = None
+
+
+def shipped_robots() -> dict[str, Path]:
+    """Return the robot files that come with the package, by name."""
+    folder = Path(str(resources.files("coupling.files"))) / "robots"
+    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+
+
+def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
+    """Return the file of a shipped robot's name, or of a path (relative to `folder`).
+
+    Raises:
+        RobotFileError: If there is neither.
+    """
+    shipped = shipped_robots()
+    if name_or_path in shipped:
+        return shipped[name_or_path]
+    path = (folder or Path()) / name_or_path
+    if not path.is_file():
+        raise RobotFileError(
+            f"{name_or_path}: no such robot file, and no shipped robot of that name;"
+            f" {nearest(name_or_path, list(shipped))}"
+        )
+    return path
+
+
+def load_robot(path: str | Path) -> Robot:
+    """Read a robot description (format: docs/robot_file.md) and validate it completely.
+
+    Args:
+        path: The robot.toml, all values in SI units.
+
+    Returns:
+        The robot.
+
+    Raises:
+        RobotFileError: With file, joint, key, value found and what is needed.
+
+    Example:
+        >>> load_robot(shipped_robots()["icme2008"]).name
+        'icme2008-example'
+    """
+    path = Path(path)
+    data = load_toml(path, RobotFileError)
+    try:
+        robot = _with_urdf(path, data) if "urdf" in data else _complete(path, data)
+        build_chain(robot)  # finds elastic coordinates that move no inertia
+    except RobotFileError:
+        raise
+    except (ValueError, ElasticRobotError) as cause:
+        raise RobotFileError(f"{path}: {cause}") from cause
+    return robot
+
+
+def _complete(path: Path, data: dict[str, Any]) -> Robot:
+    """Return the robot that a file describes by itself."""
+    file = validate(data, _RobotFile, RobotFileError, str(path))
+    joints = []
+    for number, joint in enumerate(file.joint, start=1):
+        where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
+        try:
+            rigid = Joint(tuple(joint.origin), tuple(joint.axis), joint.body(), name=joint.name)
+        except ValueError as cause:
+            raise RobotFileError(f"{where}: {cause}") from cause
+        joints.append(_elastic(rigid, joint, np.eye(3), where))
+    return Robot(
+        name=file.name,
+        joints=tuple(joints),
+        gravity=tuple(file.gravity),
+        tcp_position=tuple(file.tcp.position),
+        tcp_rpy=tuple(file.tcp.rpy),
+        payload=_payload(file.payload, pin.SE3.Identity(), path),
+    )
+
+
+def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
+    """Return the robot of a URDF with the elasticities of a file."""
+    file = validate(data, _UrdfRobotFile, RobotFileError, str(path))
+    try:
+        chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
+    except RobotFileError as cause:
+        raise RobotFileError(f"{path}: {cause}") from cause
+    keys = _by_name(file.joint, chain, path)
+    joints = []
+    for rigid, base_from_joint in zip(chain.joints, chain.base_from_joint, strict=True):
+        heavy = replace(rigid, body=rigid.body.scaled(file.urdf.mass_scale))
+        where = f"{path}: joint {rigid.name!r}"
+        rotation = base_from_joint.rotation
+        joints.append(
+            _elastic(heavy, keys[rigid.name], rotation, where) if rigid.name in keys else heavy
+        )
+    # The last body's frame has its origin on the last axis and is parallel to the base.
+    last_from_base = pin.SE3(np.eye(3), -chain.base_from_joint[-1].translation)
+    last_from_tip = last_from_base * chain.base_from_tip
+    tip_from_tool = pin.SE3(pin.rpy.rpyToMatrix(*file.tcp.rpy), np.array(file.tcp.position))
+    last_from_tool = last_from_tip * tip_from_tool
+    return Robot(
+        name=file.name,
+        joints=tuple(joints),
+        gravity=tuple(file.gravity),
+        tcp_position=tuple(last_from_tool.translation.tolist()),
+        tcp_rpy=tuple(pin.rpy.matrixToRpy(last_from_tool.rotation).tolist()),
+        payload=_payload(file.payload, last_from_tip, path),
+    )
+
+
+def _by_name(joints: list[_UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, _UrdfJoint]:
+    """Return the tables of the joints by their names in the URDF."""
+    known = [joint.name for joint in chain.joints]
+    keys: dict[str, _UrdfJoint] = {}
+    for joint in joints:
+        if joint.name not in known:
+            raise RobotFileError(
+                f"{path}: joint {joint.name!r} is not between base and TCP; {nearest(joint.name, known)}"
+            )
+        if joint.name in keys:
+            raise RobotFileError(
+                f"{path}: joint {joint.name!r} is given twice; needed is one table"
+            )
+        keys[joint.name] = joint
+    return keys
+
+
+def _elastic(rigid: Joint, keys: _Elasticity, base_from_file: np.ndarray, where: str) -> Joint:
+    """Return a joint that gives way; `base_from_file` turns the axes of the file's tilts."""
+    tilts = []
+    for number, tilt in enumerate(keys.tilt, start=1):
+        try:
+            given = Tilt(tuple(tilt.axis), tilt.stiffness, tilt.damping)
+        except ValueError as cause:
+            raise RobotFileError(f"{where}: tilt {number}: {cause}") from cause
+        tilts.append(replace(given, axis=tuple((base_from_file @ given.axis).tolist())))
+    try:
+        elastic = replace(
+            rigid,
+            stiffness=keys.stiffness,
+            damping=keys.damping,
+            backlash=keys.backlash,
+            tilt=tuple(tilts),
+            limits=(keys.limits[0], keys.limits[1]) if keys.limits else rigid.limits,
+            max_rate=rigid.max_rate if keys.max_rate is None else keys.max_rate,
+            torque_table=tuple((a, t) for a, t in keys.torque_table or []) or None,
+        )
+        if elastic.torque_table:
+            akima(*np.array(elastic.torque_table).T)  # refuses a curve that falls in between
+    except ValueError as cause:
+        raise RobotFileError(f"{where}: {cause}") from cause
+    return elastic
+
+
+def _payload(given: _Body | None, last_from_file: pin.SE3, path: Path) -> Body | None:
+    """Return the payload in the last body's frame."""
+    if given is None:
+        return None
+    try:
+        return given.body().placed(last_from_file.rotation, last_from_file.translation)
+    except ValueError as cause:
+        raise RobotFileError(f"{path}: payload: {cause}") from cause

@@ -1,0 +1,1 @@
+"""FMUs driven in processes of their own."""

@@ -1,0 +1,96 @@
+"""modelDescription.xml of an FMI 2.0 co-simulation FMU, from blocks of variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from xml.etree.ElementTree import Element, SubElement
+
+from coupling.fmu_export.model_description import (
+    About,
+    add_co_simulation,
+    add_experiment,
+    add_log_categories,
+    add_units,
+    output_names,
+    range_attributes,
+    root_element,
+    sorted_text,
+    variable_attributes,
+    xml_text,
+)
+from elastic_robot.fmi.interface import Block, Variable
+
+_FLAGS = (
+    "needsExecutionTool",
+    "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
+    "canRunAsynchronuously",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canNotUseMemoryManagementFunctions",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "providesDirectionalDerivative",
+)
+
+
+def fmi2_description(
+    about: About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
+) -> bytes:
+    """Return modelDescription.xml.
+
+    Value references are the variables' places in the order of the blocks.
+
+    Args:
+        about: What the FMU is.
+        blocks: Its variables.
+        guid: Ties the description to the binary.
+        source_files: C files under sources/ that make up the library, if they are in the FMU.
+    """
+    root = root_element(about, "2.0", "guid", guid)
+    element = add_co_simulation(root, about, _FLAGS)
+    names = list(source_files)
+    if names:
+        listed = SubElement(element, "SourceFiles")
+        for name in names:
+            SubElement(listed, "File", {"name": name})
+    add_units(root, blocks)
+    add_log_categories(root, "fmi2")
+    add_experiment(root, about)
+    variables = SubElement(root, "ModelVariables")
+    reference = 0
+    for block in blocks.values():
+        for variable in block.variables:
+            variables.append(_variable(block, variable, reference))
+            reference += 1
+    _add_structure(root, blocks)
+    return xml_text(root)
+
+
+def _variable(block: Block, variable: Variable, reference: int) -> Element:
+    attributes = variable_attributes(block, variable.name, variable.text, reference)
+    element = Element("ScalarVariable", attributes)
+    if not variable.unit:
+        SubElement(element, "String", {"start": str(variable.start)})
+        return element
+    start = {} if variable.start is None else {"start": repr(variable.start)}
+    SubElement(element, "Real", {**range_attributes(variable), **start})
+    return element
+
+
+def _add_structure(root: Element, blocks: Mapping[str, Block]) -> None:
+    index: dict[str, range] = {}  # numbers of the variables, from 1
+    first = 1
+    for name, block in blocks.items():
+        index[name] = range(first, first + len(block.variables))
+        first += len(block.variables)
+    outputs = output_names(blocks)
+    structure = SubElement(root, "ModelStructure")
+    for element, by in (
+        ("Outputs", {name: blocks[name].follows for name in outputs}),
+        ("InitialUnknowns", {name: blocks[name].starts_from for name in outputs}),
+    ):
+        unknowns = SubElement(structure, element)
+        for name in outputs:
+            numbers = sorted_text(k for known in by[name] for k in index[known])
+            for k in index[name]:
+                SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": numbers})

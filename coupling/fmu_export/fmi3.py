@@ -1,0 +1,131 @@
+"""modelDescription.xml of an FMI 3.0 co-simulation FMU, from blocks of variables.
+
+It has arrays where FMI 2.0 has a variable for each element.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from coupling.fmu_export.arrays import ArrayVariable, array_variables
+from coupling.fmu_export.model_description import (
+    About,
+    add_co_simulation,
+    add_experiment,
+    add_log_categories,
+    add_units,
+    output_names,
+    range_attributes,
+    root_element,
+    sorted_text,
+    variable_attributes,
+    xml_text,
+)
+from elastic_robot.fmi.interface import Block, Variable
+
+_FLAGS = (
+    "needsExecutionTool",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canGetAndSetFMUState",
+    "canSerializeFMUState",
+    "providesDirectionalDerivatives",
+    "providesAdjointDerivatives",
+    "providesPerElementDependencies",
+    "canHandleVariableCommunicationStepSize",
+    "providesIntermediateUpdate",
+    "mightReturnEarlyFromDoStep",
+    "canReturnEarlyAfterIntermediateUpdate",
+    "hasEventMode",
+    "providesEvaluateDiscreteStates",
+)
+
+
+def fmi3_description(about: About, blocks: Mapping[str, Block], token: str) -> bytes:
+    """Return modelDescription.xml.
+
+    Args:
+        about: What the FMU is.
+        blocks: Its variables as FMI 2.0 has them.
+        token: Instantiation token; ties the description to the binary.
+    """
+    root = root_element(about, "3.0", "instantiationToken", token)
+    add_co_simulation(root, about, _FLAGS)
+    add_units(root, blocks, more=["s"])
+    add_log_categories(root, "fmi3")
+    add_experiment(root, about)
+    variables = SubElement(root, "ModelVariables")
+    arrays = array_variables(blocks)
+    for name, block in blocks.items():
+        for variable in arrays[name]:
+            variables.append(_variable(block, variable))
+    SubElement(
+        variables,
+        "Float64",
+        {
+            "name": "time",
+            "valueReference": str(sum(len(block.variables) for block in blocks.values())),
+            "description": "End of the last step",
+            "causality": "independent",
+            "variability": "continuous",
+            "unit": "s",
+        },
+    )
+    _add_structure(root, blocks, arrays)
+    return xml_text(root)
+
+
+def build_description(model_name: str, source_files: Iterable[str]) -> bytes:
+    """Return sources/buildDescription.xml: the C files that make up the library."""
+    root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    configuration = SubElement(root, "BuildConfiguration", {"modelIdentifier": model_name})
+    files = SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    for name in source_files:
+        SubElement(files, "SourceFile", {"name": name})
+    return xml_text(root)
+
+
+def _variable(block: Block, array: ArrayVariable) -> Element:
+    attributes = variable_attributes(block, array.name, array.text, array.reference)
+    first = array.elements[0]
+    if not first.unit:
+        element = Element("String", attributes)
+        SubElement(element, "Start", {"value": str(first.start)})
+        return element
+    element = Element("Float64", {**attributes, **range_attributes(_common(array.elements))})
+    if first.start is not None:
+        element.set("start", " ".join(repr(v.start) for v in array.elements))
+    if not array.is_scalar:
+        SubElement(element, "Dimension", {"start": str(len(array.elements))})
+    return element
+
+
+def _common(elements: Sequence[Variable]) -> Variable:
+    """Return a variable whose range is that of all elements; their units and nominals are the same."""
+    first = elements[0]
+    minima = [v.minimum for v in elements if v.minimum is not None]
+    maxima = [v.maximum for v in elements if v.maximum is not None]
+    return Variable(
+        first.name,
+        first.unit,
+        first.text,
+        minimum=min(minima) if len(minima) == len(elements) else None,
+        maximum=max(maxima) if len(maxima) == len(elements) else None,
+        nominal=first.nominal,
+    )
+
+
+def _add_structure(
+    root: Element, blocks: Mapping[str, Block], arrays: Mapping[str, tuple[ArrayVariable, ...]]
+) -> None:
+    outputs = output_names(blocks)
+    structure = SubElement(root, "ModelStructure")
+    for element, by in (
+        ("Output", {name: blocks[name].follows for name in outputs}),
+        ("InitialUnknown", {name: blocks[name].starts_from for name in outputs}),
+    ):
+        for name in outputs:
+            known = sorted_text(v.reference for other in by[name] for v in arrays[other])
+            for variable in arrays[name]:
+                reference = str(variable.reference)
+                SubElement(structure, element, {"valueReference": reference, "dependencies": known})

@@ -1,0 +1,169 @@
+"""documentation/index.html: what the robot in an FMU is, for a reader with nothing but a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from html import escape
+
+from coupling.fmu_export.arrays import array_variables
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.fmi.interface import Block, Variable
+
+VariableRow = tuple[str, str, str, str, str, str]
+_VARIABLE_HEADER = ("name", "causality", "variability", "unit", "start", "meaning")
+
+_STYLE = """
+body { font: 15px/1.45 sans-serif; color: #222; max-width: 75em; margin: 2em auto; padding: 0 1em }
+table { border-collapse: collapse; margin: .6em 0 1.6em } caption { text-align: left; color: #555 }
+th, td { border-bottom: 1px solid #ddd; padding: .25em .8em .25em 0; text-align: left }
+td.number { text-align: right; font-variant-numeric: tabular-nums } th { color: #555 }
+code { background: #f4f4f4; padding: .1em .3em }
+"""
+
+
+def index_html(
+    robot: Robot, variables: Iterable[VariableRow], fmi_version: str, version: str, needs: str
+) -> str:
+    """Return the page: conventions, frames, joints, bodies, variables.
+
+    Args:
+        robot: The robot in the FMU.
+        variables: Lines of the table of variables.
+        fmi_version: Such as 2.0.
+        version: Of the model.
+        needs: What the host must have, as HTML.
+    """
+    name = escape(robot.name)
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            f'<html lang="en"><head><meta charset="utf-8"><title>{name}: elastic robot</title>',
+            f"<style>{_STYLE}</style></head><body>",
+            f"<h1>{name}</h1>",
+            f"<p>Industrial robot with {len(robot.joints)} joints that give way under load, as an FMI"
+            f" {fmi_version} co-simulation unit. Model version {escape(version)}.</p>",
+            _USE,
+            f'<p>{needs} Licences: <a href="licenses/">licenses</a>.</p>',
+            "<h2>Frames and signs</h2>",
+            _FRAMES,
+            _tool(robot),
+            "<h2>Joints</h2>",
+            _joints(robot.joints),
+            "<h2>Bodies</h2>",
+            _bodies(robot),
+            "<h2>Variables</h2>",
+            _table("", list(_VARIABLE_HEADER), [list(row) for row in variables]),
+            "</body></html>",
+            "",
+        ]
+    )
+
+
+def scalar_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
+    """Return the lines of the table for FMI 2.0: one for each element."""
+    return [
+        (v.name, block.causality, block.variability, v.unit, _start(v), v.text)
+        for block in blocks.values()
+        for v in block.variables
+    ]
+
+
+def array_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
+    """Return the lines of the table for FMI 3.0: arrays with their sizes."""
+    return [
+        (
+            array.name if array.is_scalar else f"{array.name}[{len(array.elements)}]",
+            blocks[name].causality,
+            blocks[name].variability,
+            array.elements[0].unit,
+            " ".join(_start(v) for v in array.elements).strip(),
+            array.text,
+        )
+        for name, arrays in array_variables(blocks).items()
+        for array in arrays
+    ]
+
+
+_USE = """
+<p>Inputs are held over a communication step, outputs belong to its end. The drives follow the file
+named by <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code>
+and <code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2. The initial
+state is the equilibrium under gravity and the wrench set before initialisation ends
+(<code>initial_state</code> = <code>equilibrium</code>), or no deflection
+(<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at
+every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
+"""
+
+_FRAMES = """
+<p>Everything is in SI units. The base frame is fixed; body i has its origin on axis i and is
+parallel to base when all angles are zero. A wrench acts <em>on the tool</em>, at the TCP, in base
+axes: a force of -1000 N in z presses the tool down. Poses are position and unit quaternion (x, y,
+z, w with w &ge; 0) that takes tool axes to base axes. Small rotations are rotation vectors in base
+axes. Joint i turns by Rot(axis, q + e) Rot(tilt 1, a) Rot(tilt 2, b): q the drive, e the twist of
+the gear, a and b the tilts. <code>backlash</code> is half the width of the dead band.</p>
+"""
+
+
+def _tool(robot: Robot) -> str:
+    return (
+        f"<p>TCP in the last body: position {_vector(robot.tcp_position)} m; roll, pitch, yaw"
+        f" {_vector(robot.tcp_rpy)} rad, R = Rz Ry Rx. Gravity {_vector(robot.gravity)}"
+        " m/s&sup2; in base axes.</p>"
+    )
+
+
+def _joints(joints: Iterable[Joint]) -> str:
+    rows = []
+    for number, joint in enumerate(joints, start=1):
+        limits = _vector(joint.limits) if joint.limits else ""
+        rate = f"{joint.max_rate:.6g}" if joint.max_rate else ""
+        elastic = ["rigid", "", ""]
+        if joint.stiffness is not None:
+            elastic = [f"{v:.6g}" for v in (joint.stiffness, joint.damping, joint.backlash)]
+        geometry = [_vector(joint.origin), _vector(joint.axis)]
+        rows.append([f"joint[{number}]", joint.name, *geometry, limits, rate, *elastic])
+        for k, tilt in enumerate(joint.tilt, start=1):
+            elastic = [f"{tilt.stiffness:.6g}", f"{tilt.damping:.6g}", ""]
+            name = f"joint[{number}].tilt[{k}]"
+            rows.append([name, "", "", _vector(tilt.axis), "", "", *elastic])
+    return _table(
+        "Origin in the previous body; axes in the body's axes.",
+        [
+            *["", "name", "origin [m]", "axis", "limits [rad]", "rate [rad/s]"],
+            *["stiffness [N m/rad]", "damping [N m s/rad]", "backlash [rad]"],
+        ],
+        rows,
+    )
+
+
+def _bodies(robot: Robot) -> str:
+    rows = [_body(f"{n}", joint.body) for n, joint in enumerate(robot.joints, start=1)]
+    if robot.payload is not None:
+        rows.append(_body("payload", robot.payload))
+    return _table(
+        "Inertia about the centre of mass: xx, yy, zz, or xx, yy, zz, xy, xz, yz.",
+        ["body", "mass [kg]", "centre of mass [m]", "inertia [kg m&sup2;]"],
+        rows,
+    )
+
+
+def _body(name: str, body: Body) -> list[str]:
+    return [name, f"{body.mass:.6g}", _vector(body.com), _vector(body.inertia)]
+
+
+def _start(variable: Variable) -> str:
+    value = variable.start
+    return "" if value is None else f"{value:.9g}" if isinstance(value, float) else value
+
+
+def _table(caption: str, header: list[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{cell}</th>" for cell in header)
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    title = f"<caption>{caption}</caption>" if caption else ""
+    return f"<table>{title}<tr>{head}</tr>\n{body}</table>"
+
+
+def _vector(values: Iterable[float]) -> str:
+    return ", ".join(f"{value:.6g}" for value in values)

@@ -1,0 +1,1 @@
+"""Paths and wrenches over time, and what is measured on them."""

@@ -1,0 +1,57 @@
+"""Finding the process that a case names: a shipped model, or a class in a Python file."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+from coupling.errors import CaseError
+from coupling.files.toml_file import Schema, nearest
+from coupling.process import PROCESSES
+
+
+def find_process(model: str, folder: Path) -> tuple[str, Any]:
+    """Return a model's full name and its table.
+
+    Args:
+        model: "isf-force-law" and the like, or "my_process.py:MyTable".
+        folder: Where relative files begin.
+
+    Raises:
+        CaseError: If there is none of that name, or its file cannot be imported.
+    """
+    if model in PROCESSES:
+        return model, PROCESSES[model]
+    name, separator, table = model.partition(".py:")
+    if not separator:
+        raise CaseError(
+            f"found {model!r}; {nearest(model, list(PROCESSES))}, or a class in a file of your own,"
+            " as my_process.py:MyTable"
+        )
+    file = (folder / f"{name}.py").resolve()
+    if not file.is_file():
+        raise CaseError(f"{file} is not there; needed is the Python file of the process")
+    module = _imported(file)
+    found = getattr(module, table, None)
+    if not (isinstance(found, type) and issubclass(found, Schema) and hasattr(found, "process")):
+        raise CaseError(
+            f"{file} has no table {table!r}; needed is a class of that name, derived from"
+            " coupling.files.toml_file.Schema, with a method process(task)"
+        )
+    return f"{file}:{table}", found
+
+
+def _imported(file: Path) -> Any:
+    name = f"own_process_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up by name
+    try:
+        spec.loader.exec_module(module)
+    except Exception as cause:  # whatever is wrong with the author's file
+        raise CaseError(f"{file}: cannot be imported: {type(cause).__name__}: {cause}") from cause
+    return module

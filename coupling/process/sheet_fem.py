@@ -1,0 +1,105 @@
+"""The process sheet-fem: the tools' actual paths -> wrenches on the tools and the formed sheet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process.base import Progress, silent
+from coupling.sheet_fem.contact import Sphere
+from coupling.sheet_fem.forming import SheetModel
+from coupling.sheet_fem.schedule import Schedule
+from coupling.sheet_fem.shape import formed_sheet
+from coupling.toolpaths.part import Part
+
+
+@dataclass(frozen=True)
+class SheetFem:
+    """A sheet formed by hemispherical tools, computed from the flat sheet in every evaluation.
+
+    One tool forms it; in a cell, a second one supports it from behind.  Both are the same to the
+    sheet: spheres that press on either of its faces.
+
+    Attributes:
+        part: Placement of the part; the sheet's upper face is its x-y plane.
+        model: Of the sheet.
+        tool_radii: Of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
+        schedule: Where on a path equilibrium is found.
+        force_factor: Measured over computed force, see docs/sheet_fem.md.
+        progress: Called with positions done and in all.
+    """
+
+    part: Part
+    model: SheetModel
+    tool_radii: tuple[float, ...]
+    schedule: Schedule
+    force_factor: float = 1.0
+    progress: Progress = silent
+
+    def watched(self, progress: Progress) -> SheetFem:
+        """Return the same process, telling its progress."""
+        return replace(self, progress=progress)
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        """Return the wrenches along the actual paths, with the formed sheet as their workpiece.
+
+        Raises:
+            ProcessError: If no equilibrium is found.
+        """
+        centers = [
+            self._centers(tool, radius)
+            for tool, radius in zip(path.tools, self.tool_radii, strict=True)
+        ]
+        places = np.stack(centers, axis=1)[self.schedule.positions]
+        moves = [self._spheres(place) for place in places]
+        forces, moments = np.zeros(places.shape), np.zeros(places.shape)
+        loaded = state = self.model.flat()
+        before, touching = moves[0], False
+        for k, after in enumerate(moves):
+            self.progress(k, len(moves))
+            if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
+                whole = self.schedule.everywhere[k]
+                box = self.model.everywhere() if whole else self.model.near(state, before, after)
+                found = self.model.equilibrium(state, before, after, box)
+                state, forces[k], moments[k] = found.state, found.forces, found.moments
+                touching = bool(np.any(forces[k]))
+                if touching:
+                    loaded = state
+            before = after
+        if touching:
+            state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
+        self.progress(len(moves), len(moves))
+        wrenches = [
+            self._wrench(tool, center, forces[:, k], moments[:, k])
+            for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True))
+        ]
+        formed = formed_sheet(self.model.mesh, loaded, state)
+        return replace(WrenchHistory.of_tools(wrenches), workpiece=formed)
+
+    def _wrench(
+        self, path: ToolPath, centers: np.ndarray, forces: np.ndarray, moments: np.ndarray
+    ) -> WrenchHistory:
+        """Return the wrench at a TCP of wrenches at the sphere's centre, given at positions."""
+        force, own = (
+            self.part.rotation.apply(self.force_factor * self.schedule.interpolated(values))
+            for values in (forces, moments)
+        )
+        center = self.part.position + self.part.rotation.apply(centers)
+        moment = own + np.cross(center - path.position, force)
+        return WrenchHistory(path.time, np.hstack([force, moment]))
+
+    def _centers(self, path: ToolPath, radius: float) -> np.ndarray:
+        """Return a sphere's centres in the part frame, behind the TCP along the tool's axis."""
+        approach = path.rotation.apply([1.0, 0.0, 0.0])
+        center = path.position - radius * approach
+        return self.part.rotation.inv().apply(center - self.part.position)
+
+    def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
+        """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""
+        lift = np.array([0.0, 0.0, 0.5 * self.model.mesh.thickness])
+        return tuple(
+            self.model.sphere(center + lift, radius)
+            for center, radius in zip(centers, self.tool_radii, strict=True)
+        )

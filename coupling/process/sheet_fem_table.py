@@ -1,0 +1,109 @@
+"""The case file's table of sheet-fem."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from coupling.errors import CaseError
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.histories import ToolPath
+from coupling.process.base import Task
+from coupling.toolpaths.support import Support
+
+if TYPE_CHECKING:
+    from coupling.process.sheet_fem import SheetFem
+
+
+class SheetFemTable(Schema):
+    """Keys of the sheet, its material, the tool and the fineness; see docs/sheet_fem.md.
+
+    sheet_size_m is the side inside the clamps; the part's origin is in its middle.  Without
+    prestrain the hardening is Hollomon's.
+    """
+
+    model: Literal["sheet-fem"]
+    sheet_size_m: Annotated[list[Positive], Field(min_length=2, max_length=2)]
+    sheet_thickness_m: Positive
+    backing_radius_m: Positive | None = None
+    youngs_modulus_Pa: Positive
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
+    strength_Pa: Positive
+    hardening_exponent: Annotated[float, Field(ge=0.0, lt=1.0)]
+    prestrain: Positive | None = None
+    tool_diameter_m: Positive
+    friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    force_factor: Positive = 1.0
+    element_m: Positive = 0.005
+    layers: Annotated[int, Field(ge=2, le=20)] = 5
+    position_m: Positive = 0.003
+    window_m: Positive = 0.03
+    global_every: Annotated[int, Field(ge=1)] = 5
+
+    @model_validator(mode="after")
+    def _elements_fit(self) -> SheetFemTable:
+        if min(self.sheet_size_m) < 5.0 * self.element_m:
+            raise ValueError(
+                f"element_m is {self.element_m}; needed is at most a fifth of the sheet's side,"
+                f" {min(self.sheet_size_m) / 5.0:.4g}"
+            )
+        return self
+
+    def process(self, task: Task) -> SheetFem:
+        """Return the sheet, flat and ready.
+
+        Raises:
+            CaseError: If the extra `fem` is not installed, or the tool path leaves the sheet.
+        """
+        return self._sheet(task, [task.desired], [self.tool_diameter_m])
+
+    def supported_process(self, task: Task, support: Support) -> SheetFem:
+        """Return the sheet between a forming and a supporting tool.
+
+        Raises:
+            CaseError: As `process`.
+        """
+        diameters = [self.tool_diameter_m, support.tool_diameter]
+        return self._sheet(task, [task.desired, support.desired], diameters)
+
+    def _sheet(self, task: Task, desired: list[ToolPath], diameters: list[float]) -> SheetFem:
+        # numba is of the extra `fem`, and its import takes longer than other cases should wait.
+        from coupling.process.sheet_fem import SheetFem
+        from coupling.sheet_fem.forming import SheetModel, SheetSettings
+        from coupling.sheet_fem.material import Material, hollomon_prestrain
+        from coupling.sheet_fem.mesh import SheetMesh
+        from coupling.sheet_fem.schedule import schedule
+
+        points = [task.part.coordinates(path) for path in desired]
+        reach = np.max(np.abs(np.vstack(points)[:, :2]), axis=0)
+        if np.any(reach > 0.5 * np.array(self.sheet_size_m)):
+            raise CaseError(
+                f"process: sheet_size_m is {self.sheet_size_m}; needed is more than"
+                f" {(2.0 * reach).round(6).tolist()}, which the tool path spans"
+            )
+        x, y = self.sheet_size_m
+        elements = (round(x / self.element_m), round(y / self.element_m))
+        prestrain = self.prestrain or hollomon_prestrain(
+            self.youngs_modulus_Pa, self.strength_Pa, self.hardening_exponent
+        )
+        material = Material(
+            self.youngs_modulus_Pa,
+            self.poisson_ratio,
+            self.strength_Pa,
+            prestrain,
+            self.hardening_exponent,
+        )
+        settings = SheetSettings(
+            self.layers, self.window_m, self.backing_radius_m, self.friction_coefficient
+        )
+        return SheetFem(
+            part=task.part,
+            model=SheetModel(
+                SheetMesh((x, y), elements, self.sheet_thickness_m), material, settings
+            ),
+            tool_radii=tuple(0.5 * diameter for diameter in diameters),
+            schedule=schedule(points[0], self.position_m, self.global_every),
+            force_factor=self.force_factor,
+        )

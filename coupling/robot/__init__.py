@@ -1,0 +1,1 @@
+"""Robots at the desk: inverse kinematics and simulation of a cell."""

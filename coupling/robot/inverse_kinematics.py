@@ -1,0 +1,182 @@
+"""ToolPath -> JointPath: inverse kinematics of the rigid robot along a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.errors import PlanningError
+from coupling.path.histories import JointPath, ToolPath
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+
+# A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
+_REACHED = 1e-10
+_MAX_ITERATIONS = 100
+# Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
+_DAMPING = 1e-3
+# Joint step limit of one iteration [rad]: the linearisation holds no further.
+_LARGEST_STEP = 0.3
+# Smallest singular value of the Jacobian, lengths in units of the reach: below it a joint moves
+# more than a thousand times as fast as the tool.
+_SINGULAR = 1e-3
+# Largest joint motion between samples [rad]; more is a jump to another configuration.
+_LARGEST_JUMP = 0.5
+
+
+@dataclass(frozen=True)
+class RateWarning:
+    """A joint is asked to move faster than it can.
+
+    Attributes:
+        joint: Number, from 1.
+        time: Where it is worst [s].
+        rate: There [rad/s].
+        limit: The joint's maximum rate [rad/s].
+        robot: Its name in a cell of several.
+    """
+
+    joint: int
+    time: float
+    rate: float
+    limit: float
+    robot: str = ""
+
+    def __str__(self) -> str:
+        whose = f"{self.robot}: " if self.robot else ""
+        return (
+            f"{whose}joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
+            f" its maximum rate is {self.limit:.3g} rad/s"
+        )
+
+
+class Planner:
+    """Inverse kinematics of one robot.
+
+    Args:
+        robot: Its description.
+        home: Joint angles near which the path is started [rad], (n,).
+
+    Raises:
+        PlanningError: If `home` has the wrong length or breaks a limit.
+    """
+
+    def __init__(self, robot: Robot, home: np.ndarray) -> None:
+        self._robot = robot
+        self._chain = build_chain(robot)
+        self._data = self._chain.model.createData()
+        if len(home) != self._chain.joint_count:
+            raise PlanningError(
+                f"home has {len(home)} angles; the robot has {self._chain.joint_count} joints"
+            )
+        self._home = home
+        self._reach = float(
+            sum(np.linalg.norm(joint.origin) for joint in robot.joints)
+            + np.linalg.norm(robot.tcp_position)
+        )
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints."""
+        return self._chain.joint_count
+
+    def plan(self, path: ToolPath) -> JointPath:
+        """Return continuous joint angles along a path, damped least squares from pose to pose.
+
+        Raises:
+            PlanningError: With sample, time, distance and joint, if a pose is out of reach, beyond
+                a joint limit, singular or only reached by a jump.
+        """
+        angles = np.empty((len(path.time), self._chain.joint_count))
+        rotations = path.rotation.as_matrix()
+        guess = self._home
+        for k, position in enumerate(path.position):
+            where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
+            target = pin.SE3(rotations[k], position)
+            angles[k] = self._solve(target, guess, where)
+            if k > 0:
+                self._require_continuity(angles[k], angles[k - 1], where)
+            # Linear extrapolation along the path saves an iteration.
+            guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
+        self._require_limits(path.time, angles)
+        return JointPath(path.time, angles)
+
+    def rate_warnings(self, path: JointPath) -> list[RateWarning]:
+        """Return one warning for each joint whose maximum rate is exceeded."""
+        rates = np.abs(np.diff(path.q, axis=0) / np.diff(path.time)[:, None])
+        warnings = []
+        for i, joint in enumerate(self._robot.joints):
+            worst = int(np.argmax(rates[:, i]))
+            if joint.max_rate is not None and rates[worst, i] > joint.max_rate:
+                time, rate = float(path.time[worst]), float(rates[worst, i])
+                warnings.append(RateWarning(i + 1, time, rate, joint.max_rate))
+        return warnings
+
+    def _solve(self, target: pin.SE3, guess: np.ndarray, where: str) -> np.ndarray:
+        q = guess.copy()
+        best = np.inf
+        for _ in range(_MAX_ITERATIONS):
+            error = self._pose_error(target, q)
+            size = float(np.linalg.norm(error))
+            jacobian = self._jacobian(q)
+            if size < _REACHED:
+                self._require_regularity(jacobian, where)
+                return q
+            best = min(best, float(np.linalg.norm(error[:3])))
+            damping = _DAMPING * size * size
+            normal = jacobian.T @ jacobian + damping * np.eye(len(q))
+            step = np.linalg.solve(normal, jacobian.T @ error)
+            largest = float(np.abs(step).max())
+            q += step * min(1.0, _LARGEST_STEP / largest)
+        self._require_regularity(jacobian, where)
+        farthest = int(np.argmax(np.abs(q - guess))) + 1
+        raise PlanningError(
+            f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
+            f" the tool stays {1e3 * best:.3g} mm away (joint {farthest} moved farthest)"
+        )
+
+    def _pose_error(self, target: pin.SE3, q: np.ndarray) -> np.ndarray:
+        """Position [m] and rotation vector [rad] from the robot's pose to the target, base axes."""
+        pose = base_from_tool(self._chain, self._data, self._chain.theta(q))
+        turn = pin.log3(target.rotation @ pose.rotation.T)
+        return np.append(target.translation - pose.translation, turn)
+
+    def _jacobian(self, q: np.ndarray) -> np.ndarray:
+        return tcp_jacobian(self._chain, self._data, self._chain.theta(q))[:, self._chain.drive]
+
+    def _require_regularity(self, jacobian: np.ndarray, where: str) -> None:
+        scaled = jacobian.copy()
+        scaled[:3] /= self._reach
+        _, values, rows = np.linalg.svd(scaled)
+        if values[-1] < _SINGULAR:
+            joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
+            raise PlanningError(
+                f"{where}: the robot is in a singular posture (smallest singular value"
+                f" {values[-1]:.2g}, joint {joint} moves most); move the part or the home posture"
+            )
+
+    def _require_continuity(self, q: np.ndarray, last: np.ndarray, where: str) -> None:
+        jump = np.abs(q - last)
+        joint = int(np.argmax(jump))
+        if jump[joint] > _LARGEST_JUMP:
+            raise PlanningError(
+                f"{where}: joint {joint + 1} would jump by {np.rad2deg(jump[joint]):.0f} deg;"
+                " the path passes a singular posture or its samples are too far apart"
+            )
+
+    def _require_limits(self, time: np.ndarray, angles: np.ndarray) -> None:
+        for i, joint in enumerate(self._robot.joints):
+            if joint.limits is None:
+                continue
+            low, high = joint.limits
+            beyond = np.flatnonzero((angles[:, i] < low) | (angles[:, i] > high))
+            if len(beyond):
+                k = int(beyond[0])
+                raise PlanningError(
+                    f"sample {k + 1}, t = {time[k]:.3f} s: joint {i + 1} is at"
+                    f" {np.rad2deg(angles[k, i]):.2f} deg; its limits are {np.rad2deg(low):.2f} to"
+                    f" {np.rad2deg(high):.2f} deg"
+                )

@@ -1,0 +1,167 @@
+"""Run folders read back, for reports and for the user's own evaluation."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from coupling.errors import ResultError
+from coupling.files.csv_table import (
+    CORRECTION_COLUMNS,
+    POSE_COLUMNS,
+    WRENCH_COLUMNS,
+    read_header,
+    read_table,
+)
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.workpiece import Workpiece
+
+RESULT = "result.json"
+GAP, GAP_COLUMNS = "gap", ("before", "after")
+
+
+def workpiece_file(folder: Path, state: str) -> Path:
+    """Return the file of the workpiece "before" or "after" compensation."""
+    return folder / f"workpiece_{state}.vtu"
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run read back from its folder.
+
+    Attributes:
+        name: Of the folder.
+        figures: Content of result.json.
+        desired, uncompensated, achieved, command: Tool paths.
+        joints: Joint angles of `command`.
+        correction: command minus desired, (n, 6).
+        wrench: On the tool.
+        workpieces: By `stages`, where the process tells.
+    """
+
+    name: str
+    figures: dict[str, Any]
+    desired: ToolPath
+    uncompensated: ToolPath
+    achieved: ToolPath
+    command: ToolPath
+    joints: JointPath
+    correction: np.ndarray
+    wrench: WrenchHistory
+    workpieces: dict[str, Workpiece]
+
+    @property
+    def actual(self) -> dict[str, ToolPath]:
+        """The actual paths by `stages`."""
+        names = stages(self.figures)
+        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
+
+
+def stages(figures: dict[str, Any]) -> tuple[str, ...]:
+    """Return what to call the actual paths of a run, which has only one if it is coupled only.
+
+    Args:
+        figures: Content of result.json.
+    """
+    return (
+        ("actual",)
+        if figures["kind"] == "couple"
+        else ("before compensation", "after compensation")
+    )
+
+
+@dataclass(frozen=True)
+class StoredCell:
+    """A run of a cell read back from its folder.
+
+    Attributes:
+        figures: Content of result.json.
+        robots: The run of every robot, by name.
+        time: Of the gap [s], (n,).
+        gap: Between the tools before and after compensation [m], (n, 2).
+        workpieces: By `stages`, where the process tells.
+    """
+
+    figures: dict[str, Any]
+    robots: dict[str, StoredRun]
+    time: np.ndarray
+    gap: np.ndarray
+    workpieces: dict[str, Workpiece]
+
+
+def is_cell(folder: Path) -> bool:
+    """Return whether a run folder is that of a cell."""
+    return (folder / f"{GAP}.csv").exists()
+
+
+def read_cell(folder: Path) -> StoredCell:
+    """Read the run folder of a cell.
+
+    Raises:
+        ResultError: If a file is missing or broken.
+    """
+    table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
+    names = sorted(file.parent.name for file in folder.glob(f"*/{RESULT}"))
+    robots = {name: read_run(folder / name) for name in names}
+    figures = _read_figures(folder)
+    pieces = _read_workpieces(folder, figures)
+    return StoredCell(figures, robots, table[:, 0], table[:, 1:], pieces)
+
+
+def _read_workpieces(folder: Path, figures: dict[str, Any]) -> dict[str, Workpiece]:
+    return {
+        stage: Workpiece.read(file)
+        for stage, name in zip(stages(figures), ("before", "after"), strict=False)
+        if (file := workpiece_file(folder, name)).exists()
+    }
+
+
+def _read_figures(folder: Path) -> dict[str, Any]:
+    try:
+        figures: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    except OSError as cause:
+        raise ResultError(
+            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}; needed is a run folder"
+        ) from cause
+    except ValueError as cause:
+        raise ResultError(f"{folder / RESULT}: is not valid JSON: {cause}") from cause
+    return figures
+
+
+def read_run(folder: Path) -> StoredRun:
+    """Read a run folder.
+
+    Raises:
+        ResultError: If a file is missing or broken.
+    """
+    figures = _read_figures(folder)
+
+    def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
+        return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
+
+    def tool_path(name: str) -> ToolPath:
+        values = table(name, POSE_COLUMNS)
+        return ToolPath(values[:, 0], values[:, 1:])
+
+    header = read_header(folder / "command.csv", ResultError)
+    joints = tuple(name for name in header if name.startswith("q") and name[1:].isdigit())
+    angles, wrench = table("command", joints), table("wrench", WRENCH_COLUMNS)
+    try:
+        return StoredRun(
+            name=folder.name,
+            figures=figures,
+            desired=tool_path("desired"),
+            uncompensated=tool_path("uncompensated"),
+            achieved=tool_path("achieved"),
+            command=tool_path("command"),
+            joints=JointPath(angles[:, 0], angles[:, 1:]),
+            correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
+            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            workpieces=_read_workpieces(folder, figures),
+        )
+    except ValueError as cause:
+        raise ResultError(f"{folder}: {cause}") from cause

@@ -1,0 +1,177 @@
+"""Elements and contact summed into a band matrix over a box of control points."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from coupling.sheet_fem.banded import GeneralBand, SymmetricBand
+from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.contact import Sphere, Surface, bear, press
+from coupling.sheet_fem.element import Shell, element
+from coupling.sheet_fem.state import SheetState
+
+# The compiled element loop lets go of Python's lock.
+_THREADS = os.cpu_count() or 1
+
+
+class Box(NamedTuple):
+    """Control points [first, last) in x and y whose equilibrium is asked for; others stay."""
+
+    first_x: int
+    last_x: int
+    first_y: int
+    last_y: int
+
+
+@compiled
+def _elements(
+    shell: Shell,
+    first: tuple[int, int],
+    width: int,
+    part: tuple[int, int],
+    points: np.ndarray,
+    plastic: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+    new_plastic: np.ndarray,
+    new_stretch: np.ndarray,
+) -> None:
+    """Compute elements part[0] .. part[1] of the rows of `width` that begin at `first`."""
+    local = np.empty((9, 3))
+    for e in range(part[0], part[1]):
+        i, j = first[0] + e // width, first[1] + e % width
+        for A in range(9):
+            local[A] = points[i + A // 3, j + A % 3]
+        element(
+            shell,
+            local,
+            plastic[i, j],
+            force[e],
+            stiffness[e],
+            new_plastic[i, j],
+            new_stretch[i, j],
+        )
+
+
+@compiled
+def _unknowns(
+    box: Box,
+    free: np.ndarray,
+    first: tuple[int, int],
+    count: tuple[int, int],
+    force: np.ndarray,
+    index: np.ndarray,
+    residual: np.ndarray,
+) -> None:
+    """Number the elements' unknowns in the box, -1 for what is held, and sum their forces."""
+    width = box.last_y - box.first_y
+    for e in range(count[0] * count[1]):
+        i, j = first[0] + e // count[1], first[1] + e % count[1]
+        for A in range(9):
+            x, y = i + A // 3, j + A % 3
+            inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
+            for k in range(3):
+                index[e, 3 * A + k] = -1
+                if inside and free[x, y, k]:
+                    row = 3 * ((x - box.first_x) * width + y - box.first_y) + k
+                    index[e, 3 * A + k] = row
+                    residual[row] += force[e, 3 * A + k]
+
+
+class Assembled(NamedTuple):
+    """What acts on a sheet.
+
+    Attributes:
+        residual: Unbalanced forces [N], (3 n,), zero where held.
+        stiffness: Its derivative by the control points of the box [N/m].
+        wrenches: Force on each sphere [N] and moment about its centre [N m], (spheres, 6).
+    """
+
+    residual: np.ndarray
+    stiffness: SymmetricBand | GeneralBand
+    wrenches: np.ndarray
+
+
+class Assembler:
+    """Residual and stiffness of a box, with the arrays they need.
+
+    Args:
+        shell: Elements.
+        surface: Contact points.
+        elements: Of the sheet, in x and y.
+        free: Which control points may move, (nx + 2, ny + 2, 3).
+    """
+
+    def __init__(
+        self, shell: Shell, surface: Surface, elements: tuple[int, int], free: np.ndarray
+    ) -> None:
+        self._shell = shell
+        self._surface = surface
+        self._elements = elements
+        self._free = free
+        total = elements[0] * elements[1]
+        self._force = np.empty((total, 27))
+        self._stiffness = np.empty((total, 27, 27))
+        self._index = np.empty((total, 27), dtype=np.int64)
+        self._threads = ThreadPoolExecutor(_THREADS)
+        self._bears = bool(surface.supported.any())
+
+    @property
+    def everywhere(self) -> Box:
+        """The box of all control points."""
+        return Box(0, self._elements[0] + 2, 0, self._elements[1] + 2)
+
+    def elements_of(self, box: Box) -> tuple[slice, slice]:
+        """Return the elements that the control points of a box shape."""
+        return (
+            slice(max(box.first_x - 2, 0), min(box.last_x, self._elements[0])),
+            slice(max(box.first_y - 2, 0), min(box.last_y, self._elements[1])),
+        )
+
+    def no_slip(self, sphere: Sphere) -> np.ndarray:
+        """Return the elastic slip of a tool that has not touched the sheet."""
+        count = len(self._surface.basis.area) if sphere.friction > 0.0 else 0
+        return np.zeros((*self._elements, count, 3))
+
+    def __call__(
+        self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
+    ) -> Assembled:
+        """Return what acts on a sheet that has moved.
+
+        Args:
+            box: Control points that may move.
+            before: The last equilibrium; its slip is that of the same spheres.
+            spheres: That press on the sheet.
+            after: With its control points; the history of the box's elements is written.
+        """
+        x, y = self.elements_of(box)
+        first, count = (x.start, y.start), (x.stop - x.start, y.stop - y.start)
+        size = count[0] * count[1]
+        force, stiffness, index = self._force[:size], self._stiffness[:size], self._index[:size]
+        parts = pairwise(size * k // _THREADS for k in range(_THREADS + 1))
+        results = (after.points, before.plastic, force, stiffness, after.plastic, after.stretch)
+        jobs = [
+            self._threads.submit(_elements, self._shell, first, count[1], part, *results)
+            for part in parts
+        ]
+        for job in jobs:
+            job.result()
+        wrenches = np.zeros((len(spheres), 6))
+        for k, sphere in enumerate(spheres):
+            moves = (before.points, after.points, before.slip[k], after.slip[k])
+            press(self._surface, sphere, first, count, *moves, force, stiffness, wrenches[k])
+        if self._bears:
+            bear(self._surface, first, count, after.points, force, stiffness)
+        width = box.last_y - box.first_y
+        unknowns = 3 * (box.last_x - box.first_x) * width
+        residual = np.zeros(unknowns)
+        _unknowns(box, self._free, first, count, force, index, residual)
+        rubs = any(sphere.friction > 0.0 for sphere in spheres)
+        band = GeneralBand if rubs else SymmetricBand
+        matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
+        return Assembled(residual, matrix, wrenches)

@@ -1,0 +1,182 @@
+"""Contact with spheres and a backing plate by a smoothed penalty."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.friction import elastic_slip
+from coupling.sheet_fem.mesh import Basis
+
+
+class Sphere(NamedTuple):
+    """The tool's hemispherical end.
+
+    Attributes:
+        center: In the part frame [m], (3,).
+        radius: [m].
+        stiffness: Pressure per penetration [Pa/m].
+        smoothing: Penetration over which the stiffness rises linearly from zero [m].
+        friction: Coefficient mu of Coulomb's law.
+        slip_length: Elastic slip at which the sheet slides [m].
+        moved: Since the last equilibrium, without turning [m], (3,).
+    """
+
+    center: np.ndarray
+    radius: float
+    stiffness: float
+    smoothing: float
+    friction: float
+    slip_length: float
+    moved: np.ndarray
+
+
+class Surface(NamedTuple):
+    """Where contact is integrated.
+
+    Attributes:
+        basis: At the contact points of an element.
+        half_thickness: Distance of the touched face from the midsurface [m].
+        supported: Whether a backing plate is below a contact point, (nx, ny, points).
+        support: Pressure per penetration of the backing plate [Pa/m].
+        smoothing: Of that pressure [m].
+    """
+
+    basis: Basis
+    half_thickness: float
+    supported: np.ndarray
+    support: float
+    smoothing: float
+
+
+@compiled
+def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[float, float]:
+    """Return pressure [Pa] and its slope [Pa/m]; continuous with its slope, zero without contact.
+
+    Example:
+        >>> pressure(2e-6, 1e12, 1e-6)
+        (1500000.0, 1000000000000.0)
+    """
+    if penetration <= 0.0:
+        return 0.0, 0.0
+    if penetration < smoothing:
+        return 0.5 * stiffness * penetration**2 / smoothing, stiffness * penetration / smoothing
+    return stiffness * (penetration - 0.5 * smoothing), stiffness
+
+
+@compiled
+def press(
+    surface: Surface,
+    sphere: Sphere,
+    first: tuple[int, int],
+    count: tuple[int, int],
+    before: np.ndarray,
+    points: np.ndarray,
+    slip: np.ndarray,
+    new_slip: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+    on_tool: np.ndarray,
+) -> None:
+    """Add the contact with a sphere to the elements.
+
+    `on_tool` gets the force on the sphere and the moment about its centre, (6,).  Friction acts on
+    the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left out.
+    """
+    basis = surface.basis
+    reach = sphere.radius + surface.half_thickness
+    margin = 2.0 * np.sqrt(np.sum(basis.area))
+    apart = np.empty(3)
+    drift = np.empty(3)
+    drag = np.empty(3)
+    turn = np.empty((3, 3))
+    for e in range(count[0] * count[1]):
+        i, j = first[0] + e // count[1], first[1] + e % count[1]
+        if sphere.friction > 0.0:
+            new_slip[i, j] = 0.0
+        # The patch of control points encloses the element: farther ones cannot touch.
+        near = False
+        for A in range(9):
+            distance = 0.0
+            for k in range(3):
+                distance += (points[i + A // 3, j + A % 3, k] - sphere.center[k]) ** 2
+            if distance < (reach + margin) ** 2:
+                near = True
+        if not near:
+            continue
+        for g in range(basis.area.shape[0]):
+            N = basis.value[g]
+            apart[:] = sphere.center
+            for A in range(9):
+                for k in range(3):
+                    apart[k] -= N[A] * points[i + A // 3, j + A % 3, k]
+            distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2)
+            size, slope = pressure(reach - distance, sphere.stiffness, sphere.smoothing)
+            if slope == 0.0:
+                continue
+            size *= basis.area[g]
+            slope *= basis.area[g]
+            for k in range(3):
+                apart[k] /= distance
+                on_tool[k] += size * apart[k]
+            for k in range(3):
+                for A in range(9):
+                    force[e, 3 * A + k] += N[A] * size * apart[k]
+                for m in range(3):
+                    block = (slope + size / distance) * apart[k] * apart[m]
+                    if k == m:
+                        block -= size / distance
+                    for A in range(9):
+                        for C in range(9):
+                            stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
+            if sphere.friction == 0.0:
+                continue
+            for k in range(3):
+                drift[k] = slip[i, j, g, k] - sphere.moved[k]
+                for A in range(9):
+                    x, y = i + A // 3, j + A % 3
+                    drift[k] += N[A] * (points[x, y, k] - before[x, y, k])
+            elastic_slip(drift, apart, distance, sphere.slip_length, new_slip[i, j, g], turn)
+            ratio = sphere.friction / sphere.slip_length
+            for k in range(3):
+                drag[k] = ratio * size * new_slip[i, j, g, k]
+                on_tool[k] += drag[k]
+            for k in range(3):
+                a, b = (k + 1) % 3, (k + 2) % 3
+                on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
+                for A in range(9):
+                    force[e, 3 * A + k] += N[A] * drag[k]
+                for m in range(3):
+                    block = ratio * (slope * new_slip[i, j, g, k] * apart[m] + size * turn[k, m])
+                    for A in range(9):
+                        for C in range(9):
+                            stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
+
+
+@compiled
+def bear(
+    surface: Surface,
+    first: tuple[int, int],
+    count: tuple[int, int],
+    points: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+) -> None:
+    """Add the backing plate, on which the flat sheet lies, to the elements."""
+    basis = surface.basis
+    for e in range(count[0] * count[1]):
+        i, j = first[0] + e // count[1], first[1] + e % count[1]
+        for g in range(basis.area.shape[0]):
+            if not surface.supported[i, j, g]:
+                continue
+            N = basis.value[g]
+            height = 0.0
+            for A in range(9):
+                height += N[A] * points[i + A // 3, j + A % 3, 2]
+            size, slope = pressure(-height, surface.support, surface.smoothing)
+            for A in range(9):
+                force[e, 3 * A + 2] -= N[A] * size * basis.area[g]
+                for C in range(9):
+                    stiffness[e, 3 * A + 2, 3 * C + 2] += N[A] * N[C] * slope * basis.area[g]

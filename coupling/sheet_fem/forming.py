@@ -1,0 +1,225 @@
+"""The sheet under tools that move: one equilibrium after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.errors import ProcessError
+from coupling.sheet_fem.assembly import Assembler, Box
+from coupling.sheet_fem.contact import Sphere, Surface
+from coupling.sheet_fem.element import Shell
+from coupling.sheet_fem.equilibrium import (
+    Equilibrium,
+    NewtonSettings,
+    find_equilibrium,
+)
+from coupling.sheet_fem.material import Material
+from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
+from coupling.sheet_fem.state import SheetState
+
+# Integration points of an element in each direction: the splines are C1, more would only stiffen.
+_POINTS = 2
+# Contact points of an element in each direction.
+_CONTACT_POINTS = 8
+# Pressure per penetration, over that of the sheet squeezed through its thickness (E / t).
+_PENALTY = 0.3
+# Penetration over which the penalty sets in, over the thickness.
+_SMOOTHING = 0.003
+# Elastic slip at which the sheet slides along a tool, over the thickness.
+_SLIP = 0.01
+# Newton's method: unbalanced force over yield stress times thickness squared ...
+_TOLERANCE = 1e-4
+# ... and largest displacement of an iteration over the element's size.
+_LARGEST_STEP = 0.5
+# A load step is halved at most so many times.
+_MAX_CUTS = 6
+
+
+@dataclass(frozen=True)
+class SheetSettings:
+    """How finely a sheet is computed.
+
+    Attributes:
+        layers: Gauss points over the thickness.
+        window: Half side of the square about a tool in which control points may move [m].
+        opening_radius: Of the backing plate under the sheet [m]; None: no plate.
+        friction: Coefficient between tools and sheet; the plate is frictionless.
+    """
+
+    layers: int = 5
+    window: float = 0.03
+    opening_radius: float | None = None
+    friction: float = 0.0
+
+
+class SheetModel:
+    """A clamped sheet, ready to be formed; holds no state of it.
+
+    Args:
+        mesh: Grid of the sheet.
+        material: Of the sheet.
+        settings: Fineness and support.
+        free: Control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
+    """
+
+    def __init__(
+        self,
+        mesh: SheetMesh,
+        material: Material,
+        settings: SheetSettings | None = None,
+        free: np.ndarray | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self.settings = settings or SheetSettings()
+        self._layers = self.settings.layers
+        thickness, size = mesh.thickness, mesh.element_size
+        rule = np.polynomial.legendre.leggauss(self._layers)
+        self._penalty = _PENALTY * material.youngs_modulus / thickness
+        self._smoothing = _SMOOTHING * thickness
+        self._slip = _SLIP * thickness
+        contact_basis = basis(midpoints(_CONTACT_POINTS), size)
+        self._start = mesh.control_points()
+        self.assemble = Assembler(
+            Shell(material, thickness, np.array(rule), basis(gauss(_POINTS), size)),
+            Surface(
+                contact_basis,
+                0.5 * thickness,
+                self._supported(contact_basis.value),
+                self._penalty,
+                self._smoothing,
+            ),
+            mesh.elements,
+            mesh.clamped() if free is None else free,
+        )
+        yield_force = material.strength * material.prestrain**material.exponent * thickness**2
+        self._newton = NewtonSettings(_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
+
+    def flat(self) -> SheetState:
+        """Return the sheet as it comes: flat, without stress."""
+        points = (*self.mesh.elements, _POINTS**2)
+        return SheetState(self._start.copy(), np.zeros((*points, self._layers, 4)), np.ones(points))
+
+    def sphere(self, center: np.ndarray, radius: float) -> Sphere:
+        """Return a tool at rest with this model's contact; center in the sheet's frame [m], (3,)."""
+        return Sphere(
+            np.asarray(center, dtype=float),
+            radius,
+            self._penalty,
+            self._smoothing,
+            self.settings.friction,
+            self._slip,
+            np.zeros(3),
+        )
+
+    def window(self, center: np.ndarray) -> Box:
+        """Return the box of control points about a tool's place [m], (2,) or more."""
+        bounds = []
+        for k, (count, size) in enumerate(
+            zip(self.mesh.elements, self.mesh.element_size, strict=True)
+        ):
+            middle = (center[k] + 0.5 * self.mesh.size[k]) / size + 0.5
+            reach = self.settings.window / size
+            bounds += [
+                max(int(np.floor(middle - reach)), 0),
+                min(int(np.ceil(middle + reach)) + 1, count + 2),
+            ]
+        return Box(*bounds)
+
+    def near(self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]) -> Box:
+        """Return the smallest box over the windows of all tools that may touch the sheet on a move.
+
+        Without any it is the whole sheet.
+        """
+        boxes = [
+            self.window(b.center)
+            for a, b in zip(before, after, strict=True)
+            if not (self.clear_of(state, a) and self.clear_of(state, b))
+        ]
+        if not boxes:
+            return self.everywhere()
+        first_x, last_x, first_y, last_y = zip(*boxes, strict=True)
+        return Box(min(first_x), max(last_x), min(first_y), max(last_y))
+
+    def clear_of(self, state: SheetState, sphere: Sphere) -> bool:
+        """Return whether a sphere is farther from all control points than it could touch."""
+        patches = state.points
+        distance = np.min(np.linalg.norm(patches - sphere.center, axis=-1))
+        margin = max(self.mesh.element_size)
+        return bool(distance > sphere.radius + 0.5 * self.mesh.thickness + margin)
+
+    def everywhere(self) -> Box:
+        """Return the box of all control points."""
+        return self.assemble.everywhere
+
+    def equilibrium(
+        self,
+        state: SheetState,
+        before: tuple[Sphere, ...],
+        after: tuple[Sphere, ...],
+        box: Box,
+    ) -> Equilibrium:
+        """Return the equilibrium after the tools moved in a straight line; cut into parts if needed.
+
+        Args:
+            state: Before; not changed.
+            before: Tools where `state` is in equilibrium.
+            after: Tools where they go; as many.
+            box: Control points that may move.
+
+        Raises:
+            ProcessError: If no equilibrium is found even in the smallest parts.
+        """
+        near = self.near(state, before, after)
+        if len(state.slip) != len(before):
+            state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
+        done, part, cuts = 0.0, 1.0, 0
+        while True:
+            target = min(done + part, 1.0)
+            tools = tuple(
+                b._replace(
+                    center=(1.0 - target) * a.center + target * b.center,
+                    moved=(target - done) * (b.center - a.center),
+                )
+                for a, b in zip(before, after, strict=True)
+            )
+            found = self._find(state, tools, box, near)
+            if found is None:
+                part *= 0.5
+                cuts += 1
+                if cuts > _MAX_CUTS:
+                    places = ", ".join(str(np.round(1e3 * t.center, 3).tolist()) for t in tools)
+                    raise ProcessError(
+                        f"sheet-fem finds no equilibrium with the tool's centre at {places} mm in the"
+                        " sheet's frame; use smaller elements or a smaller position_m"
+                    )
+                continue
+            state, done = found.state, target
+            if done >= 1.0:
+                return found
+
+    def _find(
+        self, state: SheetState, tools: tuple[Sphere, ...], box: Box, near: Box
+    ) -> Equilibrium | None:
+        """Return the equilibrium of a box; a smaller one near the tools goes first.
+
+        What is left for the costly iterations of the whole sheet is then nearly linear.
+        """
+        start = None
+        if near != box == self.everywhere():
+            first = find_equilibrium(self.assemble, state, tools, near, self._newton)
+            start = first.state.points if first else None
+        return find_equilibrium(self.assemble, state, tools, box, self._newton, start)
+
+    def _supported(self, value: np.ndarray) -> np.ndarray:
+        """Return which contact points lie on the backing plate, (nx, ny, points)."""
+        nx, ny = self.mesh.elements
+        if self.settings.opening_radius is None:
+            return np.zeros((nx, ny, len(value)), dtype=bool)
+        x = np.stack(
+            [self._start[i : i + nx, j : j + ny, :2] for i in range(3) for j in range(3)], axis=2
+        )
+        place = np.einsum("ga,xyak->xygk", value, x)
+        supported: np.ndarray = np.linalg.norm(place, axis=-1) > self.settings.opening_radius
+        return supported

@@ -1,0 +1,1 @@
+"""The weak coupling and what corrects a command."""

@@ -1,0 +1,104 @@
+"""Write docs/comparison.md and its figures from runs of both implementations: make comparison."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+from docs.scripts import comparison_figures as figures
+from docs.scripts import comparison_tables as tables
+from docs.scripts.comparison_figures import Window
+from docs.scripts.screenshot import NoBrowserError, save_side_by_side
+from examples.compare_implementations import (
+    BLEND,
+    CURVES,
+    FEED,
+    RELEASE_TIME,
+    SAMPLE,
+    SIZE,
+    STEPS,
+    TOLERANCE,
+    Both,
+    desired,
+    iso_path,
+    part,
+    release,
+)
+
+DOCS = Path(__file__).parents[1]
+TEMPLATE, PAGE = DOCS / "scripts" / "comparison.md.in", DOCS / "comparison.md"
+PICTURES = DOCS / "figures"
+WHOLE = Window("", 0.0, 0.0, 0.225)
+CORNER = Window("A", -0.1986, 0.1992, 0.0022)
+SMALL = Window("B", 0.001, 0.0, 0.025)
+# MuJoCo is marked at every so many samples.
+CORNER_EVERY, SMALL_EVERY = 4, 20
+# A blend [s] with which sharp backlash amplifies errors far more.
+SENSITIVE_BLEND = 0.25
+_SHOWN = 1.5  # of the release [s]
+
+
+def draw(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> None:
+    """Write the pictures."""
+    overall = figures.in_plane(paths, desired(), part, WHOLE, size=640)
+    details = []
+    for window, every in ((CORNER, CORNER_EVERY), (SMALL, SMALL_EVERY)):
+        figures.mark(overall, window)
+        detail = figures.in_plane(paths, desired(), part, window, size=560)
+        figures.mark_mujoco(detail, paths, part, window, every)
+        detail.update_layout(title={"text": f"<b>{window.name}</b>", "x": 0.02})
+        details.append(detail)
+    save_side_by_side([overall], PICTURES / "comparison_path.png")
+    save_side_by_side(details, PICTURES / "comparison_details.png")
+    save_side_by_side([figures.differences(paths)], PICTURES / "comparison_differences.png")
+    save_side_by_side([figures.released(falls, _SHOWN)], PICTURES / "comparison_release.png")
+
+
+def page(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> str:
+    """Return the page: the template with its tables and figures."""
+    sharp = iso_path("backlash", blend=SENSITIVE_BLEND)
+    rounded = iso_path("spline", blend=SENSITIVE_BLEND)
+    parted = sharp.both()
+    half = len(parted.distance) // 2
+    coarse = sharp.mujoco(2.0 * STEPS["backlash"])
+    return TEMPLATE.read_text(encoding="utf-8").format(
+        mujoco=version("mujoco"),
+        pin=version("pin"),
+        tolerance=TOLERANCE,
+        statics=tables.statics(),
+        release=RELEASE_TIME,
+        sag_and_settling=tables.sag_and_settling(falls),
+        large=1e3 * SIZE,
+        small=1e2 * SIZE,
+        feed=1e3 * FEED,
+        blend=BLEND,
+        corner_ms=1e3 * CORNER_EVERY * SAMPLE,
+        small_ms=1e3 * SMALL_EVERY * SAMPLE,
+        between_torque_curves=tables.between_torque_curves(paths),
+        between_implementations=tables.between_implementations(paths),
+        other_blend=SENSITIVE_BLEND,
+        part_half=parted.distance[:half].max(),
+        part_whole=parted.distance.max(),
+        part_mujoco=parted.mujoco.distance_to(coarse).max(),
+        part_spline=rounded.both().distance.max(),
+    )
+
+
+def main() -> int:
+    """Write page and pictures; return the exit status."""
+    paths = {curve: iso_path(curve).both() for curve in CURVES}
+    falls = {curve: release(curve).both() for curve in CURVES}
+    try:
+        draw(paths, falls)
+    except NoBrowserError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    PAGE.write_text(page(paths, falls), encoding="utf-8")
+    print(f"{PAGE}: written")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

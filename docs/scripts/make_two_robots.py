@@ -1,0 +1,138 @@
+"""Write docs/two_robots.md and its figures from a run of that case: make two-robots."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+
+from coupling.case import Case, load_case
+from coupling.process.double_sided import SupportedForming
+from coupling.report.figures import AFTER, BEFORE, DESIRED
+from coupling.run.folder import runs_of_robots
+from coupling.run.study import Run, run_compensation
+from docs.scripts.picture_style import styled
+from docs.scripts.screenshot import NoBrowserError, save_side_by_side
+
+DOCS = Path(__file__).parents[1]
+CASE = DOCS.parent / "examples" / "cases" / "two_robots.toml"
+TEMPLATE, PAGE = DOCS / "scripts" / "two_robots.md.in", DOCS / "two_robots.md"
+PICTURES = DOCS / "figures"
+_UM, _MM = 1e6, 1e3
+# Deviations below this are not told apart in the figure [um].
+_FLOOR = 1e-2
+# Samples on the axis of the figure, up to rounding [m].
+_NEAR = 1e-9
+
+
+def tools(case: Case) -> go.Figure:
+    """Draw both spheres where contours begin, in the plane of the part's x and z axes."""
+    assert case.support is not None
+    forming, supporting = (case.part.coordinates(tool) for tool in case.desired.tools)
+    diameter = case.support.tool_diameter  # the same of both tools in this case
+    figure = go.Figure()
+    angle = np.linspace(0.0, 2.0 * np.pi, 100)
+    circle = 0.5 * diameter * np.column_stack([np.cos(angle), np.sin(angle)])
+    step = case.resolved["tool_path"]["step_down_m"]
+    starts = np.abs(forming[:, 1]) < _NEAR
+    contours = [k * step for k in range(0, round(-forming[:, 2].min() / step) + 1, 2)]
+    for number, depth in enumerate(contours):
+        at = int(np.argmax(starts & (np.abs(forming[:, 2] + depth) < _NEAR)))
+        for points, side, name, color in (
+            (forming, 1.0, "forming tool", AFTER),
+            (supporting, -1.0, "supporting tool", BEFORE),
+        ):
+            x, z = _MM * (points[at, [0, 2]] + np.array([0.0, side * 0.5 * diameter]) + circle).T
+            figure.add_scatter(
+                x=x, y=z, mode="lines", name=name, showlegend=number == 0,
+                line={"color": color, "width": 1.5}, opacity=0.35 + 0.65 * number / len(contours),
+            )  # fmt: skip
+    figure.update_xaxes(title="x of the part [mm]")
+    figure.update_yaxes(title="z [mm]", scaleanchor="x")
+    return styled(figure, 700, 480)
+
+
+def gap(run: Run) -> go.Figure:
+    """Draw the gap over time, before and after."""
+    assert run.gap is not None
+    figure = go.Figure()
+    for opening, name, color in (
+        (run.gap.before, "before", BEFORE),
+        (run.gap.after, "after", AFTER),
+    ):
+        values = _MM * (run.gap.commanded + opening)
+        figure.add_scatter(x=run.gap.time, y=values, name=name, line={"color": color})
+    figure.add_hline(y=_MM * run.gap.commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
+    figure.update_yaxes(title="gap [mm]", rangemode="tozero")
+    figure.update_xaxes(title="time [s]")
+    return styled(figure, 520, 420)
+
+
+def deviations(robots: dict[str, Run]) -> go.Figure:
+    """Draw the distance of each tool from its path, before and after."""
+    figure = go.Figure()
+    for (name, run), dash in zip(robots.items(), ("solid", "dot"), strict=True):
+        for path, state, color in (
+            (run.uncompensated, "before", BEFORE),
+            (run.achieved, "after", AFTER),
+        ):
+            distance = np.maximum(_UM * path.distance_to(run.desired), _FLOOR)
+            line = {"color": color, "dash": dash, "width": 1.5}
+            figure.add_scatter(x=path.time, y=distance, name=f"{name}, {state}", line=line)
+    figure.update_yaxes(title="deviation [um]", type="log")
+    figure.update_xaxes(title="time [s]")
+    return styled(figure, 520, 420)
+
+
+def table(run: Run, robots: dict[str, Run]) -> str:
+    """Return deviations of both robots and the gap, as Markdown."""
+    assert run.gap is not None
+    rows = [
+        "| | before, max | after, max | after, dynamic, max | peak force |",
+        "|---|---|---|---|---|",
+    ]
+    for name, own in robots.items():
+        assert own.shares.dynamic is not None
+        rows.append(
+            f"| {name} tool | {_UM * own.before.maximum:.0f} um | {_UM * own.after.maximum:.1f} um"
+            f" | {_UM * own.shares.dynamic.maximum:.0f} um | {own.wrench.peak_force:.0f} N |"
+        )
+    figures = {name: _MM * value for name, value in run.gap.as_dict().items()}
+    rows.append(
+        f"| gap, commanded {figures['commanded']:.3f} mm"
+        f" | {figures['narrowest_before']:.3f} to {figures['widest_before']:.3f} mm"
+        f" | {figures['narrowest_after']:.3f} to {figures['widest_after']:.3f} mm | | |"
+    )
+    return "\n".join(rows)
+
+
+def main() -> int:
+    """Write page and pictures; return the exit status."""
+    case = load_case(CASE)
+    run = run_compensation(case)
+    robots = runs_of_robots(case, run)
+    try:
+        save_side_by_side([tools(case)], PICTURES / "two_robots_tools.png")
+        save_side_by_side([gap(run), deviations(robots)], PICTURES / "two_robots_gap.png")
+    except NoBrowserError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    assert isinstance(case.process, SupportedForming)
+    text = TEMPLATE.read_text(encoding="utf-8").format(
+        share=case.process.share,
+        stiffness=1e-3 * case.process.stiffness,
+        curve=case.settings.torque_curve,
+        evaluations=run.process_evaluations,
+        table=table(run, robots),
+        verdict=f"Verdict: {run.reason}.",
+        gravity=_UM * run.shares.gravity.maximum,
+    )
+    PAGE.write_text(text, encoding="utf-8")
+    print(f"{PAGE}: written")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

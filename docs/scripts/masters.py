@@ -1,0 +1,189 @@
+"""The snippets of docs/import.md and docs/ssp.md, taken from the pages and run as they stand.
+
+A snippet is a code block opened by "```python NAME".  It runs alone in a process of its own, in a
+folder that holds ElasticRobot.fmu and motion.csv, or system.ssp, and leaves tcp.csv: time, TCP
+pose and, of a system, the wrench.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from coupling.path.histories import ToolPath
+
+PAGE, SSP_PAGE = (Path(__file__).parents[1] / name for name in ("import.md", "ssp.md"))
+REFERENCE = Path(__file__).parent / "masters_reference.py"
+# CoFMUPy and what it needs in other versions than the rest: `make masters`.
+OVERLAY = Path(sys.prefix, "cofmupy")
+_SNIPPET = re.compile(
+    r"^ *```(?:python|bash) (?P<name>\S+)\n(?P<code>.*?)^ *```$", re.MULTILINE | re.DOTALL
+)
+# What a system's snippet steps by, to be replaced by other steps.
+_STEPS = "STEP, STOP = 0.01, 1.1"
+# Seconds after which a master counts as stuck.
+_PATIENCE = 300
+
+
+class MasterError(Exception):
+    """A master did not run the FMU to the end."""
+
+
+@dataclass(frozen=True)
+class Master:
+    """A co-simulation master.
+
+    Attributes:
+        snippet: Name of its code block in the page.
+        distribution: Its package.
+        by_inputs: The snippet drives the robot by its inputs, not by `trajectory`.
+        how: How to run it, in a few words for the table.
+        overlay: Folder of packages that only this master sees.
+    """
+
+    snippet: str
+    distribution: str
+    how: str
+    by_inputs: bool = False
+    overlay: Path | None = None
+
+    @property
+    def version(self) -> str | None:
+        """Version that is installed here, or None."""
+        path = sys.path if self.overlay is None else [str(self.overlay)]
+        found = next(importlib.metadata.distributions(name=self.distribution, path=path), None)
+        return None if found is None else found.version
+
+
+MASTERS = (
+    Master("FMPy", "fmpy", "`simulate_fmu`, or `fmpy simulate`; input file and plot"),
+    Master("libcosimpy", "libcosimpy", "`CosimExecution`, inputs by an override manipulator"),
+    Master("ecospy", "ecospy", "`EcosSimulation`; load `libtbb` first"),
+    Master(
+        "CoFMUPy",
+        "cofmupy",
+        "`Coordinator`, drives as CSV streams; an environment of its own",
+        by_inputs=True,
+        overlay=OVERLAY,
+    ),
+    Master(
+        "PathSim", "pathsim-fmi", "`CoSimulationFMU`, drives as `Source` blocks", by_inputs=True
+    ),
+    Master(
+        "FMU-Manipulation-Toolbox",
+        "fmu-manipulation-toolbox",
+        "`AssemblyNode.make_fmu`; the container runs in FMPy",
+    ),
+)
+
+
+def snippets() -> dict[str, str]:
+    """Return the pages' snippets by name."""
+    pages = "".join(page.read_text(encoding="utf-8") for page in (PAGE, SSP_PAGE))
+    return {found["name"]: found["code"] for found in _SNIPPET.finditer(pages)}
+
+
+def prepare(folder: Path, fmu: Path) -> None:
+    """Put into a folder what the snippets share."""
+    shutil.copy(fmu, folder / "ElasticRobot.fmu")
+    _run(snippets()["prepare"], folder, "motion.csv")
+
+
+def run(master: Master, folder: Path) -> np.ndarray:
+    """Run a master's snippet in a prepared folder.
+
+    Returns:
+        Time and TCP pose x, y, z, qx, qy, qz, qw at the communication points, (n, 8).
+
+    Raises:
+        MasterError: If it does not come to its end, with what it said last.
+    """
+    return _run(snippets()[master.snippet], folder, "tcp.csv", master.overlay)
+
+
+def run_system(snippet: str, folder: Path, step: float, stop: float) -> np.ndarray:
+    """Run a snippet of docs/ssp.md on a folder's system.ssp, with steps of its own.
+
+    Returns:
+        Time, TCP pose (7 columns) and wrench (6) after each step, (n, 14).
+
+    Raises:
+        MasterError: If it does not come to its end, with what it said last.
+    """
+    code = snippets()[snippet]
+    assert _STEPS in code, snippet
+    return _run(code.replace(_STEPS, f"STEP, STOP = {step}, {stop}"), folder, "tcp.csv")
+
+
+def run_reference(by_inputs: bool, folder: Path) -> np.ndarray:
+    """Run the same task through FMPy's single FMI calls; returns as `run`."""
+    kind = "inputs" if by_inputs else "trajectory"
+    return _run(REFERENCE.read_text(encoding="utf-8"), folder, "reference.csv", arguments=[kind])
+
+
+def differences(poses: np.ndarray, reference: np.ndarray) -> tuple[float, float]:
+    """Return the largest differences of positions [m] and quaternions after each of the steps.
+
+    Raises:
+        MasterError: If the times are not those of the reference.
+    """
+    steps = len(reference) - 1
+    if len(poses) < steps or np.abs(poses[-steps:, 0] - reference[1:, 0]).max() > 1e-9:
+        raise MasterError(f"its times are {poses[:, 0]}; needed are {reference[1:, 0]}")
+    apart = np.abs(poses[-steps:, 1:] - reference[1:, 1:])
+    return float(apart[:, :3].max()), float(apart[:, 3:].max())
+
+
+def distance_at_samples(poses: np.ndarray, coupled: ToolPath) -> np.ndarray:
+    """Return the distances [m] of co-simulated positions from a coupled path, at its samples.
+
+    Args:
+        poses: From `run_system`, with a whole number of steps between two samples.
+        coupled: From 0 to the last step's end.
+    """
+    rows = np.searchsorted(poses[:, 0], coupled.time[1:] - 1e-9)
+    assert np.abs(poses[rows, 0] - coupled.time[1:]).max() < 1e-9
+    distance: np.ndarray = np.linalg.norm(poses[rows, 1:4] - coupled.position[1:], axis=1)
+    return distance
+
+
+def _run(
+    code: str,
+    folder: Path,
+    leaves: str,
+    overlay: Path | None = None,
+    arguments: Sequence[str] = (),
+) -> np.ndarray:
+    """Run Python code in a folder and return the table that it leaves."""
+    script, table = folder / "snippet.py", folder / leaves
+    script.write_text(code, encoding="utf-8")
+    table.unlink(missing_ok=True)
+    environment = dict(os.environ)
+    if overlay is not None:
+        environment["PYTHONPATH"] = str(overlay)
+    try:
+        done = subprocess.run(
+            [sys.executable, script.name, *arguments],
+            cwd=folder,
+            env=environment,
+            text=True,
+            capture_output=True,
+            timeout=_PATIENCE,
+        )
+    except subprocess.TimeoutExpired as cause:
+        raise MasterError(f"still running after {_PATIENCE} s") from cause
+    said = (done.stdout + done.stderr)[-2000:]
+    if not table.is_file():
+        raise MasterError(f"it leaves no {leaves}; it said: {said}")
+    if done.returncode != 0:
+        raise MasterError(f"it ends with status {done.returncode}; it said: {said}")
+    return np.genfromtxt(table, delimiter=",")

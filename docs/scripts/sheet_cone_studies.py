@@ -1,0 +1,121 @@
+"""Studies of a small cone without a robot, each a Markdown table of docs/sheet_fem.md."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from coupling.process.isf_force_law import scallop_height, steady_force
+from coupling.sheet_fem.forming import SheetSettings
+from coupling.sheet_fem.material import tensile_strength
+from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, Press, header, row
+
+WALL = np.deg2rad(45.0)
+
+
+def contours(
+    press: Press, radius: float, depths: Iterable[float], spacing: float = 3e-3
+) -> Iterator[np.ndarray]:
+    """Form contours of a cone and yield the mean forces in each, but for its first and last sixth.
+
+    Args:
+        press: Above the start.
+        radius: Of the TCP's path at the sheet's plane [m].
+        depths: Of the contours [m].
+        spacing: Of positions [m].
+
+    Yields:
+        Force on the tool out of the sheet, towards the axis and against the motion [N], (3,).
+    """
+    for depth in depths:
+        r = radius - depth / np.tan(WALL)
+        angles = np.linspace(0.0, 2.0 * np.pi, round(2.0 * np.pi * r / spacing) + 1)
+        forces = []
+        for k, angle in enumerate(angles):
+            outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+            ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
+            force = press.to(r * outward - [0.0, 0.0, depth], everywhere=k % 5 == 0)
+            forces.append([force[2], -force @ outward, -force @ ahead])
+        sixth = len(forces) // 6
+        yield np.mean(forces[sixth:-sixth], axis=0)
+
+
+def aerens() -> tuple[float, float]:
+    """Return the axial and radial force of Aerens' law for the cone's wall [N]."""
+    scallop = scallop_height(1e-3, WALL, 2.0 * RADIUS)
+    return steady_force(tensile_strength(ALUMINIUM), THICKNESS, 2.0 * RADIUS, scallop, WALL)
+
+
+def cone_table() -> str:
+    """Return mean forces of the third contour of a small cone over the mesh, beside Aerens' law."""
+    text = header("", "F_z", "F_r", "positions", "CPU s / position")
+    for elements in (16, 20, 24):
+        press = Press.above(0.08, elements, 0.02)
+        start = time.process_time()
+        *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
+        seconds = (time.process_time() - start) / press.solutions
+        text += f"| elements of {80.0 / elements:.3g} mm | {axial:.0f} | {radial:.0f}"
+        text += f" | {press.solutions} | {seconds:.2f} |\n"
+    axial, radial = aerens()
+    strength = 1e-6 * tensile_strength(ALUMINIUM)
+    return text + f"| Aerens' law, R_m {strength:.0f} MPa | {axial:.0f} | {radial:.0f} | | |\n"
+
+
+def friction_table() -> str:
+    """Return mean forces of the third contour of a small cone over the coefficient of friction."""
+    text = header("mu", "F_z", "F_r", "F_t", "(F_t - F_t without) / F_z")
+    without = 0.0
+    for friction in (0.0, 0.05, 0.1, 0.2):
+        press = Press.above(0.08, 20, 0.02, SheetSettings(window=0.02, friction=friction))
+        *_, (axial, radial, tangential) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
+        if friction == 0.0:
+            without = tangential
+        text += f"| {friction:g} | {axial:.0f} | {radial:.1f} | {tangential:.0f}"
+        text += f" | {(tangential - without) / axial:.3f} |\n"
+    return text
+
+
+# Of the study of the radial force: depth of contours to show [mm], all being 1 mm deep.
+STEPS = (1, 2, 3, 5, 7, 9, 11)
+
+
+def radial_table() -> str:
+    """Return axial and radial force over the depth, free sheet and backing plate."""
+    depths = 1e-3 * np.arange(1, STEPS[-1] + 1)
+    text = header("", *[f"{depth} mm" for depth in STEPS])
+    for name, opening, friction in (
+        ("free sheet", None, 0.0),
+        ("plate, hole of 24 mm radius", 0.024, 0.0),
+        ("plate, mu 0.1", 0.024, 0.1),
+    ):
+        settings = SheetSettings(window=0.02, opening_radius=opening, friction=friction)
+        press = Press.above(0.08, 24, 0.02, settings)
+        found = []
+        for force in contours(press, 0.02, depths):
+            found.append([force[0], force[1], np.rad2deg(press.steepest())])
+        axial, radial, slope = np.array(found)[np.array(STEPS) - 1].T
+        text += row(f"{name}: F_z", axial) + row("F_r", radial)
+        text += row("atan(F_r/F_z) [deg]", np.rad2deg(np.arctan2(radial, axial)))
+        text += row("steepest slope of the sheet [deg]", slope)
+    axial, radial = aerens()
+    angle = np.rad2deg(np.arctan2(radial, axial))
+    return (
+        text
+        + f"| Aerens' law: F_z {axial:.0f}, F_r {radial:.0f}, {angle:.0f} deg"
+        + " |" * 8
+        + "\n"
+    )
+
+
+def fineness_table() -> str:
+    """Return the third contour's forces on the plate over elements and positions."""
+    text = header("elements", "positions", "F_z", "F_r")
+    for elements, spacing in ((20, 3e-3), (20, 7.5e-4), (24, 3e-3), (32, 3e-3)):
+        settings = SheetSettings(window=0.02, opening_radius=0.024)
+        press = Press.above(0.08, elements, 0.02, settings)
+        *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3), spacing)
+        name = f"{80.0 / elements:.3g} mm | {1e3 * spacing:g} mm"
+        text += row(name, [axial, radial])
+    return text

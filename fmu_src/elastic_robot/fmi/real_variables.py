@@ -1,0 +1,145 @@
+"""Values of the FMU's real variables by value reference, and what may be set and read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from elastic_robot.errors import ParameterError
+from elastic_robot.fmi.interface import Block
+
+# Lists of variables of which the places are kept.
+_LISTS_KEPT = 100
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the variables of a list are.
+
+    Attributes:
+        rows: Their index in the array of values; a slice where they follow one another.
+        outputs: The blocks of outputs among them.
+        has_parameters: Whether there are parameters among them.
+    """
+
+    rows: slice | list[int]
+    outputs: frozenset[str]
+    has_parameters: bool
+
+
+class RealVariables:
+    """The values as one array; a block of variables is a slice of it.
+
+    Args:
+        table: The blocks of real variables, in the order of their value references.
+
+    Attributes:
+        values: In the order of the value references.
+    """
+
+    def __init__(self, table: Mapping[str, Block]) -> None:
+        self._slices: dict[str, slice] = {}
+        self._block_of: list[str] = []
+        self._table = table
+        variables = [v for block in table.values() for v in block.variables]
+        for key, block in table.items():
+            first = len(self._block_of)
+            self._block_of += [key] * len(block.variables)
+            self._slices[key] = slice(first, len(self._block_of))
+        self._names = [variable.name for variable in variables]
+        self._units = [variable.unit for variable in variables]
+        self.values = np.array([float(variable.start or 0.0) for variable in variables])
+        self._lists: dict[tuple[int, ...], Places] = {}
+
+    def __len__(self) -> int:
+        """Return the number of variables."""
+        return len(self._names)
+
+    def slice(self, first: str, last: str | None = None) -> slice:
+        """Return where the values of a block are, or those from one block to another."""
+        return slice(self._slices[first].start, self._slices[last or first].stop)
+
+    def block(self, key: str) -> np.ndarray:
+        """Return the values of a block, a view."""
+        return self.values[self._slices[key]]
+
+    def places(self, references: Sequence[int]) -> Places:
+        """Return where variables are; masters ask for the same few lists over and over.
+
+        Raises:
+            ParameterError: If there is no such variable.
+        """
+        key = tuple(references)
+        known = self._lists.get(key)
+        if known is None:
+            known = self._find(key)
+            if len(self._lists) < _LISTS_KEPT:
+                self._lists[key] = known
+        return known
+
+    def set(self, references: Sequence[int], values: Sequence[float]) -> Places:
+        """Set inputs and parameters; return where they are.
+
+        Raises:
+            ParameterError: If a variable is an output, or a value not finite; nothing is set then.
+        """
+        places = self.places(references)
+        self._require_finite(references, values, "needed is a finite number")
+        if places.outputs:
+            output = next(k for k in references if self._block_of[k] in places.outputs)
+            raise ParameterError(f"{self._names[output]} is an output and cannot be set")
+        self.values[places.rows] = values
+        return places
+
+    def get(self, references: Sequence[int], places: Places) -> list[float]:
+        """Return values.
+
+        Raises:
+            ParameterError: If one is not finite.
+        """
+        values: list[float] = self.values[places.rows].tolist()
+        self._require_finite(
+            references,
+            values,
+            "out of the range of numbers; needed are inputs and parameters of physical size",
+        )
+        return values
+
+    def require_at_least_zero(self, key: str, above: bool) -> None:
+        """Raise a ParameterError for the first value of a block below zero, or not above it."""
+        values = self.block(key)
+        bad = np.flatnonzero(values <= 0.0 if above else values < 0.0)
+        if len(bad):
+            k = self._slices[key].start + bad[0]
+            raise ParameterError(
+                f"{self._names[k]} is {self.values[k]} {self._units[k]}; needed is a number"
+                f" {'>' if above else '>='} 0"
+            )
+
+    def _find(self, references: tuple[int, ...]) -> Places:
+        for reference in references:
+            if not 0 <= reference < len(self):
+                raise ParameterError(
+                    f"the value reference {reference} is asked for as a real variable; this FMU has 0"
+                    f" to {len(self) - 1}"
+                )
+        blocks = {self._block_of[reference] for reference in references}
+        kinds = {key: self._table[key].causality for key in blocks}
+        first = references[0]
+        follow = references == tuple(range(first, first + len(references)))
+        return Places(
+            rows=slice(first, first + len(references)) if follow else list(references),
+            outputs=frozenset(key for key in blocks if kinds[key] == "output"),
+            has_parameters="parameter" in kinds.values(),
+        )
+
+    def _require_finite(
+        self, references: Sequence[int], values: Sequence[float], needed: str
+    ) -> None:
+        if all(map(isfinite, values)):
+            return
+        k, value = next((k, v) for k, v in zip(references, values, strict=True) if not isfinite(v))
+        raise ParameterError(f"{self._names[k]} is {value} {self._units[k]}; {needed}")

@@ -1,0 +1,297 @@
+#include "model.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "newton.h"
+#include "../io/text_file.h"
+#include "vector.h"
+
+/* The error of the TCP [m] over a long path per allowed local error [rad]; with backlash the ISO 9283
+ * path of the example robot enlarges errors several hundred times. */
+#define TCP_PER_LOCAL_ERROR 1.0
+#define TCP_PER_LOCAL_ERROR_WITH_PLAY 20.0
+/* Newton's method may leave this part of the local error; nearly solved to rounding, this much [rad]. */
+#define ITERATION 1e-3
+#define EXACT_ITERATION 1e-13
+/* Longest step [s]: an eighth of the slowest mode's period (10 Hz), with which the ISO path stays within
+ * 1e-8 m without backlash.  First step and the one after a gear changes flank [s]: the scale of the
+ * fastest oscillation (235 Hz). */
+#define LONGEST_STEP 0.0125
+#define FIRST_STEP 1e-3
+/* A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
+ * by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at it. */
+#define JUMP_PER_LOCAL_ERROR (10.0 / (LONGEST_STEP * LONGEST_STEP * LONGEST_STEP))
+
+er_model *er_model_create(const er_robot *robot)
+{
+    er_model *model = NULL;
+    void *memory = NULL;
+    size_t size = sizeof *model + 64;
+    /* The lanes want 32 bytes of alignment, which malloc need not give: the block's start is kept
+     * in front of the model. */
+    memory = calloc(1, size);
+    if (memory == NULL)
+        return NULL;
+    model = (er_model *)(((uintptr_t)memory + 32 + sizeof(void *)) & ~(uintptr_t)31);
+    ((void **)model)[-1] = memory;
+    model->robot = *robot;
+    model->memory.parameters = robot->parameters;
+    model->memory.options.curve = ER_BACKLASH;
+    model->memory.options.tolerance = 1e-6;
+    model->kernel = er_best_kernel();
+    return model;
+}
+
+void er_model_free(er_model *model)
+{
+    if (model == NULL)
+        return;
+    er_trajectory_free(&model->trajectory);
+    free(((void **)model)[-1]);
+}
+
+static er_drives drives_of(er_model *model, double start, const er_command *command)
+{
+    er_drives drives;
+    memset(&drives, 0, sizeof drives);
+    drives.joints = model->robot.joints;
+    if (model->memory.options.trajectory[0] != '\0') {
+        drives.trajectory = &model->trajectory;
+        drives.hint = &model->hint;
+    } else {
+        drives.start = start;
+        memcpy(drives.q, command->q, sizeof drives.q);
+        memcpy(drives.qd, command->qd, sizeof drives.qd);
+        memcpy(drives.qdd, command->qdd, sizeof drives.qdd);
+    }
+    return drives;
+}
+
+static bool hold(const er_drives *drives, double time, const double wrench[6], er_held *held,
+                 er_failure *failure)
+{
+    if (!er_drives_cover(drives, time, failure))
+        return false;
+    er_drives_at(drives, time, held->q, held->qd, held->qdd);
+    memcpy(held->wrench, wrench, sizeof held->wrench);
+    return true;
+}
+
+static bool exists(const char *path)
+{
+    FILE *file = er_open(path);
+    if (file != NULL)
+        fclose(file);
+    return file != NULL;
+}
+
+/* Reads a file, or one of this name among the resources if it is there only. */
+static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
+                            er_failure *failure)
+{
+    char packed[2 * ER_MAX_PATH];
+    snprintf(packed, sizeof packed, "%s%s", model->resources, path);
+    if (model->resources[0] == '\0' || exists(path) || !exists(packed))
+        snprintf(packed, sizeof packed, "%s", path);
+    return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
+}
+
+/* Has the trajectory of some options in the model, with the samples of `print` unless that is 0. */
+static bool require_trajectory(er_model *model, const char *path, uint64_t print,
+                               er_failure *failure)
+{
+    bool there = strcmp(path, model->loaded_path) == 0;
+    er_trajectory read;
+    if (path[0] == '\0')
+        return true;
+    if (!there && !read_trajectory(model, path, &read, failure))
+        return false;
+    if (print != 0 && print != (there ? &model->trajectory : &read)->print) {
+        if (!there)
+            er_trajectory_free(&read);
+        return er_fail(failure, "trajectory %.500s holds another motion than when the state was"
+                       " saved; needed is the same file", path);
+    }
+    if (!there) {
+        er_trajectory_free(&model->trajectory);
+        model->trajectory = read;
+        model->hint = 0;
+        strcpy(model->loaded_path, path);
+    }
+    return true;
+}
+
+/* Derives curve and settings from options and parameters. */
+static void derive(er_model *model)
+{
+    const er_options *options = &model->memory.options;
+    const er_parameters *parameters = &model->memory.parameters;
+    double per_local = options->curve == ER_LINEAR ? TCP_PER_LOCAL_ERROR
+                                                   : TCP_PER_LOCAL_ERROR_WITH_PLAY;
+    double local = options->tolerance / per_local;
+    if (model->derived_kind == options->curve && model->derived_tolerance == options->tolerance &&
+        memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
+        return;
+    model->settings = (er_settings){local, ITERATION, LONGEST_STEP, FIRST_STEP, JUMP_PER_LOCAL_ERROR * local,
+                                    model->kernel};
+    er_curve_build(&model->curve, options->curve, &model->robot, parameters);
+    er_relinearise(&model->work); /* with the damping there is now */
+    model->derived_kind = options->curve;
+    model->derived_tolerance = options->tolerance;
+    model->derived_parameters = *parameters;
+}
+
+bool er_model_reset(er_model *model, double time, const er_command *command,
+                    const double wrench[6], er_failure *failure)
+{
+    er_memory *memory = &model->memory;
+    er_drives drives;
+    if (!require_trajectory(model, memory->options.trajectory, 0, failure))
+        return false;
+    memory->trajectory_print =
+        memory->options.trajectory[0] != '\0' ? model->trajectory.print : 0;
+    derive(model);
+    drives = drives_of(model, time, command);
+    if (!hold(&drives, time, wrench, &memory->held, failure))
+        return false;
+    memset(&memory->state, 0, sizeof memory->state);
+    if (!memory->options.undeflected &&
+        !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
+                        wrench, memory->state.x, failure))
+        return false;
+    er_state_start(&memory->state, &model->robot, &model->curve, &model->settings, time);
+    return true;
+}
+
+static bool rest_at(er_model *model, double end, const er_held *held, er_failure *failure)
+{
+    er_state *state = &model->memory.state;
+    double x[ER_MAX_ANGLES];
+    if (!er_equilibrium(&model->robot, &model->curve, model->memory.parameters.gravity, held->q,
+                        held->wrench, x, failure))
+        return false;
+    memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
+    er_state_start(state, &model->robot, &model->curve, &model->settings, end);
+    return true;
+}
+
+static bool move_to(er_model *model, double end, const er_drives *drives, const er_held *held,
+                    er_failure *failure)
+{
+    const er_state before = model->memory.state;
+    er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, {0}, false};
+    for (int k = 0; k < 6; k++) {
+        system.wrench[k] = held->wrench[k];
+        system.loaded |= held->wrench[k] != 0.0;
+    }
+    if (er_advance(&model->memory.state, &system, &model->settings, end, &model->work, failure))
+        return true;
+    model->memory.state = before;
+    return false;
+}
+
+bool er_model_step(er_model *model, double end, const er_command *command, const double wrench[6],
+                   er_failure *failure)
+{
+    er_drives drives = drives_of(model, model->memory.state.time, command);
+    er_held held = model->memory.held;
+    bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
+    if (!hold(&drives, end, wrench, &held, failure) ||
+        !(still ? rest_at(model, end, &held, failure)
+                : move_to(model, end, &drives, &held, failure)))
+        return false;
+    model->memory.held = held;
+    return true;
+}
+
+void er_model_take_parameters(er_model *model, const er_parameters *parameters)
+{
+    er_state *state = &model->memory.state;
+    model->memory.parameters = *parameters;
+    derive(model);
+    er_state_start(state, &model->robot, &model->curve, &model->settings, state->time);
+}
+
+bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
+{
+    if (computed && !require_trajectory(model, memory->options.trajectory,
+                                        memory->trajectory_print, failure))
+        return false;
+    model->memory = *memory;
+    if (computed)
+        derive(model);
+    return true;
+}
+
+bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
+                     const double wrench[6], er_failure *failure)
+{
+    const er_memory memory = model->memory;
+    bool good;
+    model->memory.state = *state;
+    /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
+     * bends, the columns are as exact as the stages that they belong to. */
+    memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
+    model->settings.iteration = EXACT_ITERATION / model->settings.tolerance;
+    model->work.sensitivity = &model->sensitivity;
+    good = er_model_step(model, end, command, wrench, failure);
+    model->work.sensitivity = NULL;
+    model->settings.iteration = ITERATION;
+    model->memory = memory;
+    return good;
+}
+
+static void place(const er_model *model, const double *x, er_placement *placement)
+{
+    double theta[ER_MAX_ANGLES];
+    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_place(&model->robot, theta, placement);
+}
+
+void er_model_tcp(const er_model *model, double pose[7])
+{
+    er_placement placement;
+    place(model, model->memory.state.x, &placement);
+    er_pose(placement.tool_position, placement.tool_rotation, pose);
+}
+
+void er_model_rigid(const er_model *model, double pose[7])
+{
+    er_placement placement;
+    place(model, NULL, &placement);
+    er_pose(placement.tool_position, placement.tool_rotation, pose);
+}
+
+void er_model_velocity(const er_model *model, double velocity[3])
+{
+    const er_memory *memory = &model->memory;
+    bool rigid = memory->options.quasistatic;
+    double rate[ER_MAX_ANGLES];
+    er_placement placement;
+    place(model, rigid ? NULL : memory->state.x, &placement);
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    for (int c = 0; c < 3; c++) {
+        velocity[c] = 0.0;
+        for (int i = 0; i < model->robot.angles; i++)
+            velocity[c] += placement.lever[i][c] * rate[i];
+    }
+}
+
+void er_model_deviation(const er_model *model, double deviation[6])
+{
+    er_placement elastic, rigid;
+    place(model, model->memory.state.x, &elastic);
+    place(model, NULL, &rigid);
+    for (int c = 0; c < 3; c++)
+        deviation[c] = elastic.tool_position[c] - rigid.tool_position[c];
+    er_rotation_between(elastic.tool_rotation, rigid.tool_rotation, deviation + 3);
+}
+
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
+{
+    const er_memory *memory = &model->memory;
+    return er_compliance(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
+                         memory->state.x, memory->held.wrench, compliance, failure);
+}

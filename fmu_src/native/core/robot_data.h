@@ -1,0 +1,74 @@
+/* The robot as data: the chain of its rotations, its bodies and the start values of its parameters.
+ *
+ * Units are SI: m, kg, s, rad, N.  Frames as in elastic_robot/__init__.py: the base is fixed; a
+ * body's frame has its origin on its joint's axis and is parallel to the base at zero posture.
+ */
+#ifndef ER_ROBOT_DATA_H
+#define ER_ROBOT_DATA_H
+
+#include <stdbool.h>
+
+#include "../io/failure.h"
+
+/* A robot larger than this is refused when it is read; so no array depends on the robot. */
+#define ER_MAX_JOINTS 12
+#define ER_MAX_ANGLES (3 * ER_MAX_JOINTS) /* each joint's own rotation and two tilts */
+#define ER_MAX_KNOTS 64                   /* points of a joint's own torque table */
+#define ER_MAX_GUID 64
+
+/* Mass distribution in a body's frame, about its origin. */
+typedef struct {
+    double mass;       /* [kg] */
+    double moment[3];  /* mass times centre of mass [kg m] */
+    double inertia[6]; /* xx, yy, zz, xy, xz, yz about the origin [kg m^2] */
+} er_body;
+
+/* One rotation of the chain, with the body behind it. */
+typedef struct {
+    double axis[3];   /* unit vector, in the body's axes */
+    double origin[3]; /* in the frame before it [m] */
+    bool shifted;     /* the origin is not zero: a joint, not a tilt */
+    bool loaded;      /* there is a body */
+    int drive;        /* number of the joint that drives it, or -1 */
+    int elastic;      /* its place in x, or -1 */
+    er_body body;
+} er_rotation;
+
+/* Points of the characteristic curve of a joint that has its own. */
+typedef struct {
+    int points; /* 0: no table */
+    double angle[ER_MAX_KNOTS];  /* rising [rad] */
+    double torque[ER_MAX_KNOTS]; /* rising [N m] */
+} er_table;
+
+/* The numbers that may change while the model runs; the first m entries of each array count. */
+typedef struct {
+    double gravity[3];                /* base axes [m/s^2] */
+    double stiffness[ER_MAX_ANGLES];  /* [N m/rad] */
+    double damping[ER_MAX_ANGLES];    /* [N m s/rad] */
+    double backlash[ER_MAX_ANGLES];   /* half width of the dead band [rad]; 0 for tilts */
+} er_parameters;
+
+typedef struct {
+    char guid[ER_MAX_GUID];
+    int joints;   /* n */
+    int elastics; /* m, entries of x */
+    int angles;   /* rotations of the chain */
+    er_rotation rotation[ER_MAX_ANGLES];
+    int drive_angle[ER_MAX_JOINTS];   /* place of each drive among the rotations */
+    int elastic_angle[ER_MAX_ANGLES]; /* place of each entry of x among the rotations */
+    int elastic_joint[ER_MAX_ANGLES]; /* joint (from 0) that owns each entry of x */
+    int elastic_tilt[ER_MAX_ANGLES];  /* 0: twist about the joint's axis; 1, 2: its tilts */
+    double tool_position[3];          /* TCP in the last body's frame [m] */
+    double tool_rotation[9];          /* body_from_tool, by rows */
+    er_table table[ER_MAX_ANGLES];    /* by entry of x */
+    er_parameters parameters;         /* start values */
+} er_robot;
+
+/* Reads the text that `coupling.fmu_export.robot_text` writes. */
+bool er_robot_parse(er_robot *robot, const char *text, er_failure *failure);
+
+/* Reads it from a file. */
+bool er_robot_read(er_robot *robot, const char *path, er_failure *failure);
+
+#endif

@@ -1,0 +1,159 @@
+/* Directional derivatives: how the outputs follow the inputs that the last step, or the initial
+ * state, was computed from.
+ *
+ * A step is computed again from where it began, with the sensitivities of its state carried along,
+ * for all entries of the wrench or of the command at once.  They serve until the state changes.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+#include "../core/output_tangent.h"
+
+/* Columns that are computed together: those of the wrench, and those of the command. */
+enum { WRENCH_COLUMNS = 6, OF_WRENCH = 1, OF_COMMAND = 2 };
+
+static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
+{
+    return reference < (unsigned)er_real_count(&instance->layout) &&
+           kind((er_block)instance->layout.block[reference]);
+}
+
+static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                          const unsigned *knowns, size_t known_count, const double *seed)
+{
+    for (size_t i = 0; i < unknown_count; i++)
+        if (!is(instance, unknowns[i], er_is_output))
+            return er_fail(&instance->failure, "the derivative of variable %u is asked for; needed is"
+                           " an output", unknowns[i]);
+    for (size_t j = 0; j < known_count; j++) {
+        if (!is(instance, knowns[j], er_is_input))
+            return er_fail(&instance->failure, "the derivative by variable %u is asked for; needed is"
+                           " an input", knowns[j]);
+        if (!isfinite(seed[j]))
+            return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);
+    }
+    return true;
+}
+
+/* The column's unit change of what is held at the present time. */
+static void held_along(const er_instance *instance, int column, double factor, er_held *held)
+{
+    const er_model *model = instance->model;
+    const er_departure *departure = &instance->departure;
+    double elapsed = departure->stepped ? departure->end - departure->state.time : 0.0;
+    er_share share = er_share_of(&model->robot, column, elapsed);
+    if (share.joint < 0) {
+        held->wrench[column] += factor;
+    } else if (model->memory.options.trajectory[0] == '\0') { /* else commands are not looked at */
+        held->q[share.joint] += factor * share.q;
+        held->qd[share.joint] += factor * share.qd;
+        held->qdd[share.joint] += factor * share.qdd;
+    }
+}
+
+static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivity)
+{
+    for (int k = 0; k < sensitivity->count; k++) {
+        int column = sensitivity->first + k;
+        er_held held;
+        memset(&held, 0, sizeof held);
+        held_along(instance, column, 1.0, &held);
+        if (!er_equilibrium_along(instance->model, &held, sensitivity->x[column]))
+            sensitivity->reason = "the stiffness is singular";
+    }
+}
+
+/* Has the columns of a group, for the present state. */
+static bool require_columns(er_instance *instance, unsigned group)
+{
+    const er_model *model = instance->model;
+    const er_options *options = &model->memory.options;
+    const er_departure *departure = &instance->departure;
+    er_sensitivity *sensitivity = &instance->model->sensitivity;
+    bool of_wrench = group == OF_WRENCH, fixed = !of_wrench && options->trajectory[0] != '\0';
+    if ((instance->columns & group) != 0)
+        return true;
+    er_sensitivity_start(sensitivity, of_wrench ? 0 : WRENCH_COLUMNS,
+                         of_wrench ? WRENCH_COLUMNS : 3 * model->robot.joints,
+                         departure->state.time);
+    if (!fixed && model->robot.elastics > 0) {
+        if (departure->stepped && !options->quasistatic) {
+            if (!er_model_follow(instance->model, &departure->state, departure->end,
+                                 &departure->command, departure->wrench, &instance->failure))
+                return false;
+        } else if (departure->stepped || !options->undeflected) {
+            follow_equilibrium(instance, sensitivity);
+        }
+    }
+    if (sensitivity->reason != NULL)
+        return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: %s",
+                       instance->progress.time, sensitivity->reason);
+    instance->columns |= group;
+    return true;
+}
+
+/* The change of drives, wrench and state that a seed makes. */
+static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
+                        const double *seed, er_change *change)
+{
+    const er_sensitivity *sensitivity = &instance->model->sensitivity;
+    memset(change, 0, sizeof *change);
+    for (size_t j = 0; j < count; j++) {
+        int column = (int)knowns[j];
+        if (seed[j] == 0.0)
+            continue;
+        if (!require_columns(instance, column < WRENCH_COLUMNS ? OF_WRENCH : OF_COMMAND))
+            return false;
+        held_along(instance, column, seed[j], &change->held);
+        for (int k = 0; k < instance->model->robot.elastics; k++) {
+            change->x[k] += seed[j] * sensitivity->x[column][k];
+            change->v[k] += seed[j] * sensitivity->v[column][k];
+        }
+    }
+    return true;
+}
+
+static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
+{
+    const er_model *model = instance->model;
+    switch (block) {
+    case ER_TCP: er_tcp_along(model, change, out); return true;
+    case ER_VELOCITY: er_velocity_along(model, change, out); return true;
+    case ER_RIGID: er_rigid_along(model, change, out); return true;
+    case ER_DEVIATION: er_deviation_along(model, change, out); return true;
+    case ER_COMPLIANCE:
+        return er_compliance_along(model, change, out) ||
+               er_fail(&instance->failure, "the compliance has no derivative here; the robot's"
+                       " stiffness is singular");
+    default:
+        memcpy(out, change->x, (size_t)model->robot.elastics * sizeof *out);
+        return true;
+    }
+}
+
+bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                            const unsigned *knowns, size_t known_count, const double *seed,
+                            double *sensitivity)
+{
+    double along[ER_MAX_REALS];
+    unsigned there = 0; /* blocks in `along`, a bit each */
+    er_change change;
+    if (!require_kinds(instance, unknowns, unknown_count, knowns, known_count, seed))
+        return false;
+    if (unknown_count == 0)
+        return true;
+    /* The initial state is computed, if it is not there, by reading any output. */
+    if (!er_instance_get_reals(instance, unknowns, 1, along) ||
+        !find_change(instance, knowns, known_count, seed, &change))
+        return false;
+    for (size_t i = 0; i < unknown_count; i++) {
+        er_block block = (er_block)instance->layout.block[unknowns[i]];
+        if ((there & 1u << block) == 0 &&
+            !block_along(instance, block, &change, along + instance->layout.first[block]))
+            return false;
+        there |= 1u << block;
+        sensitivity[i] = along[unknowns[i]];
+    }
+    return true;
+}

@@ -1,0 +1,184 @@
+#include "instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../io/hash.h"
+
+#define DEFAULT_TOLERANCE 1e-6
+/* A communication step may start this far [s] from where the last one ended (rounding of sums). */
+#define TIME_SLACK 1e-9
+
+static bool read_robot(er_instance *instance, const char *file, const char *guid)
+{
+    er_failure *failure = &instance->failure;
+    er_robot *robot = malloc(sizeof *robot);
+    bool good;
+    if (robot == NULL)
+        return er_fail(failure, "the robot does not fit into memory");
+    good = er_robot_read(robot, file, failure);
+    if (good && strcmp(robot->guid, guid) != 0)
+        good = er_fail(failure, "the GUID is %.80s; this FMU's resources belong to %.80s; needed is"
+                       " the GUID of its modelDescription.xml", guid, robot->guid);
+    if (good) {
+        size_t size = sizeof(er_saved_state);
+        instance->print = er_hash(&size, sizeof size, er_hash(robot, sizeof *robot, ER_HASH_START));
+        er_layout_of(robot, &instance->layout);
+        instance->model = er_model_create(robot);
+        good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
+    }
+    free(robot);
+    if (good && strlen(file) < ER_MAX_PATH) {
+        const char *behind = strrchr(file, '/');
+        memcpy(instance->model->resources, file, behind == NULL ? 0 : (size_t)(behind + 1 - file));
+    }
+    return good;
+}
+
+er_instance *er_instance_create(const char *robot_file, const char *guid, er_failure *failure)
+{
+    er_instance *instance = calloc(1, sizeof *instance);
+    if (instance == NULL) {
+        er_fail(failure, "the instance does not fit into memory");
+        return NULL;
+    }
+    if (!read_robot(instance, robot_file, guid)) {
+        *failure = instance->failure;
+        free(instance);
+        return NULL;
+    }
+    er_instance_reset(instance);
+    return instance;
+}
+
+void er_instance_free(er_instance *instance)
+{
+    if (instance != NULL)
+        er_model_free(instance->model);
+    free(instance);
+}
+
+void er_instance_reset(er_instance *instance)
+{
+    er_model *model = instance->model;
+    memset(&instance->inputs, 0, sizeof instance->inputs);
+    memset(&instance->progress, 0, sizeof instance->progress);
+    memset(&instance->departure, 0, sizeof instance->departure);
+    memset(&model->memory, 0, sizeof model->memory);
+    instance->inputs.parameters = model->robot.parameters;
+    model->memory.options.curve = ER_BACKLASH;
+    model->memory.options.tolerance = DEFAULT_TOLERANCE;
+    model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
+    instance->fresh = 0;
+}
+
+bool er_instance_setup(er_instance *instance, double start, double tolerance)
+{
+    char number[ER_NUMBER_TEXT];
+    if (instance->progress.started)
+        return er_fail(&instance->failure, "the experiment is set up after initialisation; needed is"
+                       " to do so before");
+    if (!isfinite(start))
+        return er_fail(&instance->failure, "the start time is %s s; needed is a finite number",
+                       er_shown(start, number));
+    if (!isfinite(tolerance) || tolerance < 0.0)
+        return er_fail(&instance->failure, "the tolerance is %s m; needed is a number > 0, or 0 for"
+                       " %g m", er_shown(tolerance, number), DEFAULT_TOLERANCE);
+    instance->progress.time = start;
+    if (tolerance > 0.0)
+        instance->model->memory.options.tolerance = tolerance;
+    instance->progress.computed = false;
+    instance->fresh = 0;
+    return true;
+}
+
+static void depart(er_instance *instance, const er_state *state, double end, bool stepped)
+{
+    er_departure *departure = &instance->departure;
+    departure->state = *state;
+    departure->command = instance->inputs.command;
+    memcpy(departure->wrench, instance->inputs.wrench, sizeof departure->wrench);
+    departure->end = end;
+    departure->stepped = stepped;
+    instance->columns = 0;
+}
+
+bool er_instance_initialise(er_instance *instance)
+{
+    er_model *model = instance->model;
+    if (instance->progress.computed)
+        return true;
+    if (!er_instance_require_parameters(instance))
+        return false;
+    model->memory.parameters = instance->inputs.parameters;
+    if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
+                        instance->inputs.wrench, &instance->failure))
+        return false;
+    depart(instance, &model->memory.state, instance->progress.time, false);
+    instance->progress.computed = true;
+    instance->progress.parameters_changed = false;
+    instance->fresh = 0;
+    return true;
+}
+
+bool er_instance_start(er_instance *instance)
+{
+    if (!er_instance_initialise(instance))
+        return false;
+    instance->progress.started = true;
+    return true;
+}
+
+static bool move(er_instance *instance, double end)
+{
+    er_model *model = instance->model;
+    const er_state before = model->memory.state;
+    if (!er_model_step(model, end, &instance->inputs.command, instance->inputs.wrench,
+                       &instance->failure))
+        return false;
+    depart(instance, &before, end, true);
+    return true;
+}
+
+/* After a refused step the model goes on with what it had, and the new parameters wait again. */
+static bool move_with_new_parameters(er_instance *instance, double end)
+{
+    er_model *model = instance->model;
+    const er_parameters parameters = model->memory.parameters;
+    const er_state before = model->memory.state;
+    if (!er_instance_require_parameters(instance))
+        return false;
+    er_model_take_parameters(model, &instance->inputs.parameters);
+    if (move(instance, end)) {
+        instance->progress.parameters_changed = false;
+        return true;
+    }
+    er_model_take_parameters(model, &parameters);
+    model->memory.state = before;
+    return false;
+}
+
+bool er_instance_step(er_instance *instance, double start, double size)
+{
+    er_progress *progress = &instance->progress;
+    char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
+    double end = start + size;
+    if (!progress->started)
+        return er_fail(&instance->failure, "a step is asked for before initialisation has ended;"
+                       " needed is to end it first");
+    if (!isfinite(size) || size < 0.0)
+        return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
+                       er_shown(size, number));
+    if (!(fabs(start - progress->time) <= TIME_SLACK))
+        return er_fail(&instance->failure, "the step starts at %s s; needed is the last step's end,"
+                       " %s s", er_shown(start, number), er_shown(progress->time, other));
+    if (size == 0.0)
+        return true;
+    if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
+                                       : move(instance, end)))
+        return false;
+    progress->time = end;
+    instance->fresh = 0;
+    return true;
+}

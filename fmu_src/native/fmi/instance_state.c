@@ -1,0 +1,61 @@
+/* Saving, restoring and serialising an instance. */
+#include <string.h>
+
+#include "../io/hash.h"
+#include "instance.h"
+
+/* Changes with the layout of er_saved_state. */
+#define STATE_MARK UINT64_C(0x45526f626f740002)
+
+void er_instance_save(const er_instance *instance, er_saved_state *saved)
+{
+    saved->mark = STATE_MARK;
+    saved->print = instance->print;
+    saved->inputs = instance->inputs;
+    saved->progress = instance->progress;
+    saved->departure = instance->departure;
+    saved->memory = instance->model->memory;
+}
+
+bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
+{
+    if (saved->mark != STATE_MARK)
+        return er_fail(&instance->failure, "the state is not one of this FMU; needed is a state that"
+                       " it has saved");
+    if (saved->print != instance->print)
+        return er_fail(&instance->failure, "the state is of a robot with fingerprint %016llx; needed"
+                       " is one of %016llx", (unsigned long long)saved->print,
+                       (unsigned long long)instance->print);
+    if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
+                          &instance->failure))
+        return false;
+    instance->inputs = saved->inputs;
+    instance->progress = saved->progress;
+    instance->departure = saved->departure;
+    instance->columns = 0;
+    instance->fresh = 0;
+    return true;
+}
+
+void er_serialise(const er_saved_state *saved, unsigned char *bytes)
+{
+    uint64_t checksum = er_hash(saved, sizeof *saved, ER_HASH_START);
+    memcpy(bytes, saved, sizeof *saved);
+    memcpy(bytes + sizeof *saved, &checksum, sizeof checksum);
+}
+
+bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t size,
+                    er_saved_state *saved)
+{
+    uint64_t checksum;
+    if (size != ER_SERIALISED_SIZE)
+        return er_fail(&instance->failure, "the state has %lu bytes; needed is a state that this FMU"
+                       " has saved, of %lu bytes", (unsigned long)size,
+                       (unsigned long)ER_SERIALISED_SIZE);
+    memcpy(saved, bytes, sizeof *saved);
+    memcpy(&checksum, bytes + sizeof *saved, sizeof checksum);
+    if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
+        return er_fail(&instance->failure, "the state is damaged: its checksum does not agree;"
+                       " needed is a state as it was saved");
+    return true;
+}

@@ -1,0 +1,357 @@
+"""Two robots in a cell: placements, support paths, the pinch in closed form, a case by name."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from io import StringIO
+
+import numpy as np
+import pytest
+from command_line import FILES
+from hypothesis import given
+from hypothesis import strategies as st
+from places import CASES
+from rich.console import Console
+from scipy.spatial.transform import Rotation
+from spring_robot import SpringPlanner, SpringRobot, upright
+
+from coupling.case import load_case
+from coupling.errors import BuildError, CaseError
+from coupling.path.deviation import measure
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process.double_sided import SupportedForming
+from coupling.report import write_report
+from coupling.robot.cell import Cell, Member, Placement
+from coupling.run.console import print_summary
+from coupling.run.folder import write_run
+from coupling.run.ssp import write_ssp
+from coupling.run.stored_run import read_cell
+from coupling.run.study import run_compensation
+from coupling.solve.fixed_point import Tolerance, couple
+from coupling.solve.relaxation import SCHEMES
+from coupling.toolpaths import Cone
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.support import STRATEGIES, Support, support_along
+
+CASE = CASES / "two_robots.toml"
+TIME = np.linspace(0.0, 1.0, 20)
+
+
+def random_path(rng: np.random.Generator) -> ToolPath:
+    quaternion = Rotation.random(len(TIME), random_state=rng.integers(2**31)).as_quat()
+    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
+    return ToolPath(TIME, np.hstack([rng.normal(size=(len(TIME), 3)), quaternion]))
+
+
+def random_placement(rng: np.random.Generator) -> Placement:
+    return Placement(rng.normal(size=3), Rotation.random(random_state=rng.integers(2**31)))
+
+
+@given(st.integers(0, 10**6))
+def test_placement_there_and_back_and_the_work_of_a_wrench_is_the_same_in_all_frames(seed):
+    rng = np.random.default_rng(seed)
+    placement, path = random_placement(rng), random_path(rng)
+    back = placement.path_in_base(placement.path_in_world(path))
+    np.testing.assert_allclose(back.pose, path.pose, rtol=0, atol=1e-12)
+    wrench = WrenchHistory(TIME, rng.normal(size=(len(TIME), 6)))
+    moved = path.displaced(1e-6 * rng.normal(size=(len(TIME), 6)))
+    in_base = moved.deviation_from(path)
+    in_world = placement.path_in_world(moved).deviation_from(placement.path_in_world(path))
+    # A load in world axes does on motions in the world what its image does in the base.
+    work = np.sum(wrench.wrench * in_world, axis=1)
+    image = placement.wrench_in_base(wrench).wrench
+    np.testing.assert_allclose(np.sum(image * in_base, axis=1), work, rtol=0, atol=1e-14)
+
+
+@given(st.integers(0, 10**6))
+def test_tools_side_by_side_deviate_each_for_itself(seed):
+    rng = np.random.default_rng(seed)
+    first, second = random_path(rng), random_path(rng)
+    both = ToolPath.of_tools([first, second])
+    twist = 0.1 * rng.normal(size=(len(TIME), 12))
+    moved = both.displaced(twist)
+    np.testing.assert_allclose(moved.deviation_from(both), twist, rtol=0, atol=1e-12)
+    for k, alone in enumerate((first, second)):
+        expected = alone.displaced(twist[:, 6 * k : 6 * k + 6])
+        assert np.array_equal(moved.tools[k].pose, expected.pose)
+    distances = [np.linalg.norm(twist[:, k : k + 3], axis=1) for k in (0, 6)]
+    np.testing.assert_allclose(moved.distance_to(both), np.max(distances, axis=0), atol=1e-12)
+    worst = max(np.max(distances[0]), np.max(distances[1]))
+    assert measure(moved, both).maximum == pytest.approx(worst, rel=1e-9)
+
+
+def test_a_path_of_two_tools_has_no_single_position():
+    both = ToolPath.of_tools([ToolPath(TIME, upright(np.zeros((20, 3))))] * 2)
+    with pytest.raises(ValueError, match="that of 2 tools; needed is one"):
+        _ = both.position
+    with pytest.raises(ValueError, match="different times"):
+        ToolPath.of_tools([both.tools[0], ToolPath(2.0 * TIME, both.tools[0].pose)])
+    with pytest.raises(ValueError, match="13 columns; needed are 7 for each tool"):
+        ToolPath(TIME, np.zeros((20, 13)))
+
+
+class ConstantForce:
+    """A forming force of 400 N against +z, wherever the tool is."""
+
+    def __init__(self, desired: ToolPath) -> None:
+        self.desired = desired
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        return WrenchHistory(path.time, np.tile([0, 0, -400.0, 0, 0, 0], (len(path.time), 1)))
+
+
+@pytest.mark.parametrize("scheme", ["aitken", "anderson"])
+def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
+    """c (1 + k (C_f + C_s)) = -F (C_f + s C_s): both give way, the gap opens by -c.
+
+    The supporting robot stands upside down, so that signs of its frame would show.
+    """
+    compliance = {"forming": 2e-6, "support": 1e-6}  # [m/N]
+    force, share, stiffness = 400.0, 0.6, 1e5
+    placements = {
+        "forming": Placement(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("z", 0.7)),
+        "support": Placement(np.array([-1.0, 0.5, 2.0]), Rotation.from_euler("x", np.pi)),
+    }
+    cell = Cell(
+        tuple(
+            Member(name, placements[name], SpringRobot(c * np.eye(3)), SpringPlanner())
+            for name, c in compliance.items()
+        )
+    )
+    line = np.column_stack([0.1 * TIME, 0.0 * TIME, 0.0 * TIME])
+    forming, behind = (
+        ToolPath(TIME, upright(line + np.array([0.0, 0.0, height]))) for height in (0.0, 1e-3)
+    )
+    up = np.tile([0.0, 0.0, 1.0], (len(TIME), 1))  # from the forming tool to the sheet's back
+    support = Support(behind, up, gap=1e-3, tool_diameter=0.01)
+    process = SupportedForming(ConstantForce(forming), support, share, stiffness)
+    desired = ToolPath.of_tools([forming, behind])
+    command = cell.plan(desired)
+    start = cell.simulate(command, WrenchHistory.none(TIME, tools=2))
+    np.testing.assert_allclose(start.distance_to(desired), 0.0, atol=1e-12)
+    tolerance = Tolerance(1e-12, 1e-12, 1e-9)
+    result = couple(cell, process, command, SCHEMES[scheme](1.0), tolerance, 60, start)
+    assert result.converged, result.reason
+    both = compliance["forming"] + compliance["support"]
+    opening = (
+        force * (compliance["forming"] + share * compliance["support"]) / (1.0 + stiffness * both)
+    )
+    np.testing.assert_allclose(support.opening(result.path, forming), opening, rtol=1e-6)
+    borne = share * force - stiffness * opening
+    np.testing.assert_allclose(result.wrench.tools[1].wrench[:, 2], borne, rtol=1e-6)
+    pinch = borne - share * force
+    np.testing.assert_allclose(result.wrench.tools[0].wrench[:, 2], -force - pinch, rtol=1e-6)
+
+
+def cone_task() -> tuple[Part, ToolPath]:
+    part = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
+    cone = Cone(
+        kind="cone",
+        radius_m=0.03,
+        wall_angle_deg=40.0,
+        step_down_m=0.001,
+        depth_m=0.008,
+        feed_m_s=0.1,
+        sample_s=0.01,
+    )
+    return part, cone.path(part)
+
+
+R_FORMING, R_SUPPORT, GAP = 5e-3, 6e-3, 1.2e-3
+
+
+def supported(strategy: str) -> tuple[np.ndarray, np.ndarray, Support]:
+    part, desired = cone_task()
+    found = support_along(
+        strategy, part, desired, np.deg2rad(40.0), GAP, 2 * R_FORMING, 2 * R_SUPPORT
+    )
+    return part.coordinates(desired), part.coordinates(found.desired), found
+
+
+def test_a_following_support_keeps_the_gap_between_the_spheres_across_the_wall():
+    """Distance of the centres less both radii, wherever the forming tool is in the sheet."""
+    forming, behind, found = supported("following")
+    up = np.array([0.0, 0.0, 1.0])
+    centres = forming + R_FORMING * up, behind - R_SUPPORT * up
+    distance = np.linalg.norm(centres[1] - centres[0], axis=1) - R_FORMING - R_SUPPORT
+    end = np.argmin(forming[:, 2]) + 50  # then the tool leaves
+    inside = forming[:end, 2] <= 0.0
+    np.testing.assert_allclose(distance[:end][inside], GAP, rtol=0, atol=1e-12)
+    assert behind[:, 2].max() <= -GAP + 1e-12  # never through the flat sheet
+    part, _ = cone_task()
+    across = part.rotation.inv().apply(found.direction)
+    deep = forming[:, 2] < -7e-3
+    np.testing.assert_allclose(across[deep, 2], -np.cos(np.deg2rad(40.0)), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(across, axis=1), 1.0, atol=1e-12)
+
+
+def test_a_support_at_fixed_height_stays_below_the_rim():
+    forming, behind, _ = supported("fixed-height")
+    inside = forming[:, 2] < 0.0
+    before_leaving = np.arange(len(inside)) <= np.flatnonzero(forming[:, 2] <= -8e-3 + 1e-12)[-1]
+    rim = np.linalg.norm(behind[inside & before_leaving, :2], axis=1)
+    np.testing.assert_allclose(rim, 0.03, atol=1e-12)
+    np.testing.assert_allclose(behind[:, 2], -GAP, rtol=0, atol=1e-12)
+
+
+def test_supporting_tools_look_at_the_forming_tool():
+    """Approach axes are opposite, z axes alike: a robot that stands face to face holds it upright."""
+    for strategy in STRATEGIES:
+        _, desired = cone_task()
+        *_, found = supported(strategy)
+        forming, behind = desired.rotation.as_matrix()[0], found.desired.rotation.as_matrix()[0]
+        np.testing.assert_allclose(behind[:, 0], -forming[:, 0], atol=1e-12)
+        np.testing.assert_allclose(behind[:, 2], forming[:, 2], atol=1e-12)
+
+
+def test_opening_is_the_drift_of_the_tools_across_the_sheet():
+    _, desired = cone_task()
+    *_, found = supported("following")
+    both = ToolPath.of_tools([desired, found.desired])
+    assert np.all(found.opening(both, desired) == 0.0)
+    drift = np.zeros((len(desired.time), 12))
+    drift[:, :3], drift[:, 6:9] = 1e-4 * found.direction, 3e-4 * found.direction
+    np.testing.assert_allclose(found.opening(both.displaced(drift), desired), 2e-4, atol=1e-12)
+
+
+def changed(tmp_path, *changes: tuple[str, str]):
+    text = CASE.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    file = tmp_path / "two_robots.toml"
+    file.write_text(text)
+    return file
+
+
+SHORT = (
+    ("depth_m        = 0.005", "depth_m = 0.001"),
+    ("radius_m       = 0.06", "radius_m = 0.01"),
+    ("feed_m_s       = 0.05", "feed_m_s = 0.05\nsample_s = 0.04"),
+)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Return the example shortened to two small contours, compensated, and its folder."""
+    folder = tmp_path_factory.mktemp("cell")
+    case = load_case(changed(folder, *SHORT))
+    run = run_compensation(case)
+    out = folder / "out"
+    out.mkdir()
+    write_run(out, case, run)
+    write_report(out)
+    return case, run, out
+
+
+def test_two_robots_case_shortened_is_compensated(finished):
+    """Both tools within 10 um of their paths, and so the gap, which was off by far more."""
+    case, run, _ = finished
+    assert run.converged, run.reason
+    assert run.before.maximum > 1e-3
+    assert run.after.maximum <= 1e-5
+    assert len(run.desired.tools) == 2
+    assert case.support is not None
+    assert np.abs(run.gap.before).max() > 5e-5
+    assert np.abs(run.gap.after).max() <= 2e-5
+
+
+def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
+    case, run, out = finished
+    assert "after compensation" in (out / "report.html").read_text(encoding="utf-8")
+    coupled = replace(run, kind="couple", achieved=run.uncompensated)
+    said = Console(record=True, file=StringIO())
+    print_summary(said, case, coupled, tmp_path)
+    write_run(tmp_path, case, coupled)
+    report = write_report(tmp_path).read_text(encoding="utf-8")
+    for text in (said.export_text(), report[report.index("<body>") :]):
+        assert "ompensation" not in text
+        assert " after." not in text
+
+
+def test_the_supporting_tool_takes_its_share_of_the_force(finished):
+    """Within what the pinch adds at 1e5 N/m over a gap that is right to 20 um: 2 N."""
+    _, run, _ = finished
+    forming, support = (
+        np.linalg.norm(tool.wrench[:, :3], axis=1).max() for tool in run.wrench.tools
+    )
+    assert support == pytest.approx(0.5 * forming, abs=4.0)
+    assert forming > 100.0
+
+
+def test_equal_robots_face_to_face_sag_alike(finished):
+    """Unloaded, in their own bases: the mean sag of both agrees to a few percent."""
+    _, run, _ = finished
+    sags = [
+        (a.position - d.position)[:, 2].mean()
+        for a, d in zip(run.unloaded.tools, run.desired.tools, strict=True)
+    ]
+    assert sags[0] < -1e-3
+    assert sags[1] == pytest.approx(sags[0], rel=0.05)
+
+
+def test_a_cell_leaves_one_folder_for_each_robot(finished):
+    _, run, out = finished
+    assert {f.name for f in out.iterdir()} == {
+        *("case.toml", "result.json", "gap.csv", "report.html", "forming", "support")
+    }
+    for name in ("forming", "support"):
+        assert {f.name for f in (out / name).iterdir()} == FILES - {"case.toml"}
+    cell = read_cell(out)
+    for tool, name in enumerate(("forming", "support")):
+        stored = cell.robots[name]
+        assert np.array_equal(stored.achieved.pose, run.achieved.tools[tool].pose)
+        own = measure(run.achieved.tools[tool], run.desired.tools[tool])
+        assert stored.figures["deviation_after_m"]["maximum"] == pytest.approx(own.maximum)
+    assert cell.robots["support"].joints.q.shape[1] == 6
+    np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.gap.after, atol=1e-15)
+    page = (out / "report.html").read_text()
+    assert 'href="support/report.html"' in page
+    assert "Gap between the tools" in page
+    figures = json.loads((out / "result.json").read_text())["pinch_gap_m"]
+    assert figures["narrowest_after"] == pytest.approx(1e-3, abs=2e-5)
+
+
+def test_the_resolved_case_of_a_cell_is_the_case(finished):
+    case, _, out = finished
+    again = load_case(out / "case.toml")
+    assert np.array_equal(again.desired.pose, case.desired.pose)
+    assert [robot.name for robot in again.robots] == ["forming", "support"]
+
+
+BAD_CELLS = {
+    "no share": (("support_share             = 0.5", ""), "key support_share is missing"),
+    "strategy": (('"following"', '"folowing"'), "did you mean 'following'"),
+    "home": (("-50.0, 0.0]\nbase", "-50.0]\nbase"), "support: home_deg: found 5 angles"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_CELLS)
+def test_a_bad_cell_is_named(tmp_path, name):
+    change, words = BAD_CELLS[name]
+    with pytest.raises(CaseError, match=words):
+        load_case(changed(tmp_path, change))
+
+
+def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
+    text = CASE.read_text()
+    begin, end = text.index("[process]"), text.index("[coupling]")
+    wall = '[process]\nmodel = "elastic-wall"\nstiffness_N_m = 1e5\n\n'
+    (tmp_path / "case.toml").write_text(text[:begin] + wall + text[end:])
+    with pytest.raises(CaseError, match="'elastic-wall' knows one tool"):
+        load_case(tmp_path / "case.toml")
+
+
+def test_a_cell_is_no_system_of_one_robot(tmp_path):
+    with pytest.raises(BuildError, match="a cell of two robots"):
+        write_ssp(load_case(CASE), tmp_path / "cell.ssp")
+
+
+def test_fixed_height_needs_a_wall(tmp_path):
+    text = CASE.read_text().replace('"following"', '"fixed-height"')
+    begin, end = text.index("[tool_path]"), text.index("[process]")
+    line = "[tool_path]\nkind = 'line'\nfeed_m_s = 0.1\npoints_m = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]\n"
+    (tmp_path / "case.toml").write_text(text[:begin] + line + text[end:])
+    with pytest.raises(CaseError, match="the tool path has no wall"):
+        load_case(tmp_path / "case.toml")

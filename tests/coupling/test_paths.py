@@ -1,0 +1,249 @@
+"""Tool paths, planning and tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.errors import CaseError, PlanningError
+from coupling.files.csv_table import POSE_COLUMNS, read_table, write_table
+from coupling.path.deviation import measure
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.inverse_kinematics import Planner
+from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
+from coupling.toolpaths.part import Part
+from elastic_robot.chain import build_chain
+from elastic_robot.kinematics import base_from_tool, pose_of
+
+HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+FLAT = Part(np.array([1.6, 0.0, 0.8]), Rotation.identity())
+CONTOURS = {
+    "radius_m": 0.03,
+    "wall_angle_deg": 60.0,
+    "step_down_m": 0.001,
+    "depth_m": 0.0035,
+    "feed_m_s": 0.05,
+    "clearance_m": 0.004,
+    "sample_s": 0.01,
+}
+
+
+def _on_the_wall(z: np.ndarray) -> np.ndarray:
+    """Samples below the sheet's plane, before the tool is lifted off the last contour."""
+    return (z < -1e-12) & (np.arange(len(z)) <= np.flatnonzero(z < z.min() + 1e-12)[-1])
+
+
+def test_cone_lies_on_its_cone():
+    path = Cone(kind="cone", **CONTOURS).path(FLAT)
+    x, y, z = FLAT.coordinates(path).T
+    lateral = np.hypot(x, y) - (0.03 + z / np.tan(np.deg2rad(60.0)))
+    np.testing.assert_allclose(lateral[_on_the_wall(z)], 0.0, atol=1e-12)
+    assert z.min() == pytest.approx(-0.0035, abs=1e-15)
+    np.testing.assert_allclose([z.max(), z[0], z[-1]], 0.004, rtol=0, atol=1e-12)
+    depths = np.unique(np.round(-z[np.isclose(np.gradient(z), 0) & (z < 0)], 9))
+    np.testing.assert_allclose(depths, [0.001, 0.002, 0.003, 0.0035], atol=1e-9)
+
+
+def test_pyramid_lies_on_its_planes():
+    path = Pyramid(kind="pyramid", **CONTOURS).path(FLAT)
+    x, y, z = FLAT.coordinates(path).T
+    half = np.maximum(np.abs(x), np.abs(y)) - (0.03 + z / np.tan(np.deg2rad(60.0)))
+    np.testing.assert_allclose(half[_on_the_wall(z)], 0.0, atol=1e-12)
+    corner = np.isclose(np.abs(x), np.abs(y), atol=1e-12)
+    assert corner.sum() >= 4 * 4  # every corner of every contour is a sample
+
+
+def test_iso_path_has_its_elements_in_an_inclined_plane():
+    part = Part(np.array([1.9, 0.0, 1.0]), Rotation.from_euler("y", 45, degrees=True))
+    path = Iso9283(kind="iso9283", size_m=0.4, feed_m_s=0.2, sample_s=0.005).path(part)
+    x, y, z = part.coordinates(path).T
+    np.testing.assert_allclose(z, 0.0, atol=1e-12)
+    assert np.ptp(x) == pytest.approx(0.4, abs=1e-12)
+    assert np.ptp(y) == pytest.approx(0.4, abs=1e-12)
+    for radius in (0.16, 0.02):  # 80 % and 10 % of the size, as diameters: whole turns
+        on_circle = np.isclose(np.hypot(x, y), radius, atol=1e-9)
+        angles = np.sort(np.arctan2(y[on_circle], x[on_circle]))
+        assert on_circle.sum() > 40
+        assert np.diff(angles).max() < 0.4
+    on_diagonal = np.isclose(x, y, atol=1e-12)
+    assert np.ptp(x[on_diagonal]) == pytest.approx(0.4, abs=1e-12)
+    assert np.allclose(path.pose[:, 3:], path.pose[0, 3:])
+
+
+def test_motion_keeps_the_feed_and_stops_in_corners():
+    path = Pyramid(kind="pyramid", **CONTOURS).path(FLAT)
+    speed = np.linalg.norm(np.diff(path.position, axis=0), axis=1) / 0.01
+    assert speed.max() <= 0.05 * (1 + 1e-9)
+    assert np.sort(speed)[len(speed) // 2] > 0.03
+    np.testing.assert_allclose(np.diff(path.time), 0.01, atol=1e-12)
+    # Smooth starts: the acceleration between samples stays within 15/8 feed / blend.
+    acceleration = np.diff(path.position, 2, axis=0) / 0.01**2
+    assert np.linalg.norm(acceleration, axis=1).max() < 1.02 * 15 / 8 * 0.05 / 0.2
+
+
+def test_tool_axes_in_the_part():
+    turned = Part(np.zeros(3), Rotation.from_euler("xyz", [10, 20, 30], degrees=True))
+    line = Line(kind="line", points_m=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], feed_m_s=0.1)
+    tool = turned.rotation.inv() * line.path(turned).rotation[0]
+    expected = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(tool.as_matrix(), expected, atol=1e-15)
+
+
+def test_csv_path_is_placed_by_the_part(tmp_path):
+    pose = np.array([[0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+    file = tmp_path / "path.csv"
+    write_table(file, ("time", *POSE_COLUMNS), np.column_stack([[0.0, 1.0], pose]))
+    part = Part(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 90, degrees=True))
+    path = CsvPath(kind="csv", file=file).path(part)
+    np.testing.assert_allclose(path.position, [[1.0, 2.1, 3.0], [1.0, 2.2, 3.0]], atol=1e-15)
+    np.testing.assert_allclose(path.rotation.as_matrix()[0], part.rotation.as_matrix(), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time,x,y,z\n0,0,0,0\n", ["qx, qy, qz, qw are missing", "needed are time, x"]),
+        ("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n", ["time goes from 1 to 0 s"]),
+        ("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,nan,0,0,0,0,0,1\n", ["x is nan in row 2"]),
+        ("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n1,0,0,0,0,0,0,1\n", ["row 1 has length 2"]),
+        ("time,x,y,z,qx,qy,qz,qw\n0,a,0,0,0,0,0,1\n", ["not a table of numbers"]),
+        ("", ["missing"]),
+    ],
+)
+def test_a_broken_csv_path_is_named_with_what_is_wrong(tmp_path, text, words):
+    file = tmp_path / "broken.csv"
+    file.write_text(text)
+    with pytest.raises(CaseError) as caught:
+        CsvPath(kind="csv", file=file).path(FLAT)
+    assert [word for word in [str(file), *words] if word not in str(caught.value)] == []
+
+
+@given(st.integers(0, 10**6), st.integers(1, 50))
+def test_tables_survive_the_round_trip_exactly(tmp_path_factory, seed, rows):
+    rng = np.random.default_rng(seed)
+    data = rng.normal(size=(rows, 2)) * 10.0 ** rng.integers(-300, 300, (rows, 2))
+    file = tmp_path_factory.mktemp("table") / "t.csv"
+    write_table(file, ("a", "b"), data)
+    assert np.array_equal(read_table(file, ("a", "b"), CaseError), data)
+
+
+def test_inverse_kinematics_returns_to_the_path(example):
+    path = Cone(kind="cone", **CONTOURS).path(
+        Part(np.array([1.5, 0.3, 0.9]), Rotation.from_euler("z", 0.4))
+    )
+    joints = Planner(example, HOME).plan(path)
+    chain = build_chain(example)
+    data = chain.model.createData()
+    poses = np.array([pose_of(base_from_tool(chain, data, chain.theta(q))) for q in joints.q])
+    deviation = ToolPath(path.time, poses).deviation_from(path)
+    assert np.abs(deviation).max() < 2e-10
+    assert np.abs(np.diff(joints.q, axis=0)).max() < 0.01
+
+
+def _line(*points, part=FLAT):
+    return Line(kind="line", points_m=[list(p) for p in points], feed_m_s=0.5).path(part)
+
+
+def test_a_point_out_of_reach_is_named(example):
+    with pytest.raises(
+        PlanningError, match=r"sample \d+, t = .* out of reach.*mm away.*joint"
+    ) as caught:
+        Planner(example, HOME).plan(_line((0.0, 0.0, 0.0), (2.0, 0.0, 0.0)))
+    assert "sample 1," not in str(caught.value)
+
+
+def test_a_joint_limit_is_named_with_sample_and_angle(example):
+    joints = list(example.joints)
+    joints[0] = replace(joints[0], limits=(-0.05, 0.05))
+    robot = replace(example, joints=tuple(joints))
+    with pytest.raises(
+        PlanningError, match=r"sample \d+.*joint 1 is at .* limits are -2.86 to 2.86 deg"
+    ):
+        Planner(robot, HOME).plan(_line((0.0, 0.0, 0.0), (0.0, 0.3, 0.0)))
+
+
+def test_a_singular_posture_is_named(example):
+    """Tool axis and forearm in line: axes 4 and 6 coincide."""
+    home = np.array([0.0, 0.2, 0.3, 0.0, 0.0, 0.0])
+    chain = build_chain(example)
+    start = pose_of(base_from_tool(chain, chain.model.createData(), chain.theta(home)))
+    path = ToolPath(np.array([0.0, 1.0]), np.vstack([start, start]))
+    with pytest.raises(PlanningError, match=r"sample 1.*singular posture.*joint [46]"):
+        Planner(example, home).plan(path)
+
+
+def test_too_fast_joints_are_warned_of_with_the_time(example):
+    joints = list(example.joints)
+    joints[0] = replace(joints[0], max_rate=0.1)
+    planner = Planner(replace(example, joints=tuple(joints)), HOME)
+    slow = planner.plan(_line((0.0, 0.0, 0.0), (0.0, 0.01, 0.0)))
+    fast = planner.plan(_line((0.0, 0.0, 0.0), (0.0, 0.4, 0.0)))
+    assert planner.rate_warnings(slow) == []
+    (warning,) = planner.rate_warnings(fast)
+    assert warning.joint == 1
+    assert 0.2 < warning.rate < 0.4
+    assert "maximum rate is 0.1 rad/s" in str(warning)
+    assert f"t = {warning.time:.3f} s" in str(warning)
+
+
+def test_home_of_the_wrong_length_is_refused(example):
+    with pytest.raises(PlanningError, match="home has 5 angles; the robot has 6 joints"):
+        Planner(example, HOME[:5])
+
+
+@given(st.integers(0, 10**6))
+def test_displacing_by_a_deviation_returns_it(seed):
+    rng = np.random.default_rng(seed)
+    quaternion = Rotation.random(4, random_state=seed).as_quat()
+    path = ToolPath(np.arange(4.0), np.hstack([rng.normal(size=(4, 3)), quaternion]))
+    deviation = 0.1 * rng.normal(size=(4, 6))
+    moved = path.displaced(deviation)
+    np.testing.assert_allclose(moved.deviation_from(path), deviation, rtol=0, atol=1e-14)
+
+
+def test_deviation_is_split_along_and_across_the_travel():
+    path = _line((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
+    offset = np.tile([3e-3, 4e-3, 0.0, 0.0, 0.0, 0.0], (len(path.time), 1))
+    figures = measure(path.displaced(offset), path)
+    assert figures.maximum == pytest.approx(5e-3, rel=1e-9)
+    assert figures.rms == pytest.approx(5e-3, rel=1e-9)
+    assert figures.tangential_maximum == pytest.approx(3e-3, rel=1e-6)
+    middle = np.linalg.norm(offset[0, :3])
+    assert figures.normal_maximum <= middle + 1e-12
+
+
+def test_histories_refuse_what_is_no_history():
+    time = np.array([0.0, 1.0])
+    with pytest.raises(ValueError, match="7"):
+        ToolPath(time, np.zeros((2, 6)))
+    with pytest.raises(ValueError, match="not finite"):
+        WrenchHistory(time, np.full((2, 6), np.inf))
+    with pytest.raises(ValueError, match="rising"):
+        WrenchHistory(time[::-1], np.zeros((2, 6)))
+
+
+def test_case_names_a_path_relative_to_itself(tmp_path):
+    """A csv path and a robot.toml beside the case are found from anywhere."""
+    from places import LINE_CASE
+
+    from coupling.files.robot_file import shipped_robots
+
+    (tmp_path / "my_robot.toml").write_text(shipped_robots()["icme2008"].read_text())
+    pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.70710678118654752, 0.0, 0.70710678118654752], (3, 1))
+    write_table(
+        tmp_path / "p.csv", ("time", *POSE_COLUMNS), np.column_stack([[0.0, 0.5, 1.0], pose])
+    )
+    text = (LINE_CASE).read_text()
+    start, end = text.index("[tool_path]"), text.index("[process]")
+    text = text[:start] + '[tool_path]\nkind = "csv"\nfile = "p.csv"\n' + text[end:]
+    (tmp_path / "case.toml").write_text(text.replace('"icme2008"', '"my_robot.toml"'))
+    case = load_case(tmp_path / "case.toml")
+    assert len(case.desired.time) == 3
+    assert case.resolved["tool_path"]["file"] == str(tmp_path / "p.csv")
+    assert case.resolved["robot"]["description"] == str(tmp_path / "my_robot.toml")

@@ -1,0 +1,379 @@
+"""The commands as a user types them: files, exit statuses, messages, the report in a browser."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import FILES, command
+from places import LINE_CASE as LINE
+
+from coupling.errors import ResultError
+from coupling.report import write_report
+from coupling.run.folder import new_run_folder
+from coupling.run.stored_run import read_run
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
+    """Return the test case, compensated by the command line with backlash."""
+    folder = tmp_path_factory.mktemp("run")
+    case = folder / "stroke.toml"
+    case.write_text(LINE.read_text().replace('"linear"', '"backlash"'))
+    return folder / "out", command("compensate", case, "-o", folder / "out")
+
+
+def test_compensation_succeeds_and_says_so(finished):
+    folder, done = finished
+    assert done.returncode == 0, done.stderr
+    assert "Converged" in done.stdout
+    assert "path change max" in done.stdout
+    assert "gravity alone" in done.stdout
+    assert "process alone" in done.stdout
+    assert "dynamic mode" in done.stdout
+    assert {file.name for file in folder.iterdir()} == FILES
+
+
+def test_result_holds_the_figures(finished):
+    folder, _ = finished
+    result = json.loads((folder / "result.json").read_text())
+    assert result["converged"] is True
+    assert (
+        result["deviation_after_m"]["maximum"]
+        <= 1e-6
+        < 1e-3
+        < result["deviation_before_m"]["maximum"]
+    )
+    evaluations = sum(len(entry["evaluations"]) for entry in result["passes"])
+    assert result["process_evaluations"] == evaluations + 1  # and the validation
+    assert result["shares_m"]["process"]["maximum"] > 1e-5
+    assert len(result["fmu_fingerprint"]) == 16
+    assert {"numpy", "pin", "fmpy"} <= set(result["versions"])
+
+
+def test_tables_have_the_columns_of_the_contract(finished):
+    folder, _ = finished
+    pose = "time,x,y,z,qx,qy,qz,qw"
+    expected = dict.fromkeys(("desired", "uncompensated", "achieved"), pose)
+    expected["command"] = pose + ",q1,q2,q3,q4,q5,q6"
+    expected["correction"] = "time,dx,dy,dz,drx,dry,drz"
+    expected["wrench"] = "time,fx,fy,fz,mx,my,mz"
+    found = {name: (folder / f"{name}.csv").open().readline().strip() for name in expected}
+    assert found == expected
+
+
+def test_command_replayed_from_the_files_gives_the_achieved_path(finished, example_fmu, run_fmu):
+    """A fresh FMU in a fresh process: joint angles of command.csv, wrench of wrench.csv, to 1e-8 m."""
+    folder, _ = finished
+    wrench = np.loadtxt(folder / "wrench.csv", delimiter=",", skiprows=1)
+    names = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
+    job = {
+        "settings": {
+            "trajectory": str(folder / "command.csv"),
+            "mode": "quasistatic",
+            "torque_curve": "backlash",
+        },
+        "time": wrench[:, 0],
+        "inputs": dict(zip(names, wrench[:, 1:].T, strict=True)),
+        "outputs": [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    achieved = np.loadtxt(folder / "achieved.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(answer["values"], achieved[:, 1:], rtol=0, atol=1e-8)
+
+
+def test_the_native_fmu_gives_the_same_command(finished, tmp_path):
+    """The same case with fmu = "native": the joint angles of command.csv to 1e-8 rad."""
+    case = tmp_path / "stroke.toml"
+    text = LINE.read_text().replace('"linear"', '"backlash"')
+    case.write_text(text.replace("[robot]", '[robot]\nfmu = "native"'))
+    done = command("compensate", case, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    one, two = (
+        np.loadtxt(folder / "command.csv", delimiter=",", skiprows=1)
+        for folder in (finished[0], tmp_path / "out")
+    )
+    np.testing.assert_allclose(two, one, rtol=0, atol=1e-8)
+
+
+def test_correction_is_command_minus_desired(finished):
+    folder, _ = finished
+    run = read_run(folder)
+    assert (
+        np.abs(run.correction[:, :3] - (run.command.position - run.desired.position)).max() < 1e-15
+    )
+    assert np.abs(run.correction).max() > 1e-4
+
+
+def test_resolved_case_runs_again_to_the_same_figures(finished, tmp_path):
+    folder, _ = finished
+    again = command("compensate", folder / "case.toml", "-o", tmp_path / "again")
+    assert again.returncode == 0, again.stderr
+    for name in ("command", "achieved", "wrench"):
+        assert (tmp_path / "again" / f"{name}.csv").read_bytes() == (
+            folder / f"{name}.csv"
+        ).read_bytes()
+    assert tomllib.loads((folder / "case.toml").read_text())["coupling"]["max_evaluations"] == 40
+
+
+def test_couple_leaves_the_same_kinds_of_files(tmp_path):
+    done = command("couple", LINE, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in (tmp_path / "out").iterdir()} == FILES
+    run = read_run(tmp_path / "out")
+    assert run.figures["kind"] == "couple"
+    assert np.array_equal(run.achieved.pose, run.uncompensated.pose)
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for text in (done.stdout, report[report.index("<body>") :]):
+        assert "ompensation" not in text
+
+
+def test_not_converging_is_status_1_with_a_result(tmp_path):
+    case = tmp_path / "hard.toml"
+    text = LINE.read_text().replace("2.0e5", "2.0e7").replace('"anderson"', '"constant"')
+    case.write_text(text)
+    done = command("couple", case, "-o", tmp_path / "out")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "NOT CONVERGED" in done.stdout
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["converged"] is False
+    assert {file.name for file in (tmp_path / "out").iterdir()} == FILES
+
+
+def changed(old: str, new: str) -> str:
+    text = LINE.read_text()
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+# What is wrong with the case, and what the one message must contain.
+BAD_CASES = {
+    "unknown key": (
+        changed("feed_m_s", "feed_ms"),
+        ["tool_path", "'feed_ms'", "did you mean 'feed_m_s'"],
+    ),
+    "unknown table": (changed("[part]", "[work]"), ["unknown key 'work'"]),
+    "wrong type": (
+        changed("feed_m_s = 0.1", 'feed_m_s = "fast"'),
+        ["tool_path: feed_m_s", "'fast'"],
+    ),
+    "negative": (
+        changed("feed_m_s = 0.1", "feed_m_s = -0.1"),
+        ["feed_m_s", "-0.1", "greater than 0"],
+    ),
+    "NaN": (changed("[1.6, 0.1, 0.8]", "[1.6, nan, 0.8]"), ["part: position_m 2", "nan"]),
+    "unknown process": (
+        changed('"elastic-wall"', '"elastic-wal"'),
+        ["process: model", "did you mean 'elastic-wall'", "isf-force-law"],
+    ),
+    "unknown scheme": (
+        changed('"anderson"', '"newton"'),
+        ["coupling: scheme", "'newton'", "constant, aitken, anderson"],
+    ),
+    "unknown method": (
+        changed('"mirror"', '"miror"'),
+        ["compensation: method", "did you mean 'mirror'"],
+    ),
+    "unknown path": (
+        changed('"line"', '"spiral"'),
+        ["tool_path: kind", "'spiral'", "cone, pyramid"],
+    ),
+    "unknown curve": (
+        changed('"linear"', '"cubic"'),
+        ["robot: torque_curve", "linear, backlash, spline"],
+    ),
+    "unknown mode": (changed('"quasistatic"', '"static"'), ["robot: mode", "quasistatic"]),
+    "unknown robot": (changed('"icme2008"', '"icme2009"'), ["icme2009", "did you mean 'icme2008'"]),
+    "missing key": (changed("stiffness_N_m = 2.0e5", ""), ["process", "stiffness_N_m", "missing"]),
+    "home too short": (changed("60.0, 0.0]", "60.0]"), ["home_deg", "5 angles", "6"]),
+    "unreachable": (
+        changed("position_m = [1.6, 0.1, 0.8]", "position_m = [5.0, 0.1, 0.8]"),
+        ["sample 1", "out of reach", "mm away", "joint"],
+    ),
+    "not TOML": ("[robot", ["not valid TOML"]),
+    "csv that is not there": (
+        changed('kind     = "line"', 'kind = "csv"\nfile = "none.csv"')
+        .replace("points_m", "# points_m")
+        .replace("feed_m_s", "# feed_m_s")
+        .replace("blend_s", "# blend_s")
+        .replace("sample_s", "# sample_s"),
+        ["none.csv", "cannot be read"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_CASES)
+def test_a_bad_case_is_one_message_status_2_and_nothing_written(tmp_path, name):
+    text, words = BAD_CASES[name]
+    case = tmp_path / "bad.toml"
+    case.write_text(text)
+    done = command("compensate", case, "-o", tmp_path / "out" / "run")
+    said = " ".join(done.stderr.split())
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert [word for word in words if word not in said] == []
+    assert "Traceback" not in said
+    assert said.count("error:") == 1
+    assert not (tmp_path / "out" / "run").exists()
+    assert [f.name for f in tmp_path.rglob("*") if f.is_file()] == ["bad.toml"]
+
+
+def test_a_missing_case_is_status_2(tmp_path):
+    done = command("couple", tmp_path / "none.toml")
+    assert done.returncode == 2
+    assert "none.toml: cannot be read: No such file or directory" in " ".join(done.stderr.split())
+
+
+def test_a_broken_robot_in_a_case_names_both_files(tmp_path):
+    from coupling.files.robot_file import shipped_robots
+
+    robot = shipped_robots()["icme2008"].read_text().replace("mass      = 700.0", "mass = -1.0")
+    (tmp_path / "my.toml").write_text(robot)
+    (tmp_path / "case.toml").write_text(changed('"icme2008"', '"my.toml"'))
+    done = command("couple", tmp_path / "case.toml")
+    assert done.returncode == 2
+    assert "case.toml: robot: description:" in done.stderr
+    assert "joint 1: mass is -1.0" in " ".join(done.stderr.split())
+
+
+def test_an_existing_result_is_kept_unless_told_otherwise(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "result.json").write_text("{}")
+    done = command("couple", LINE, "-o", out)
+    assert done.returncode == 2
+    assert "--overwrite" in done.stderr
+    assert (out / "result.json").read_text() == "{}"
+    done = command("couple", LINE, "-o", out, "--overwrite")
+    assert done.returncode == 0
+    assert {file.name for file in out.iterdir()} == FILES
+
+
+def test_a_folder_with_other_files_is_never_replaced(tmp_path):
+    (tmp_path / "thesis.txt").write_text("years of work")
+    done = command("couple", LINE, "-o", tmp_path, "--overwrite")
+    assert done.returncode == 2
+    assert "not a result" in done.stderr
+    assert (tmp_path / "thesis.txt").exists()
+
+
+@pytest.mark.parametrize("place", ["/proc/run", "/dev/null/run"])
+def test_a_folder_that_cannot_be_written_is_found_before_the_work(place):
+    start = time.monotonic()
+    done = command("couple", LINE, "-o", place)
+    assert done.returncode == 2
+    assert f"{place}: cannot be written" in done.stderr
+    assert "eval" not in done.stdout, time.monotonic() - start
+
+
+def test_a_run_that_fails_leaves_no_folder(tmp_path):
+    def fail() -> None:
+        with new_run_folder(tmp_path / "out", False) as scratch:
+            (scratch / "half.csv").write_text("x")
+            raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError, match="power cut"):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_joint_limits_are_errors_and_rates_are_warnings(tmp_path):
+    from coupling.files.robot_file import shipped_robots
+
+    text = shipped_robots()["icme2008"].read_text()
+    first = "origin    = [0.0, 0.0, 0.0]"
+    (tmp_path / "slow.toml").write_text(text.replace(first, first + "\nmax_rate = 0.001", 1))
+    (tmp_path / "short.toml").write_text(text.replace(first, first + "\nlimits = [-1.0, 0.0]", 1))
+    for robot in ("slow", "short"):
+        (tmp_path / f"{robot}_case.toml").write_text(changed('"icme2008"', f'"{robot}.toml"'))
+    slow = command("couple", tmp_path / "slow_case.toml", "-o", tmp_path / "out")
+    assert slow.returncode == 0, slow.stderr
+    assert "Warning: joint 1 moves at" in slow.stdout
+    assert "its maximum rate is 0.001 rad/s" in " ".join(slow.stdout.split())
+    short = command("couple", tmp_path / "short_case.toml", "-o", tmp_path / "out2")
+    assert short.returncode == 2
+    assert "its limits are -57.30 to 0.00 deg" in " ".join(short.stderr.split())
+
+
+def test_build_and_report_commands(finished, tmp_path):
+    folder, _ = finished
+    built = command("build", "-o", tmp_path / "R.fmu")
+    assert built.returncode == 0
+    assert (tmp_path / "R.fmu").is_file()
+    drawn = command("report", folder, "-o", tmp_path / "page.html")
+    assert drawn.returncode == 0
+    assert (tmp_path / "page.html").read_text() == (folder / "report.html").read_text()
+    lost = command("report", tmp_path / "nowhere")
+    assert lost.returncode == 2
+    assert "needed is a run folder" in " ".join(lost.stderr.split())
+
+
+def test_a_damaged_run_folder_is_named(finished, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(finished[0], copy)
+    (copy / "wrench.csv").write_text("time,fx\n0,0\n")
+    with pytest.raises(ResultError, match=r"wrench\.csv: columns fy, fz"):
+        read_run(copy)
+    (copy / "command.csv").unlink()
+    with pytest.raises(ResultError, match=r"command\.csv: cannot be read"):
+        read_run(copy)
+    (copy / "result.json").write_text("{")
+    with pytest.raises(ResultError, match="not valid JSON"):
+        write_report(copy)
+
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.mark.skipif(
+    CHROMIUM is None or shutil.which("chromedriver") is None,
+    reason="needs the Debian packages chromium and chromium-driver; .ci/run installs them",
+)
+def test_report_opens_in_a_browser_without_a_network(finished, tmp_path):
+    """Every figure is drawn, nothing is asked of a network, and no script fails."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+
+    page = finished[0] / "report.html"
+    assert "src=" not in page.read_text().split("<body>")[1].split("<script")[0]
+    options = Options()
+    options.binary_location = CHROMIUM
+    for flag in (
+        *("--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run"),
+        *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+        *("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--host-rules=MAP * 0.0.0.0"),
+        f"--user-data-dir={tmp_path}",
+    ):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    try:
+        driver.get(page.as_uri())
+        deadline = time.monotonic() + 30.0
+        while time.monotonic() < deadline:
+            drawn = driver.execute_script(
+                "return ['path', 'convergence', 'deviation', 'wrench'].map(id =>"
+                " document.querySelectorAll('#' + id + ' .main-svg, #' + id + ' canvas').length)"
+            )
+            if all(drawn):
+                break
+            time.sleep(0.1)
+        assert all(drawn), drawn
+        lines = driver.execute_script(
+            "return document.querySelectorAll('#convergence .js-line, #deviation .js-line').length"
+        )
+        assert lines >= 6
+        asked = driver.execute_script(
+            "return performance.getEntriesByType('resource').map(entry => entry.name)"
+        )
+        assert [url for url in asked if url.startswith("http")] == []
+        severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        assert severe == []
+        assert "Converged" in driver.find_element("class name", "verdict").text
+    finally:
+        driver.quit()

@@ -1,0 +1,121 @@
+"""The FMU in the masters of docs/import.md: the page's own snippets, each in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from docs.scripts.masters import (
+    MASTERS,
+    PAGE,
+    Master,
+    MasterError,
+    differences,
+    prepare,
+    run,
+    run_reference,
+    snippets,
+)
+
+TOOLBOX = next(master for master in MASTERS if "Toolbox" in master.snippet)
+
+
+def require(master: Master) -> None:
+    if master.version is None:
+        pytest.skip(f"{master.distribution} is not installed: make masters")
+
+
+@pytest.fixture(scope="module")
+def folder(example_fmu, tmp_path_factory) -> Path:
+    """A folder as the page tells the reader to prepare it."""
+    folder = tmp_path_factory.mktemp("masters")
+    prepare(folder, example_fmu)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def reference(folder):
+    """FMPy's single calls on the same task: by trajectory (False) and by inputs (True)."""
+    return {by_inputs: run_reference(by_inputs, folder) for by_inputs in (False, True)}
+
+
+@pytest.mark.parametrize("master", MASTERS, ids=lambda master: master.snippet)
+def test_the_pages_snippet_gives_fmpys_pose_at_every_step(master, folder, reference):
+    """Times are exact in binary, so nothing but the order of the calls could make a difference."""
+    require(master)
+    position, rotation = differences(run(master, folder), reference[master.by_inputs])
+    assert position < 1e-12
+    assert rotation < 1e-12
+
+
+def test_the_task_tells_wrong_imports_apart(reference):
+    """A force or a drive that comes one step late is seen, far above the tolerance."""
+    for by_inputs in (False, True):
+        poses = reference[by_inputs]
+        late = np.column_stack([poses[1:, 0], poses[:-1, 1:]])
+        assert differences(late, poses)[0] > 1e-4
+    # Held drives follow the trajectory up to their jerk: h^3/6 q''' = 1e-6 rad, at 2 m.
+    assert 1e-9 < differences(reference[True], reference[False])[0] < 1e-3
+
+
+def test_a_master_of_other_times_is_refused(reference):
+    shifted = reference[False] + np.eye(8)[0]
+    with pytest.raises(MasterError, match="times"):
+        differences(shifted, reference[False])
+
+
+def test_the_page_has_a_snippet_and_a_row_for_every_master():
+    assert set(snippets()) >= {master.snippet for master in MASTERS}
+    page = PAGE.read_text(encoding="utf-8")
+    for master in MASTERS:
+        name = master.snippet.replace("-", " ")
+        assert f"| {name} |" in page
+        if master.version is not None:
+            assert f"| {name} | {master.version} | yes |" in page, "make masters-table"
+
+
+def test_fmpy_draws_the_run(folder, reference):
+    """The FMPy snippet leaves a page with the plot of the TCP."""
+    run(MASTERS[0], folder)
+    assert "tcp.x" in (folder / "tcp.html").read_text(encoding="utf-8")
+
+
+def test_fmpy_validate_has_no_complaint(example_fmu):
+    done = _command("-m", "fmpy", "validate", str(example_fmu))
+    assert done.stdout.strip() == "No problems found."
+    assert done.stderr == ""
+
+
+def test_fmpys_command_line_simulates_with_an_input_file(folder, reference):
+    (folder / "force.csv").write_text("time,force.z\n0,0\n1,-1000\n")
+    done = _command(
+        *["-m", "fmpy", "simulate", "ElasticRobot.fmu", "--stop-time", "0.5"],
+        *["--output-interval", "0.0078125", "--start-values", "trajectory", "motion.csv"],
+        *["--input-file", "force.csv", "--output-file", "result.csv"],
+        folder=folder,
+    )
+    result = np.genfromtxt(folder / "result.csv", delimiter=",", names=True, deletechars="")
+    assert len(result) == 65, done.stderr
+    for column, name in enumerate(("tcp.x", "tcp.y", "tcp.z"), start=1):
+        np.testing.assert_allclose(result[name], reference[False][:65, column], rtol=0, atol=1e-12)
+
+
+def test_the_toolboxs_checker_has_no_complaint(example_fmu):
+    """It says that it reads, that it checks, and that nothing is wrong: information only."""
+    require(TOOLBOX)
+    code = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
+    done = _command("-c", code, "-input", str(example_fmu), "-check")
+    said = (done.stdout + done.stderr).splitlines()
+    assert any("compliant with FMI-2.0" in line for line in said)
+    assert any("No semantic error" in line for line in said)
+    assert [line for line in said if not line.startswith("INFO")] == []
+
+
+def _command(*arguments: str, folder: Path | None = None) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=folder, text=True, capture_output=True, timeout=300
+    )

@@ -1,0 +1,256 @@
+"""Robot and process as an SSP archive, advanced step by step by other masters."""
+
+from __future__ import annotations
+
+import csv
+import importlib.metadata
+import os
+import re
+import shutil
+import subprocess
+import sys
+import textwrap
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.ssp.ssd import read_ssd
+from fmpy.validation import validate_fmu
+from places import LINE_CASE
+
+from coupling.case import Case, load_case
+from coupling.cli import main
+from coupling.errors import BuildError
+from coupling.fmu_export.process_fmu import build_process_fmu
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.inverse_kinematics import Planner
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.ssp import write_ssp
+from coupling.run.study import run_coupling
+from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
+
+LINE = LINE_CASE
+SHEET = """
+[process]
+model = "isf-force-law"
+sheet_thickness_m = 0.001
+tensile_strength_Pa = 1.05e8
+tool_diameter_m = 0.01
+penetration_stiffness_N_m = 1.2e5
+wall_angle_deg = 45.0
+step_down_m = 0.0005
+"""
+
+
+def require(distribution: str) -> None:
+    if next(m for m in MASTERS if m.distribution == distribution).version is None:
+        pytest.skip(f"{distribution} is not installed: make masters")
+
+
+@dataclass(frozen=True)
+class System:
+    """A case and a folder with its system.ssp and its robot.fmu."""
+
+    case: Case
+    folder: Path
+
+
+@pytest.fixture(scope="module", params=["elastic-wall", "isf-force-law"])
+def system(request, tmp_path_factory) -> System:
+    folder = tmp_path_factory.mktemp("ssp")
+    text = LINE.read_text()
+    if request.param == "isf-force-law":
+        before, _, after = text.partition("[process]")
+        text = before + "[coupling]" + after.partition("[coupling]")[2] + SHEET
+        # Off the part's axis, where the radial force would jump.
+        text = re.sub(r"\[0\.0(?=, 0\.0, -?0\.002\])", "[0.03", text)
+    (folder / "case.toml").write_text(text)
+    case = load_case(folder / "case.toml")
+    write_ssp(case, folder / "system.ssp")
+    with zipfile.ZipFile(folder / "system.ssp") as archive:
+        archive.extractall(folder)
+    return System(case, folder)
+
+
+@pytest.fixture(scope="module")
+def poses(system) -> np.ndarray:
+    """The system in libcosim, at steps as long as the path's samples."""
+    require("libcosimpy")
+    time = system.case.desired.time
+    return run_system("SSP-libcosimpy", system.folder, float(time[1]), time[-1])
+
+
+def test_structure_is_valid_and_joins_every_connector(system):
+    """FMPy checks it against the schema of SSP 1.0."""
+    structure = read_ssd(str(system.folder / "system.ssp"))
+    joined = [
+        end
+        for connection in structure.system.connections
+        for end in (
+            (connection.startElement, connection.startConnector),
+            (connection.endElement, connection.endConnector),
+        )
+    ]
+    connectors = [
+        (component.name, connector.name)
+        for component in structure.system.elements
+        for connector in component.connectors
+    ]
+    assert sorted(joined) == sorted(connectors)
+    assert len(connectors) == 2 * 13
+
+
+def test_connectors_are_variables_of_the_fmus(system):
+    for component in read_ssd(str(system.folder / "system.ssp")).system.elements:
+        fmu = str(system.folder / component.source)
+        assert validate_fmu(fmu) == []
+        variables = {v.name: v for v in fmpy.read_model_description(fmu).modelVariables}
+        for connector in component.connectors:
+            assert variables[connector.name].causality == connector.kind
+
+
+def test_co_simulated_pose_is_the_robots_under_the_force_of_two_steps_ago(system, poses):
+    """Jacobi: one step for the process to answer, one for the robot to feel it; nothing else."""
+    case = system.case
+    time = case.desired.time
+    answered = case.process.wrench(
+        ToolPath(time, np.vstack([case.desired.pose[:1], poses[:, 1:8]]))
+    )
+    np.testing.assert_allclose(poses[1:, 8:], answered.wrench[1:-1], rtol=0, atol=1e-9)
+    felt = np.zeros_like(answered.wrench)
+    felt[3:] = answered.wrench[1:-2]
+    command = Planner(case.robot, case.home).plan(case.desired)
+    fmu = system.folder / "resources" / "ElasticRobot.fmu"
+    with RobotFmu(fmu, case.settings.torque_curve, case.settings.mode) as robot:
+        path = robot.simulate(command, WrenchHistory(time, felt))
+    assert np.abs(felt).max() > 100.0
+    np.testing.assert_allclose(poses[:, 1:4], path.position[1:], rtol=0, atol=1e-12)
+
+
+def test_co_simulation_nears_the_weak_coupling_in_first_order(system, poses):
+    coupled = run_coupling(system.case).achieved
+    step = float(coupled.time[1])
+    runs = [poses]
+    for parts in (2, 4):
+        finer = run_system("SSP-libcosimpy", system.folder, step / parts, coupled.time[-1])
+        runs.append(finer)
+    errors = [np.sqrt(np.mean(distance_at_samples(run, coupled) ** 2)) for run in runs]
+    orders = -np.diff(np.log2(errors))
+    assert errors[-1] < 1e-5
+    np.testing.assert_allclose(orders, 1.0, rtol=0, atol=0.1)
+
+
+def test_ecos_and_libcosim_agree(system, poses):
+    require("ecospy")
+    time = system.case.desired.time
+    ecos = run_system("SSP-ecospy", system.folder, float(time[1]), time[-1])
+    np.testing.assert_allclose(ecos[:, :8], poses[:, :8], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(ecos[:, 8:], poses[:, 8:], rtol=0, atol=1e-9)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the page's line is for Linux")
+def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, poses):
+    """Ecos's own program, which writes the initial state and all steps but the last, six digits."""
+    require("ecospy")
+    shipped = importlib.metadata.distribution("ecospy").locate_file("ecospy/binaries/ecos")
+    program = shutil.copy(str(shipped), system.folder)
+    os.chmod(program, 0o755)  # the wheel ships it without
+    environment = {
+        **os.environ,
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "LD_LIBRARY_PATH": str(Path(sys.prefix, "lib")),  # of libtbb
+    }
+    time = system.case.desired.time
+    simulate = f"simulate --path system.ssp --parameterSet case --stepSize {time[1]}"
+    done = subprocess.run(
+        ["bash", "-c", f"{snippets()['program']}\n./ecos {simulate} --stopTime {time[-1]}"],
+        cwd=system.folder,
+        env=environment,
+        text=True,
+        capture_output=True,
+        timeout=300,
+    )
+    with (system.folder / "system.csv").open() as table:
+        header, *rows = csv.reader(table, skipinitialspace=True)
+    assert len(rows) == len(poses), done.stdout + done.stderr
+    columns = [header.index(f"robot::tcp.{axis}[REAL]") for axis in "xyz"]
+    shown = np.array(rows[1:])[:, columns].astype(float)  # from the first step's end on
+    np.testing.assert_allclose(shown, poses[:-1, 1:4], rtol=0, atol=6e-7)
+
+
+def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_path):
+    """Random poses about the desired path, in a process where the project cannot be imported."""
+    case, rng = system.case, np.random.default_rng(3)
+    time = case.desired.time
+    pose = case.desired.pose.copy()
+    pose[:, :3] += rng.normal(scale=1e-3, size=(len(time), 3))
+    np.savez(tmp_path / "path.npz", time=time, pose=pose)
+    code = """
+        import os, sys
+        sys.modules |= dict.fromkeys(["coupling", "elastic_robot", "process_slave.forces", "scipy"])
+        import numpy as np
+        from fmpy import extract, read_model_description
+        from fmpy.fmi2 import FMU2Slave
+        path = np.load("path.npz")
+        description = read_model_description(sys.argv[1])
+        process = FMU2Slave(guid=description.guid, unzipDirectory=extract(sys.argv[1]),
+                            modelIdentifier="Process", instanceName="process")
+        process.instantiate()
+        process.setupExperiment(startTime=0.0)
+        process.enterInitializationMode()
+        process.exitInitializationMode()
+        wrench = []
+        for start, end, pose in zip(path["time"], path["time"][1:], path["pose"]):
+            process.setReal(list(range(7)), pose)
+            process.doStep(start, end - start)
+            wrench.append(process.getReal(list(range(7, 13))))
+        np.save("wrench.npy", wrench)
+        try:
+            process.setReal([1], [float("nan")])
+        except Exception as error:
+            print(error)
+        os._exit(0)
+    """
+    fmu = system.folder / "resources" / "Process.fmu"
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code), str(fmu)],
+        cwd=tmp_path,
+        text=True,
+        capture_output=True,
+    )
+    expected = case.process.wrench(ToolPath(time, pose)).wrench[:-1]
+    assert np.abs(expected).max() > 100.0, done.stderr
+    np.testing.assert_allclose(np.load(tmp_path / "wrench.npy"), expected, rtol=0, atol=1e-9)
+    assert "process: tcp.y is nan; needed is a finite number" in done.stderr
+
+
+def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    first, second = (write_ssp(system.case, tmp_path / f"{k}.ssp").read_bytes() for k in "ab")
+    assert first == second
+
+
+class Remembering:
+    """A process that is no function of time and position."""
+
+    def wrench(self, path: ToolPath) -> WrenchHistory:
+        return WrenchHistory.none(path.time)
+
+
+def test_a_process_with_memory_is_refused(system, tmp_path):
+    with pytest.raises(BuildError, match="Remembering needs the whole path at once"):
+        build_process_fmu(Remembering(), system.case.desired, tmp_path / "P.fmu")
+    with pytest.raises(BuildError, match=r"must end in \.ssp"):
+        write_ssp(system.case, tmp_path / "system.zip")
+
+
+def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):
+    file = tmp_path / "deep" / "stroke.ssp"
+    monkeypatch.setattr(sys, "argv", ["elastic-robot", "ssp", str(LINE), "-o", str(file)])
+    with pytest.raises(SystemExit, match="0"):
+        main()
+    assert zipfile.is_zipfile(file)
+    assert "built" in capsys.readouterr().out

@@ -1,0 +1,321 @@
+"""The FMU as a host sees it: contract, initialisation, steps, errors.  It runs in its own process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import fmpy
+import numpy as np
+import pytest
+from places import REFERENCE
+from random_robots import make_robot
+
+from build_fmu import main
+from coupling.errors import BuildError
+from elastic_robot.fingerprint import fingerprint
+
+POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+POSTURE = {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])}
+
+
+def _expected_names() -> dict[str, list[str]]:
+    six = range(1, 7)
+    elastic = [
+        *["joint[1]", "joint[1].tilt[1]", "joint[1].tilt[2]"],
+        *["joint[2]", "joint[2].tilt[1]", "joint[2].tilt[2]"],
+        *["joint[3]", "joint[3].tilt[1]", "joint[3].tilt[2]", "joint[4]", "joint[5]"],
+    ]
+    return {
+        "input": [
+            *["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"],
+            *[f"{name}[{i}]" for name in ("q_cmd", "qd_cmd", "qdd_cmd") for i in six],
+        ],
+        "output": [
+            *POSE,
+            *["tcp.vx", "tcp.vy", "tcp.vz"],
+            *[name.replace("tcp", "rigid") for name in POSE],
+            *["deviation.x", "deviation.y", "deviation.z"],
+            *["deviation.rx", "deviation.ry", "deviation.rz"],
+            *[f"compliance.{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
+            *[f"deflection[{k}]" for k in range(1, 12)],
+        ],
+        "parameter": [
+            *["gravity.x", "gravity.y", "gravity.z"],
+            *[f"{name}.stiffness" for name in elastic],
+            *[f"{name}.damping" for name in elastic],
+            *[f"joint[{i}].backlash" for i in range(1, 6)],
+            *["trajectory", "torque_curve", "mode", "initial_state"],
+        ],
+    }
+
+
+def test_every_variable_of_the_contract_is_there(example_fmu, example):
+    description = fmpy.read_model_description(str(example_fmu))
+    assert description.modelName == "ElasticRobot"
+    found = {}
+    for variable in description.modelVariables:
+        found.setdefault(variable.causality, []).append(variable.name)
+    assert found == _expected_names()
+    kinds = {v.name: (v.variability, v.start) for v in description.modelVariables}
+    assert kinds["mode"] == ("fixed", "dynamic")
+    assert kinds["torque_curve"] == ("fixed", "backlash")
+    assert kinds["initial_state"] == ("fixed", "equilibrium")
+    assert kinds["joint[2].stiffness"][0] == "tunable"
+    assert float(kinds["joint[2].stiffness"][1]) == pytest.approx(
+        example.joints[1].stiffness, rel=1e-15
+    )
+    assert float(kinds["gravity.z"][1]) == -9.81
+
+
+def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
+    """A random robot of three joints: as many commands and deflections as it has."""
+    robot = make_robot(7, 3)
+    fmu = build(robot, tmp_path / "Random.fmu")
+    names = [v.name for v in fmpy.read_model_description(str(fmu)).modelVariables]
+    elastic = sum((joint.stiffness is not None) + len(joint.tilt) for joint in robot.joints)
+    assert sum(name.startswith("q_cmd") for name in names) == 3
+    assert sum(name.startswith("deflection") for name in names) == elastic
+    job = {"time": [0.0, 0.01], "outputs": POSE}
+    (answer,) = run_fmu(fmu, job)
+    assert np.all(np.isfinite(answer["values"]))
+
+
+def test_equilibrium_is_computed_from_what_is_set_before_initialisation_ends(example_fmu, run_fmu):
+    load = {"force.z": -1000.0}
+    jobs = [
+        {"start": POSTURE | load, "time": [0.0, 0.01], "inputs": {"force.z": [-1000.0] * 2}},
+        {"start": POSTURE, "time": [0.0, 0.01], "settings": {"initial_state": "undeflected"}},
+    ]
+    for job in jobs:
+        job["outputs"] = ["deviation.x", "deviation.y", "deviation.z", "tcp.vz", "deflection[2]"]
+    loaded, undeflected = (answer["values"] for answer in run_fmu(example_fmu, *jobs))
+    # At rest under gravity and force it stays; undeflected it starts to fall.
+    np.testing.assert_allclose(loaded[1], loaded[0], rtol=0, atol=1e-11)
+    assert np.all(undeflected[0] == 0.0)
+    assert undeflected[1, 3] < -1e-3
+
+
+def test_deviation_is_tcp_minus_rigid(example_fmu, run_fmu):
+    outputs = [*POSE[:3], "rigid.x", "rigid.y", "rigid.z"]
+    outputs += ["deviation.x", "deviation.y", "deviation.z"]
+    (answer,) = run_fmu(example_fmu, {"start": POSTURE, "time": [0.0, 0.1], "outputs": outputs})
+    tcp, rigid, deviation = np.split(answer["values"][-1], 3)
+    np.testing.assert_allclose(tcp - rigid, deviation, rtol=0, atol=1e-15)
+    assert deviation[2] < -5e-4
+
+
+def test_velocity_is_the_derivative_of_the_position(example_fmu, run_fmu):
+    """Central differences over 2 ms of a moving arm: error h^2/6 x''' of some 1e-6 m/s."""
+    time = np.arange(0.0, 0.2, 1e-3)
+    job = {
+        "settings": {"trajectory": str(REFERENCE / "iso_path_joints.npz")},
+        "time": time + 3.0,
+        "outputs": [*POSE[:3], "tcp.vx", "tcp.vy", "tcp.vz"],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    position, velocity = np.split(answer["values"], 2, axis=1)
+    slope = (position[2:] - position[:-2]) / 2e-3
+    assert np.abs(velocity).max() > 0.01
+    np.testing.assert_allclose(velocity[1:-1], slope, rtol=0, atol=2e-5)
+
+
+def test_communication_steps_do_not_change_the_trajectory(example_fmu, run_fmu):
+    rng = np.random.default_rng(5)
+    times = [
+        np.array([2.0, 4.0]),
+        2.0 + np.arange(0.0, 2.0001, 0.004),
+        np.concatenate([[2.0], 2.0 + np.sort(rng.uniform(0.0, 2.0, 99)), [4.0]]),
+    ]
+    jobs = [
+        {
+            "settings": {"trajectory": str(REFERENCE / "iso_path_joints.npz")},
+            "time": time,
+            "outputs": POSE,
+        }
+        for time in times
+    ]
+    ends = [answer["values"][-1] for answer in run_fmu(example_fmu, *jobs)]
+    for end in ends[1:]:
+        np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-6)
+
+
+def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
+    build, example, run_fmu, tmp_path
+):
+    """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
+    table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
+    fmu = build(example, tmp_path / "R.fmu", {"motion.csv": table.format(0.3).encode()})
+    job = {
+        "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
+        "time": [0.0, 0.1],
+        "outputs": ["rigid.x", "rigid.y"],
+    }
+    for angle in (0.3, 0.1):
+        (answer,) = run_fmu(fmu, job)
+        x, y = answer["values"][-1]
+        assert np.arctan2(y, x) == pytest.approx(angle, abs=1e-12)
+        (tmp_path / "motion.csv").write_text(table.format(0.1))
+
+
+def test_held_commands_are_used_without_a_trajectory(example_fmu, run_fmu):
+    """Joint 1 turned at 0.1 rad/s by its rate input, re-commanded at each step's start."""
+    time = np.arange(0.0, 0.51, 0.01)
+    start = np.concatenate([[0.0], time[:-1]])  # the command belongs to the step's start
+    job = {
+        "start": POSTURE,
+        "settings": {"mode": "quasistatic"},
+        "time": time,
+        "inputs": {"q_cmd[1]": 0.1 * start, "qd_cmd[1]": np.full(len(time), 0.1)},
+        "outputs": ["rigid.x", "rigid.y", "tcp.vx", "tcp.vy"],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    x, y, vx, vy = answer["values"].T
+    np.testing.assert_allclose(np.arctan2(y, x), 0.1 * time, rtol=0, atol=1e-12)
+    # In quasi-static mode the velocity is that of the rigid robot.
+    np.testing.assert_allclose(vx, -0.1 * y, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(vy, 0.1 * x, rtol=0, atol=1e-12)
+
+
+def test_tunable_parameters_change_at_run_time(example_fmu, run_fmu):
+    """Gravity off after the first step: in quasi-static mode the sag is gone."""
+    time = [0.0, 0.1, 0.2]
+    job = {
+        "start": POSTURE,
+        "settings": {"mode": "quasistatic"},
+        "time": time,
+        "inputs": {"gravity.z": [-9.81, -9.81, 0.0]},
+        "outputs": ["deviation.z"],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    assert answer["values"][1, 0] < -5e-4
+    assert answer["values"][2, 0] == 0.0
+
+
+@pytest.mark.parametrize("element", ["Outputs", "InitialUnknowns"])
+def test_outputs_follow_what_the_model_structure_says(example_fmu, run_fmu, element):
+    """Each variable is changed in both modes: an output that answers has declared it."""
+    description = fmpy.read_model_description(str(example_fmu))
+    variables = description.modelVariables
+    names = [v.name for v in variables]
+    outputs = [v.name for v in variables if v.causality == "output"]
+    listed = description.outputs if element == "Outputs" else description.initialUnknowns
+    declared = {u.variable.name: {d.name for d in u.dependencies} for u in listed}
+    rest = {name: v for name, v in zip(names, variables, strict=True) if v.type == "Real"}
+    rest = {name: float(v.start) for name, v in rest.items() if v.causality != "output"}
+    rest |= {**POSTURE, "force.x": 300.0, "force.y": 200.0, "qd_cmd[1]": 0.1, "q_cmd[4]": 0.3}
+    time = [0.0, 0.01] if element == "Outputs" else [0.0]
+    changed = [n for n in rest if element != "Outputs" or not n.startswith(("gravity", "joint"))]
+    modes = ("dynamic", "quasistatic")
+
+    def job(values, mode):
+        strings = {"mode": mode, "torque_curve": "spline"}
+        if element == "InitialUnknowns":
+            return {"settings": strings, "start": values, "time": time, "outputs": outputs}
+        acting = {name: [rest[name], values[name]] for name in changed}
+        return {
+            "settings": strings,
+            "start": rest,
+            "inputs": acting,
+            "time": time,
+            "outputs": outputs,
+        }
+
+    cases = [(name, mode) for name in [None, *changed] for mode in modes]
+    jobs = [
+        job(rest if n is None else rest | {n: 1.1 * rest[n] + 0.05 * (rest[n] == 0.0)}, mode)
+        for n, mode in cases
+    ]
+    ends = {c: a["values"][-1] for c, a in zip(cases, run_fmu(example_fmu, *jobs), strict=True)}
+    answering = {output: set() for output in outputs}
+    for name, mode in cases:
+        for output, before, now in zip(outputs, ends[None, mode], ends[name, mode], strict=True):
+            if now != before:
+                answering[output].add(name)
+    for output in outputs:
+        assert answering[output] <= declared[output] | {None}, output
+    for group in ("force.", "q_cmd"):
+        assert any(name.startswith(group) for name in answering["tcp.x"])
+    assert not any(name.startswith("force") for name in answering["rigid.x"])
+
+
+MISUSE = {
+    "unknown mode": ({"settings": {"mode": "statick"}}, "mode is 'statick'", "quasistatic"),
+    "unknown curve": ({"settings": {"torque_curve": "cubic"}}, "'cubic'", "linear, backlash"),
+    "unknown start": ({"settings": {"initial_state": "rest"}}, "'rest'", "undeflected"),
+    "no such trajectory": (
+        {"settings": {"trajectory": "no 100% file.csv"}},
+        "no 100% file.csv",
+        "exist",
+    ),
+    "NaN force": ({"inputs": {"force.x": [0.0, float("nan")]}}, "force.x is nan", "finite"),
+    "negative stiffness": (
+        {"start": {"joint[2].stiffness": -1.0}},
+        "joint[2].stiffness is -1.0",
+        "> 0",
+    ),
+    "negative backlash": (
+        {"start": {"joint[5].backlash": -1.0}},
+        "joint[5].backlash is -1.0",
+        ">= 0",
+    ),
+    "past the end": (
+        {
+            "time": [22.0, 23.0],
+            "settings": {"trajectory": str(REFERENCE / "iso_path_joints.npz")},
+        },
+        "time is 23 s",
+        "covers 0 to 22.8",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", MISUSE)
+def test_misuse_is_an_error_with_a_sentence_on_stderr(example_fmu, run_fmu, case):
+    job, found, needed = MISUSE[case]
+    wrong = {"start": POSTURE, "time": [0.0, 0.01], "outputs": POSE} | job
+    right = {"start": POSTURE, "time": [0.0, 0.01], "outputs": POSE}
+    answers = run_fmu(example_fmu, wrong, right)
+    assert "failed with status" in str(answers[0]["error"])
+    assert found in answers[0]["stderr"]
+    assert needed in answers[0]["stderr"]
+    assert np.all(np.isfinite(answers[1]["values"]))  # the process goes on
+
+
+def test_log_messages_with_percent_signs_are_safe(example_fmu, run_fmu):
+    """The host formats log messages like printf: %s and %n must not reach it as formats."""
+    job = {
+        "logging": True,
+        "settings": {"trajectory": "100%s%n%n%s%d.csv"},
+        "start": POSTURE,
+        "time": [0.0, 0.01],
+        "outputs": POSE,
+    }
+    answers = run_fmu(example_fmu, job, job)
+    assert all("failed with status" in str(answer["error"]) for answer in answers)
+
+
+def test_build_refuses_a_wrong_name_and_an_unwritable_place(build, example, tmp_path):
+    with pytest.raises(BuildError, match=r"must end in \.fmu"):
+        build(example, tmp_path / "robot.zip")
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(BuildError, match="cannot be written"):
+        build(example, blocked / "robot.fmu")
+
+
+def test_command_builds_the_shipped_robot(tmp_path, capsys):
+    file = tmp_path / "deep" / "R.fmu"
+    assert main(["-o", str(file)]) == 0
+    assert file.is_file()
+    assert [f.name for f in file.parent.iterdir()] == ["R.fmu"]
+    assert str(file) in capsys.readouterr().out
+
+
+def test_fingerprint_tells_robots_apart(build, example, tmp_path):
+    other = replace(example, gravity=(0.0, 0.0, -1.6))
+    prints = set()
+    for k, robot in enumerate([example, example, other]):
+        folder = fmpy.extract(str(build(robot, tmp_path / f"{k}.fmu")), unzipdir=tmp_path / str(k))
+        prints.add(fingerprint(tmp_path / str(k) / "resources"))
+        del folder
+    assert len(prints) == 2

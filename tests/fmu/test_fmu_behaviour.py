@@ -1,0 +1,121 @@
+"""How the FMU behaves among others, when misused, and in the long run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from places import HOSTS, TESTS
+from pythonfmu.builder import FmuBuilder
+from random_robots import make_robot
+
+from build_fmu import build_kind
+from elastic_robot.description import Body, Joint, Robot
+
+
+def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
+    run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
+
+
+PROMISES = [
+    "rollback",
+    "serialised_state",
+    "not_a_number",
+    "negative_stiffness",
+    "unknown_text",
+    "step_from_elsewhere",
+    "initial_outputs",
+]
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_promises_are_kept(example_fmu, run_host, promise):
+    run_host("promises", example_fmu, promise)
+
+
+def test_a_refused_step_leaves_the_parameters_as_they_were(example_fmu, run_host):
+    """The compliance, computed when read, is still that of the old gravity."""
+    run_host("promises", example_fmu, "parameters_before_a_refused_step")
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_a_stock_fmu_breaks_them(run_host, tmp_path, promise):
+    """So that the tests above can fail."""
+    options = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
+    stock = TESTS / "fmu" / "stock" / "stock_robot.py"
+    file = FmuBuilder.build_FMU(stock, dest=tmp_path, **options)
+    assert "AssertionError" in run_host("promises", file, promise, succeeds=False)
+
+
+NEEDED = {
+    "NaN": "force.x is nan N; needed is a finite number",
+    "infinite": "moment.y is inf N.m; needed is a finite number",
+    "output": "tcp.x is an output",
+    "negative stiffness": "joint[2].stiffness is -1.0 N.m/rad; needed is a number > 0",
+    "zero stiffness": "joint[1].tilt[1].stiffness is 0.0 N.m/rad; needed is a number > 0",
+    "negative damping": "joint[3].damping is -1.0 N.m.s/rad; needed is a number >= 0",
+    "negative backlash": "joint[4].backlash is -1e-09 rad; needed is a number >= 0",
+    "unknown real": "the value reference 5000 is asked for as a real variable",
+    "string as real": "this FMU has 0 to",
+    "integer": "this FMU has real and string variables only",
+    "string too late": "set them before initialisation ends",
+    "negative step": "step size is -0.01 s",
+    "NaN step": "step size is nan s",
+    "step elsewhere": "needed is the last step's end, 0.0 s",
+}
+
+
+def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu, run_host):
+    said = run_host("errors", example_fmu)
+    sections = dict(re.findall(r"^## (.*)\n((?:(?!## ).*\n)*)", said, re.MULTILINE))
+    for name, sentence in NEEDED.items():
+        assert sentence in sections[name], sections[name]
+    assert all(text.startswith("robot") for text in sections.values()), sections
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_random_calls_neither_crash_nor_leave_a_trace(example_fmu, run_host, seed):
+    said = run_host("fuzz", example_fmu, 100, seed)
+    assert int(re.search(r"(\d+) calls refused", said)[1]) > 300
+
+
+def test_memory_stays_flat(build, run_host, tmp_path):
+    """A rigid robot of one joint, so that nearly all that runs is the FMU's interface."""
+    run_host("memory", build(rigid_robot(), tmp_path / "Rigid.fmu"), 100_000)
+
+
+def rigid_robot() -> Robot:
+    link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+    joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link)
+    return Robot("rigid", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
+
+
+def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):
+    fmu = build_kind(example, tmp_path / "Robot.fmu", kind="python")
+    tmp_path.joinpath("pinocchio.py").write_text(
+        "raise ImportError(\"No module named 'pinocchio'\")"
+    )
+    script = f"""
+import sys
+sys.path.append({str(HOSTS)!r})
+from fmu import Fmu
+try:
+    Fmu({str(fmu)!r}).instance()
+except Exception as error:
+    print(error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Failed to instantiate" in done.stdout
+    # To stderr, and to the log, which FMPy prints.
+    for told in (done.stderr, done.stdout):
+        assert told.count("needed are Python 3.11 or newer, numpy, scipy and pin") == 1
+    assert "externalDependencies.txt" in done.stderr

@@ -1,0 +1,44 @@
+"""States of the FMU: rolled back, copied, and carried to another process, bit for bit."""
+
+from __future__ import annotations
+
+import pytest
+from places import REFERENCE
+from random_robots import make_robot
+
+ISO_PATH = str(REFERENCE / "iso_path_joints.npz")
+
+
+@pytest.mark.parametrize(
+    ("curve", "mode", "trajectory"),
+    [
+        ("linear", "dynamic", ""),
+        ("backlash", "dynamic", ""),
+        ("backlash", "dynamic", ISO_PATH),
+        ("spline", "dynamic", ISO_PATH),
+        ("backlash", "quasistatic", ISO_PATH),
+    ],
+)
+def test_a_state_goes_on_bit_for_bit(example_fmu, run_host, tmp_path, curve, mode, trajectory):
+    for what in ("save", "load"):
+        run_host("state", example_fmu, tmp_path, curve, mode, trajectory, what)
+
+
+def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
+    """The same file name with other contents."""
+    file = tmp_path / "motion.csv"
+    line = "{0},0,-0.3,0.5,0,{1},0\n"
+    file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.7))
+    run_host("state", example_fmu, tmp_path, "linear", "quasistatic", file, "save")
+    file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.71))
+    said = run_host(
+        "state", example_fmu, tmp_path, "linear", "quasistatic", file, "load", succeeds=False
+    )
+    assert "holds another motion" in said
+
+
+def test_damaged_and_foreign_states_are_refused(build, example_fmu, run_host, tmp_path):
+    other = build(make_robot(4, 6), tmp_path / "Other.fmu")
+    said = run_host("foreign_states", example_fmu, other)
+    for text in ("is damaged", "needed is a state that", "with fingerprint"):
+        assert text in said

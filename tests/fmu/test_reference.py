@@ -1,0 +1,140 @@
+"""The built FMU against reference solutions made with other engines (tests/reference)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import reference
+from places import REFERENCE
+
+from coupling.files.robot_file import load_robot, shipped_robots
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.trajectory import read_trajectory
+
+POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+DEFLECTION = [f"deflection[{k}]" for k in range(1, 12)]
+WRENCH = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
+CURVES = {"nobacklash": "linear", "backlash": "backlash"}
+
+
+def _poses() -> dict[str, list[float]]:
+    angles = reference("poses")[:, 1:]
+    return {f"q_cmd[{i + 1}]": angles[:, i].tolist() for i in range(6)}
+
+
+def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
+    """Without gravity the elastic robot is the rigid one: 1e-9 m, 1e-9 in the quaternion."""
+    job = {
+        "settings": {"mode": "quasistatic", "torque_curve": "backlash"},
+        "start": {"gravity.x": 0.0, "gravity.y": 0.0, "gravity.z": 0.0},
+        "time": list(range(10)),
+        "inputs": _poses(),
+        "outputs": [*POSE, *DEFLECTION],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    np.testing.assert_allclose(answer["values"], reference("a_fk")[:, 1:], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("load", ["gravity", "wrench"])
+def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu, load, curve):
+    inputs = _poses()
+    if load == "wrench":
+        values = (200.0, -150.0, -1000.0, 10.0, 20.0, -5.0)
+        inputs |= {name: [value] * 10 for name, value in zip(WRENCH, values, strict=True)}
+    job = {
+        "settings": {"mode": "quasistatic", "torque_curve": CURVES[curve]},
+        "time": list(range(10)),
+        "inputs": inputs,
+        "outputs": [*POSE, *DEFLECTION],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    expected = reference(f"b_static_{load}_{curve}")[:, 1:]
+    np.testing.assert_allclose(answer["values"], expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_step_response(example_fmu, run_fmu, curve):
+    """-2000 N on 0.1 <= t < 0.3 s; the reference is exact to 3e-14 m."""
+    expected = reference(f"c_step_{curve}")
+    time = expected[:, 0]
+    # Row k acts over the step that ends at time[k]; half a sample keeps rounding out.
+    loaded = (time > 0.1005) & (time < 0.3005)
+    job = {
+        "settings": {"mode": "dynamic", "torque_curve": CURVES[curve]},
+        "start": {f"q_cmd[{i + 1}]": q for i, q in enumerate([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])},
+        "time": time,
+        "inputs": {"force.z": np.where(loaded, -2000.0, 0.0)},
+        "outputs": [*POSE, *DEFLECTION],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    limit = {"nobacklash": 1e-9, "backlash": 1e-8}[curve]
+    np.testing.assert_allclose(answer["values"], expected[:, 1:], rtol=0, atol=limit)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_iso_path(example_fmu, run_fmu, curve):
+    """22.8 s of motion at the default tolerance: 1e-7 m without and 1e-6 m with backlash.
+
+    With backlash small errors grow about 480 times between 9 and 12 s, so the first 9 s are also
+    compared on their own.
+    """
+    expected = reference(f"d_iso_{curve}_10ms")
+    job = {
+        "settings": {
+            "mode": "dynamic",
+            "torque_curve": CURVES[curve],
+            "trajectory": str(REFERENCE / "iso_path_joints.npz"),
+        },
+        "time": expected[:, 0],
+        "outputs": [*POSE, *DEFLECTION],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    error = np.abs(answer["values"] - expected[:, 1:])
+    limit = {"nobacklash": 1e-7, "backlash": 1e-6}[curve]
+    assert error[:, :3].max() < limit
+    assert error[expected[:, 0] <= 9.0, :3].max() < 0.1 * limit
+    assert error[:, 3:].max() < 2.0 * limit
+
+
+def _error_of_the_model(curve: str, end: float, tolerance: float) -> float:
+    expected = reference(f"d_iso_{curve}_10ms")
+    drives = read_trajectory(REFERENCE / "iso_path_joints.npz", 6)
+    description = load_robot(shipped_robots()["icme2008"])
+    robot = ElasticRobot(description, CURVES[curve], tolerance=tolerance)
+    robot.reset(0.0, drives, np.zeros(6))
+    error = 0.0
+    for row in expected[1 : np.count_nonzero(expected[:, 0] <= end + 1e-9)]:
+        robot.step(row[0], drives, np.zeros(6))
+        error = max(error, float(np.abs(robot.tcp()[:3] - row[1:4]).max()))
+    return error
+
+
+def test_whole_iso_path_without_backlash_at_a_tight_tolerance():
+    assert _error_of_the_model("nobacklash", 22.8, 1e-8) < 1e-8
+
+
+def test_error_falls_with_the_tolerance():
+    """With backlash, 12 s, when small errors have grown 480 times.
+
+    Over four decades of the tolerance the error falls by three at least, and stays below it.
+    """
+    tolerances = np.array([1e-4, 1e-6, 1e-8])
+    errors = [_error_of_the_model("backlash", 12.0, tolerance) for tolerance in tolerances]
+    assert np.all(np.array(errors) < tolerances)
+    assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
+    assert errors[0] > 1e3 * errors[2]
+
+
+def test_rigid_iso_path(example_fmu, run_fmu):
+    expected = reference("d_iso_rigid_10ms")
+    job = {
+        "settings": {
+            "mode": "quasistatic",
+            "trajectory": str(REFERENCE / "iso_path_joints.npz"),
+        },
+        "time": expected[:, 0],
+        "outputs": [name.replace("tcp", "rigid") for name in POSE],
+    }
+    (answer,) = run_fmu(example_fmu, job)
+    np.testing.assert_allclose(answer["values"], expected[:, 1:8], rtol=0, atol=1e-9)

@@ -1,0 +1,26 @@
+"""The command as a user types it, and what a run folder holds."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+FILES = {
+    "case.toml",
+    "result.json",
+    "desired.csv",
+    "uncompensated.csv",
+    "achieved.csv",
+    "command.csv",
+    "correction.csv",
+    "wrench.csv",
+    "report.html",
+}
+
+
+def command(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess:
+    program = [sys.executable, "-m", "coupling.cli", *map(str, arguments)]
+    return subprocess.run(
+        program, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL
+    )

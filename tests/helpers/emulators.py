@@ -1,0 +1,9 @@
+"""Whether tests in emulators are asked for: they start slowly, so `make emulators` says so."""
+
+from __future__ import annotations
+
+import os
+
+from coupling.fmu_export.compiler import zig
+
+EMULATORS = "ELASTIC_ROBOT_EMULATORS" in os.environ and zig() is not None

@@ -1,0 +1,153 @@
+"""The C core through ctypes: NumPy arrays in and out (see native/probe.c)."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+
+import numpy as np
+from places import TESTS
+
+from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
+from coupling.fmu_export.robot_text import robot_text
+from elastic_robot.description import Robot
+
+LANES = 4
+CURVES = ("linear", "backlash", "spline")
+# probe_curve: the branch that x itself lies on.
+OWN_REGION = 2
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    probe = TESTS / "native" / "probe.c"
+    file = compile_library(
+        host_platform(), [probe, *core_sources()], ["-fvisibility=default", "-Wall", "-Wextra"]
+    )
+    lib = ctypes.CDLL(str(file))
+    lib.probe_create.restype = ctypes.c_void_p
+    lib.probe_failure.restype = ctypes.c_char_p
+    lib.probe_next_kink.restype = ctypes.c_double
+    for name in ("reset", "step", "outputs", "run", "drives"):
+        getattr(lib, f"probe_{name}").restype = ctypes.c_bool
+    return lib
+
+
+class CoreError(Exception):
+    """The core's sentence."""
+
+
+def _array(values: np.ndarray | None) -> ctypes.c_void_p | None:
+    if values is None:
+        return None
+    assert values.dtype == float
+    assert values.flags.c_contiguous
+    return values.ctypes.data_as(ctypes.c_void_p)
+
+
+class Core:
+    """A model of the core."""
+
+    def __init__(self, robot: Robot | str, plain: bool = False) -> None:
+        self._lib = library()
+        text = robot if isinstance(robot, str) else robot_text(robot, "{test}")
+        self._model = ctypes.c_void_p(self._lib.probe_create(text.encode()))
+        self._require(bool(self._model))
+        if plain:
+            self._lib.probe_use_plain_kernel(self._model)
+
+    def __del__(self) -> None:
+        self._lib.probe_free(self._model)
+
+    def _require(self, good: bool) -> None:
+        if not good:
+            raise CoreError(self._lib.probe_failure().decode())
+
+    def chain(self, theta: np.ndarray, wrench: np.ndarray, m: int) -> dict[str, np.ndarray]:
+        out = {
+            "pose": np.zeros(7),
+            "jacobian": np.zeros((6, len(theta))),
+            "mass": np.zeros((m, m)),
+            "torque": np.zeros(m),
+            "gradient": np.zeros((m, m)),
+        }
+        arrays = [_array(values) for values in (theta, wrench, *out.values())]
+        self._lib.probe_chain(self._model, *arrays)
+        return out
+
+    def loads(self, reference, theta, rate, acceleration, wrench, m: int) -> np.ndarray:
+        """Of LANES states, (LANES, m); rows of the arguments are states."""
+        load = np.zeros((m, LANES))
+        lanes = [np.ascontiguousarray(values.T) for values in (theta, rate, acceleration)]
+        arrays = [_array(values) for values in (reference, *lanes, wrench, load)]
+        self._lib.probe_loads(self._model, *arrays)
+        return load.T
+
+    def tangent(self, motion, wrench, directions, wrench_direction, m: int) -> np.ndarray:
+        """Derivative of the loads of LANES states, (LANES, m); motion and directions: (3, LANES, n)."""
+        load = np.zeros((m, LANES))
+        lanes = [np.ascontiguousarray(values.T) for values in motion]
+        along = np.ascontiguousarray(np.swapaxes(directions, 1, 2))
+        arrays = [_array(values) for values in (*lanes, wrench, along, wrench_direction, load)]
+        self._lib.probe_tangent(self._model, *arrays)
+        return load.T
+
+    def columns(self, end, q, wrench, m: int, accuracy: float) -> tuple[np.ndarray, int]:
+        """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""
+        x, v = np.zeros((2, 6, m))
+        values = ctypes.c_double(end), _array(np.array(q)), _array(np.array(wrench))
+        accurate = ctypes.c_double(accuracy)
+        passes = self._lib.probe_columns(self._model, *values, accurate, _array(x), _array(v))
+        self._require(passes > 0)
+        return np.hstack([x, v]), passes
+
+    def curve(self, kind: str, x: np.ndarray, region: int = OWN_REGION) -> list[np.ndarray]:
+        """Torque, slope and deflection of that torque at x (m, k)."""
+        out = [np.zeros_like(x) for _ in range(3)]
+        self._lib.probe_curve(
+            self._model, CURVES.index(kind), region, x.shape[1], *map(_array, (x, *out))
+        )
+        return out
+
+    def reset(self, curve, time, q, wrench, *, path="", quasistatic=False, tolerance=1e-6) -> None:
+        self._require(
+            self._lib.probe_reset(
+                self._model,
+                CURVES.index(curve),
+                quasistatic,
+                ctypes.c_double(tolerance),
+                str(path).encode(),
+                ctypes.c_double(time),
+                _array(np.array(q)),
+                _array(np.array(wrench)),
+            )
+        )
+
+    def step(self, end: float, q: np.ndarray, wrench: np.ndarray) -> None:
+        done = self._lib.probe_step(
+            self._model, ctypes.c_double(end), _array(np.array(q)), _array(np.array(wrench))
+        )
+        self._require(done)
+
+    def outputs(self, m: int) -> dict[str, np.ndarray]:
+        sizes = {"tcp": 7, "velocity": 3, "rigid": 7, "deviation": 6, "compliance": 6, "x": m}
+        out = {name: np.zeros(size) for name, size in sizes.items()}
+        self._require(self._lib.probe_outputs(self._model, *map(_array, out.values())))
+        return out
+
+    def run(self, times: np.ndarray, m: int) -> np.ndarray:
+        """Poses and deflections at times, (k, 7 + m), without a wrench."""
+        rows = np.zeros((len(times), 7 + m))
+        self._require(self._lib.probe_run(self._model, len(times), _array(times), _array(rows)))
+        return rows
+
+    def drives(self, times: np.ndarray, n: int) -> np.ndarray:
+        """q, q', q'' of the trajectory at times, (3, k, n)."""
+        motion = np.zeros((len(times), 3, n))
+        done = self._lib.probe_drives(self._model, len(times), _array(times), _array(motion))
+        self._require(done)
+        return motion.swapaxes(0, 1)
+
+    def next_kink(self, time: float, end: float, jump: float) -> float:
+        values = [ctypes.c_double(value) for value in (time, end, jump)]
+        return self._lib.probe_next_kink(self._model, *values)

@@ -1,0 +1,12 @@
+"""Where the tests find what is not Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+ROOT = TESTS.parent
+EXAMPLES, CASES, DOCS = ROOT / "examples", ROOT / "examples" / "cases", ROOT / "docs"
+REFERENCE = TESTS / "reference"
+HOSTS = TESTS / "fmu" / "hosts"
+LINE_CASE = TESTS / "coupling" / "cases" / "line.toml"

@@ -1,0 +1,341 @@
+"""Programs and measurements as processes: answers, errors, and what is kept."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import command
+from places import EXAMPLES, LINE_CASE
+from scipy.spatial.transform import Rotation
+from spring_robot import SpringPlanner, SpringRobot, upright
+
+from coupling.case import load_case
+from coupling.errors import CaseError, ProcessError
+from coupling.files.csv_table import WRENCH_COLUMNS, write_table
+from coupling.path.histories import ToolPath
+from coupling.process import External, ExternalTable, MeasuredTable, Task
+from coupling.process.measured import distance_along
+from coupling.run.study import run_coupling
+from coupling.solve.fixed_point import couple
+from coupling.solve.mirror import Compensation, Mirror, MirrorSettings
+from coupling.solve.relaxation import Anderson
+from coupling.toolpaths.part import Part
+
+PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+
+
+def task(workspace: Path | None = None) -> Task:
+    """Return 21 samples down into the part and along it."""
+    s = np.linspace(0.0, 1.0, 21)
+    points = np.column_stack([0.1 * s**2, 0.0 * s, -2e-3 * s])
+    desired = PART.tool_path(s, points)
+    return Task(PART, desired) if workspace is None else Task(PART, desired, workspace=workspace)
+
+
+def external(workspace: Path, program: str, **keys: object):
+    """Return a Python program as a process."""
+    table = {"command": ["{python}", "-c", program], "time_limit_s": 30.0, **keys}
+    return ExternalTable.model_validate({"model": "external", **table}).process(task(workspace))
+
+
+SPRINGS = (EXAMPLES / "process_template.py").read_text()
+
+
+def test_the_template_is_a_wall_on_springs_in_the_part_frame(tmp_path):
+    """2e5 N/m times the depth below the sheet along the part's z axis, whatever the base frame."""
+    process = external(tmp_path, SPRINGS)
+    path = task().desired
+    wrench = process.wrench(path).wrench
+    depth = np.maximum(-PART.coordinates(path)[:, 2], 0.0)
+    expected = np.outer(2e5 * depth, PART.rotation.apply([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(wrench[:, :3], expected, rtol=0, atol=1e-9)
+    assert np.all(wrench[:, 3:] == 0.0)
+
+
+def test_every_evaluation_has_a_fresh_folder(tmp_path):
+    process, path = external(tmp_path, SPRINGS), task().desired
+    process.wrench(path)
+    process.wrench(path)
+    left = sorted(str(f.relative_to(tmp_path)) for f in tmp_path.rglob("*") if f.is_file())
+    names = ("output.txt", "path.csv", "wrench.csv")
+    assert left == [f"evaluations/{n}/{name}" for n in ("0001", "0002") for name in names]
+    assert "largest force 400.0 N" in (tmp_path / "evaluations/0002/output.txt").read_text()
+
+
+def test_the_base_frame_is_passed_through(tmp_path):
+    program = SPRINGS.replace('-path["z"]', '0.5 - path["z"]')
+    path = task().desired
+    wrench = external(tmp_path, program, frame="base").wrench(path).wrench
+    expected = 2e5 * np.maximum(0.5 - path.position[:, 2], 0.0)
+    np.testing.assert_allclose(wrench[:, 2], expected, rtol=0, atol=1e-9)
+
+
+# A program that fails, and what the message must contain.
+FAILURES = {
+    "status": ("print('no licence'); exit(7)", ["exit status 7", "last lines:\nno licence"]),
+    "silent": ("exit(1)", ["exit status 1", "it printed nothing"]),
+    "no answer": ("print('done')", ["left no wrench.csv", "last lines:\ndone"]),
+    "columns": (
+        "open('wrench.csv', 'w').write('time,fx\\n0,0\\n')",
+        ["answered badly", "columns fy, fz, mx, my, mz are missing"],
+    ),
+    "not numbers": (
+        SPRINGS.replace("header=header", 'header=header + "\\n1,2,3,4,five,6,7"'),
+        ["answered badly", "not a table of numbers", "five"],
+    ),
+    "NaN": (SPRINGS.replace("2e5 ", "float('nan') "), ["answered badly", "fz is nan in row 1"]),
+    "rows": (
+        SPRINGS.replace('"wrench.csv", wrench', '"wrench.csv", wrench[1:]'),
+        ["20 rows", "needed are the 21 of path.csv"],
+    ),
+    "times": (
+        SPRINGS.replace('path["time"]', '1.001 * path["time"]'),
+        ["time 1.001 in row 21", "needed is that of path.csv, 1 s"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_program_that_fails_is_quoted(tmp_path, name):
+    program, words = FAILURES[name]
+    with pytest.raises(ProcessError) as failure:
+        external(tmp_path, program).wrench(task().desired)
+    said = str(failure.value)
+    assert said.startswith("evaluation 0001: ")
+    assert [word for word in words if word not in said] == []
+    assert (tmp_path / "evaluations/0001/path.csv").is_file()
+
+
+def test_times_may_be_printed_with_six_digits(tmp_path):
+    program = SPRINGS.replace('path["time"]', 'np.round(path["time"] * 1.000001, 6)')
+    assert np.array_equal(
+        external(tmp_path, program).wrench(task().desired).time, task().desired.time
+    )
+
+
+def test_a_time_out_ends_the_program_and_its_children(tmp_path):
+    """A child that writes a line every 20 ms writes no more; the message has the last words."""
+    child = "import time\nwhile True: print('.', file=open('ticks', 'a')); time.sleep(0.02)"
+    program = (
+        "import subprocess, sys, time\n"
+        f"subprocess.Popen([sys.executable, '-c', {child!r}])\n"
+        "print('solving', flush=True); time.sleep(60)"
+    )
+    begin = time.monotonic()
+    with pytest.raises(ProcessError, match=r"time limit of 1 s; its last lines:\nsolving"):
+        external(tmp_path, program, time_limit_s=1.0).wrench(task().desired)
+    assert time.monotonic() - begin < 10.0
+    ticks = tmp_path / "evaluations/0001/ticks"
+    written = ticks.stat().st_size
+    time.sleep(0.3)
+    assert 0 < written == ticks.stat().st_size
+
+
+def test_output_is_told_line_by_line(tmp_path, caplog):
+    program = SPRINGS + "\nimport time; print('50 %', flush=True); time.sleep(0.3)\n"
+    with caplog.at_level("INFO", logger="coupling.process"):
+        external(tmp_path, program).wrench(task().desired)
+    assert "50 %" in caplog.messages
+
+
+def test_an_earlier_answer_is_reused_for_the_same_path_only(tmp_path):
+    path = task().desired
+    first = external(tmp_path / "a", SPRINGS).wrench(path)
+    again = external(tmp_path / "b", "exit(1)", reuse=str(tmp_path / "a" / "evaluations"))
+    assert np.array_equal(again.wrench(path).wrench, first.wrench)
+    with pytest.raises(ProcessError, match="exit status 1"):
+        again.wrench(path.displaced(np.full((21, 6), 1e-12)))
+
+
+def test_a_program_that_is_not_there_is_found_with_the_case(tmp_path):
+    with pytest.raises(CaseError, match="there is no program 'abaqus-2099'"):
+        external(tmp_path, "", command=["abaqus-2099"])
+    with pytest.raises(CaseError, match="is no folder"):
+        external(tmp_path, "", reuse=str(tmp_path / "nowhere"))
+
+
+def counted(limit: int) -> str:
+    """Return the template, failing after so many evaluations."""
+    return (
+        "import pathlib, sys\n"
+        f"if int(pathlib.Path.cwd().name) > {limit}: sys.exit('licence lost')\n" + SPRINGS
+    )
+
+
+def failing_case(tmp_path: Path, limit: int) -> Path:
+    """Return the template's case with a program that fails after so many evaluations."""
+    (tmp_path / "program.py").write_text(counted(limit))
+    text = (EXAMPLES / "cases" / "external_template.toml").read_text()
+    text = text.replace("/../process_template.py", "/program.py")
+    case = tmp_path / "case.toml"
+    case.write_text(text.replace("feed_m_s = 0.05", "feed_m_s = 0.05\nsample_s = 0.1"))
+    return case
+
+
+def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
+    done = command("couple", failing_case(tmp_path, 0), "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert "evaluation 0001" in done.stderr
+    assert "licence lost" in done.stderr
+    assert "Traceback" not in done.stderr
+    (kept,) = tmp_path.glob("out.unfinished-*/evaluations/0001")
+    assert str(kept.parent) in done.stderr.replace("\n", "")
+    assert (kept / "path.csv").is_file()
+
+
+def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, External]:
+    """Return springs of gain 0.1, a path 2 mm deep, and a program that fails after `limit` runs."""
+    time = np.linspace(0.0, 1.0, 30)
+    depth = -2e-3 * np.sin(np.pi * time) ** 2
+    desired = ToolPath(time, upright(np.column_stack([0.1 * time, 0.0 * time, depth])))
+    at_the_origin = Part(np.zeros(3), Rotation.identity())
+    process = ExternalTable.model_validate(
+        {"model": "external", "command": ["{python}", "-c", counted(limit)], "time_limit_s": 30.0}
+    ).process(Task(at_the_origin, desired, workspace=workspace))
+    return SpringRobot(5e-7 * np.eye(3)), desired, process
+
+
+def mirrored(workspace: Path, limit: int) -> Compensation:
+    """Return the compensation of that path."""
+    robot, desired, process = pressing(workspace, limit)
+    settings = MirrorSettings(tolerance=1e-5)
+    return Mirror(robot, process, SpringPlanner(), Anderson(1.0), settings).run(desired)
+
+
+def test_a_later_failure_of_a_coupling_is_a_result_with_what_was_computed(tmp_path):
+    robot, desired, process = pressing(tmp_path, 2)
+    result = couple(robot, process, SpringPlanner().plan(desired), Anderson(1.0))
+    assert not result.converged
+    assert result.reason.startswith("the process failed in evaluation 3: evaluation 0003")
+    assert "licence lost" in result.reason
+    answered = np.genfromtxt(tmp_path / "evaluations/0002/wrench.csv", delimiter=",", names=True)
+    assert np.array_equal(result.wrench.wrench[:, 2], answered["fz"])
+
+
+def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
+    """In a later pass, and in the validation alone."""
+    whole = mirrored(tmp_path / "whole", 99)
+    assert whole.converged
+    for limit in (len(whole.passes[0].coupling) + 1, whole.evaluations - 1):
+        result = mirrored(tmp_path / str(limit), limit)
+        assert not result.converged
+        assert "licence lost" in result.reason
+        assert result.evaluations <= limit
+    assert "failed in the validation: evaluation" in result.reason
+    assert np.array_equal(result.command.pose, whole.command.pose)
+
+
+def test_the_template_case_runs_by_name_and_resolves_its_command(tmp_path):
+    done = command("couple", EXAMPLES / "cases" / "external_template.toml", "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    process = load_case(tmp_path / "out" / "case.toml").process
+    assert process.command[0] == sys.executable
+    assert Path(process.command[1]).samefile(EXAMPLES / "process_template.py")
+
+
+needs_calculix = pytest.mark.skipif(
+    shutil.which("ccx") is None, reason="needs ccx (Debian package calculix-ccx)"
+)
+
+
+@needs_calculix
+def test_calculix_plate_has_the_stiffness_of_the_clamped_square_plate(tmp_path):
+    """F = w D / (0.00560 a^2) [Timoshenko1959], w = t/100; 24 elements a side: 2 %."""
+    text = (EXAMPLES / "calculix_plunge.py").read_text()
+    program = text.replace("ELEMENTS = 8", "ELEMENTS = 12")
+    assert program != text
+    time = np.linspace(0.0, 1.0, 3)
+    path = PART.tool_path(time, np.outer(time, [0.0, 0.0, -1e-5]))
+    force = external(tmp_path, program).wrench(path).wrench[-1, :3]
+    rigidity = 70e9 * 1e-3**3 / (12.0 * (1.0 - 0.33**2))
+    expected = 1e-5 * rigidity / (0.00560 * 0.2**2)
+    np.testing.assert_allclose(
+        PART.rotation.inv().apply(force), [0, 0, expected], rtol=2e-2, atol=1e-9
+    )
+
+
+@needs_calculix
+def test_external_calculix_case_shortened_runs_by_name(tmp_path):
+    """Large deflections stiffen the sheet: well above the linear plate's force at that depth."""
+    program = (EXAMPLES / "calculix_plunge.py").read_text().replace("ELEMENTS = 8", "ELEMENTS = 3")
+    (tmp_path / "coarse.py").write_text(program)
+    text = (EXAMPLES / "cases" / "external_calculix.toml").read_text()
+    text = text.replace("sample_s = 0.04", "sample_s = 0.1")
+    case = tmp_path / "external_calculix.toml"
+    case.write_text(text.replace("/../calculix_plunge.py", "/coarse.py"))
+    run = run_coupling(load_case(case, tmp_path))
+    assert run.converged, run.reason
+    # Commanded 2 mm, about 3.5 mm with the robot's sag; the linear plate has 29 N/mm.
+    assert 2.0 * 29.2 * 3.5 < run.wrench.peak_force < 8.0 * 29.2 * 3.5
+
+
+def measured(file: Path, text: str, **keys: object):
+    file.write_text(text)
+    return MeasuredTable.model_validate({"model": "measured", "file": str(file), **keys})
+
+
+def test_a_record_in_tool_axes_turns_with_the_tool(tmp_path):
+    table = measured(
+        tmp_path / "w.csv", "time,fx,fy,fz,mx,my,mz\n0,0,0,0,0,0,0\n1,10,20,30,1,2,3\n"
+    )
+    process, path = table.process(task()), task().desired
+    wrench = process.wrench(path).wrench
+    expected = np.outer(path.time, [10.0, 20.0, 30.0])
+    np.testing.assert_allclose(wrench[:, :3], path.rotation.apply(expected), atol=1e-12)
+    turned = path.displaced(np.tile([0, 0, 0, 0.1, 0.2, 0.3], (21, 1)))
+    moments = process.wrench(turned).wrench[:, 3:]
+    np.testing.assert_allclose(
+        moments, turned.rotation.apply(np.outer(path.time, [1.0, 2.0, 3.0])), atol=1e-12
+    )
+
+
+def test_a_record_over_distance_belongs_to_the_place(tmp_path):
+    """fx = 100 N times the share of the way, whatever the speed; no moments measured."""
+    path = task().desired
+    length = distance_along(path)[-1]
+    table = measured(
+        tmp_path / "w.csv", f"distance,fx,fy,fz\n0,0,0,0\n{length},100,0,0\n", frame="base"
+    )
+    wrench = table.process(task()).wrench(path).wrench
+    np.testing.assert_allclose(wrench[:, 0], 100.0 * distance_along(path) / length, atol=1e-10)
+    assert np.all(wrench[:, 1:] == 0.0)
+    middle = wrench[10, 0]
+    assert middle == pytest.approx(26.0, abs=2.0)  # a quarter of the way at half time
+
+
+BAD_RECORDS = {
+    "time,fx,fy,fz\n0,0,0,0\n0.9,0,0,0\n": "time covers 0 to 0.9 s; the tool path needs 0 to 1 s",
+    "fx,fy,fz\n0,0,0\n": "either a column time or a column distance",
+    "time,distance,fx,fy,fz\n0,0,0,0,0\n": "either a column time or a column distance",
+    "time,fx,fy\n0,0,0\n": "columns fz are missing",
+    "time,fx,fy,fz,mx\n0,0,0,0,0\n": "columns my, mz are missing",
+    "time,fx,fy,fz\n0,0,0,0\n0.7,0,0,0\n0.6,0,0,0\n": "time goes from 0.7 to 0.6 in row 3",
+}
+
+
+@pytest.mark.parametrize("text", BAD_RECORDS)
+def test_a_bad_record_is_refused(tmp_path, text):
+    with pytest.raises(CaseError, match=BAD_RECORDS[text]):
+        measured(tmp_path / "w.csv", text).process(task())
+
+
+def test_a_measured_case_couples_in_two_evaluations(tmp_path):
+    """The record does not ask where the tool is: the second evaluation repeats the first."""
+    text = (LINE_CASE).read_text()
+    begin = text.index("[process]")
+    rest = text[text.index("[coupling]") :]
+    record = '[process]\nmodel = "measured"\nfile = "record.csv"\nframe = "part"\n\n'
+    (tmp_path / "case.toml").write_text(text[:begin] + record + rest)
+    end = load_case(LINE_CASE).desired.time[-1]
+    table = np.zeros((2, 7))
+    table[1, [0, 3]] = end, 200.0
+    write_table(tmp_path / "record.csv", ("time", *WRENCH_COLUMNS), table)
+    run = run_coupling(load_case(tmp_path / "case.toml"))
+    assert run.converged
+    assert run.process_evaluations == 2
+    assert run.wrench.peak_force == pytest.approx(200.0)

@@ -1,0 +1,356 @@
+"""Milling forces against closed forms, symmetries, the power balance and the resolution in time."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from places import CASES
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.errors import CaseError
+from coupling.process import MillingForceTable, Task
+from coupling.process.cutting_force import (
+    Cut,
+    Cutter,
+    CuttingCoefficients,
+    mean_wrench,
+    tooth_wrench,
+)
+from coupling.process.milling_force import ARCS
+from coupling.run.study import run_coupling
+from coupling.toolpaths.part import Part
+
+ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
+CUT_ONLY = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 0.0, 0.0, 0.0)
+RADIUS, SPEED = 8e-3, 2000.0
+
+
+def cutter(teeth: int = 2, helix: float = 0.5) -> Cutter:
+    return Cutter(RADIUS, teeth, helix, SPEED)
+
+
+def constant_cut(n: int, chip: tuple[float, float], start: float, end: float, depth: float) -> Cut:
+    return Cut(np.tile(chip, (n, 1)), np.full(n, start), np.full(n, end), np.full(n, depth))
+
+
+def revolution(n: int) -> np.ndarray:
+    return (np.arange(n) + 0.5) / n * 2.0 * np.pi / SPEED
+
+
+@given(st.integers(0, 10**6))
+def test_teeth_average_to_the_closed_form(seed):
+    """Forces and moments over one revolution, any arc, helix, number of teeth and chip."""
+    rng = np.random.default_rng(seed)
+    mill = cutter(int(rng.integers(1, 6)), rng.uniform(0.05, 1.2))
+    start, end = rng.uniform(0.4, 1.3), rng.uniform(1.7, np.pi - 0.4)
+    chip = (rng.uniform(5e-5, 2e-4), rng.uniform(-1e-5, 1e-5))  # cuts all along the arc
+    depth = rng.uniform(1e-3, 30e-3)
+    n = 4000
+    cut = constant_cut(n, chip, start, end, depth)
+    resolved = tooth_wrench(mill, ALUMINIUM, cut, revolution(n)).mean(axis=0)
+    mean = mean_wrench(mill, ALUMINIUM, constant_cut(1, chip, start, end, depth))[0]
+    np.testing.assert_allclose(resolved[:3], mean[:3], rtol=0, atol=1e-4 * np.abs(mean[:3]).max())
+    np.testing.assert_allclose(resolved[3:], mean[3:], rtol=0, atol=1e-4 * np.abs(mean[3:]).max())
+
+
+def test_mean_force_in_a_slot_is_the_text_books():
+    """-N a (K_rc c/4 + K_re/pi), N a (K_tc c/4 + K_te/pi) [Altintas2012, eq. (2.38)]."""
+    c, a, N, K = 1e-4, 3e-3, 2, ALUMINIUM
+    force = mean_wrench(cutter(N), K, constant_cut(1, (c, 0.0), 0.0, np.pi, a))[0, :3]
+    expected = [
+        -N * a * (K.K_rc * c / 4 + K.K_re / np.pi),
+        N * a * (K.K_tc * c / 4 + K.K_te / np.pi),
+        -N * a * (K.K_ac * c / np.pi + K.K_ae / 2),
+    ]
+    np.testing.assert_allclose(force, expected, rtol=1e-12)
+
+
+def test_four_straight_teeth_in_a_slot_push_without_ripple():
+    """sin^2 and cos^2 of the two teeth in the cut add up to one: -K_rc c a and K_tc c a always."""
+    c, a, n = 1e-4, 3e-3, 997
+    cut = constant_cut(n, (c, 0.0), 0.0, np.pi, a)
+    force = tooth_wrench(cutter(4, 0.0), CUT_ONLY, cut, revolution(n))[:, :2]
+    expected = [-CUT_ONLY.K_rc * c * a, CUT_ONLY.K_tc * c * a]
+    np.testing.assert_allclose(force, np.tile(expected, (n, 1)), rtol=1e-12)
+
+
+def test_one_straight_tooth_in_a_slot_pushes_alike_before_and_behind_the_middle():
+    """Tangential forces alone: across the feed even, along the feed odd about phi = 90 deg."""
+    K, n = CuttingCoefficients(7.7e8, 0.0, 0.0, 2.8e4, 0.0, 0.0), 1000
+    cut = constant_cut(n, (1e-4, 0.0), 0.0, np.pi, 3e-3)
+    force = tooth_wrench(cutter(1, 0.0), K, cut, revolution(n))[: n // 2, :2]
+    np.testing.assert_allclose(force[::-1, 0], -force[:, 0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(force[::-1, 1], force[:, 1], rtol=0, atol=1e-9)
+    assert np.all(tooth_wrench(cutter(1, 0.0), K, cut, revolution(n))[n // 2 :] == 0.0)
+
+
+def test_a_vanishing_helix_is_a_straight_edge():
+    """Away from entry and exit the forces differ by the lag over the depth, 4e-8 rad."""
+    n = 1000
+    cut = constant_cut(n, (1e-4, 0.0), 0.5, 2.0, 3e-3)
+    time = revolution(n)
+    straight = tooth_wrench(cutter(1, 0.0), ALUMINIUM, cut, time)
+    nearly = tooth_wrench(cutter(1, 1e-7), ALUMINIUM, cut, time)
+    phi = SPEED * time
+    away = (np.abs(phi - 0.5) > 1e-2) & (np.abs(phi - 2.0) > 1e-2)
+    np.testing.assert_allclose(nearly[away], straight[away], rtol=0, atol=1e-4)
+    assert np.abs(straight).max() > 100.0
+
+
+@pytest.mark.parametrize("engagement", ["up", "down", "slot"])
+def test_spindle_power_is_that_of_the_chips_and_the_edges(engagement):
+    """K_tc times the volume removed per second, and K_te at cutting speed while in the cut."""
+    c, a_p, a_e, mill = 1e-4, 3e-3, 5e-3 if engagement != "slot" else 2 * RADIUS, cutter(3)
+    start, end = (float(x[0]) for x in ARCS[engagement](np.array([a_e]), RADIUS))
+    n = 4000
+    cut = constant_cut(n, (c, 0.0), start, end, a_p)
+    power = SPEED * tooth_wrench(mill, ALUMINIUM, cut, revolution(n))[:, 5].mean()
+    feed = c / mill.tooth_period
+    share = (end - start) / (2.0 * np.pi)
+    edges = mill.teeth * a_p * ALUMINIUM.K_te * RADIUS * SPEED * share
+    assert power == pytest.approx(ALUMINIUM.K_tc * a_e * a_p * feed + edges, rel=1e-5)
+
+
+def test_moments_are_those_of_forces_on_the_edges():
+    """A straight tooth at phi = 90 deg: force along n and -f at radius R, half way up."""
+    a, c, K = 4e-3, 1e-4, ALUMINIUM
+    cut = constant_cut(1, (c, 0.0), 0.0, np.pi, a)
+    wrench = tooth_wrench(cutter(1, 0.0), K, cut, np.array([0.5 * np.pi / SPEED]))[0]
+    tangential, radial, axial = a * np.array(
+        [K.K_tc * c + K.K_te, K.K_rc * c + K.K_re, K.K_ac * c + K.K_ae]
+    )
+    np.testing.assert_allclose(wrench[:3], [-radial, tangential, -axial], rtol=1e-12)
+    point = np.array([RADIUS, 0.0, 0.5 * a])
+    np.testing.assert_allclose(wrench[3:], np.cross(point, wrench[:3]), rtol=1e-12, atol=1e-12)
+
+
+PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+HEADING = np.array([0.6, 0.8])  # of the feed in the part's x-y plane
+LEFT = np.array([-0.8, 0.6])
+FEED = 0.1
+
+
+def task(period: float = 1e-4, duration: float = 0.06) -> Task:
+    time = np.arange(round(duration / period) + 1) * period
+    points = np.column_stack([np.outer(FEED * time, HEADING), np.full(len(time), -3e-3)])
+    return Task(PART, PART.tool_path(time, points))
+
+
+KEYS = {
+    "model": "milling-force",
+    "cutter_diameter_m": 2 * RADIUS,
+    "teeth": 2,
+    "helix_deg": 30.0,
+    "spindle_speed_rpm": 20000.0,
+    "engagement": "slot",
+    **{f"{name}_Pa": getattr(ALUMINIUM, name) for name in ("K_tc", "K_rc", "K_ac")},
+    **{f"{name}_N_m": getattr(ALUMINIUM, name) for name in ("K_te", "K_re", "K_ae")},
+}
+
+
+def milling(of: Task, **keys: object):
+    return MillingForceTable.model_validate({**KEYS, **keys}).process(of)
+
+
+def in_cut(wrench: np.ndarray) -> np.ndarray:
+    """Return forces along the feed, to its left and up, from those in base axes."""
+    force = PART.rotation.inv().apply(wrench[:, :3])
+    return np.column_stack([force[:, :2] @ HEADING, force[:, :2] @ LEFT, force[:, 2]])
+
+
+def test_steady_feed_gives_the_mean_force_in_the_parts_axes():
+    of = task()
+    force = in_cut(milling(of, force="mean").wrench(of.desired).wrench)
+    c, a, N, K = FEED * 60.0 / 20000.0 / 2.0, 3e-3, 2, ALUMINIUM
+    expected = [
+        -N * a * (K.K_rc * c / 4 + K.K_re / np.pi),
+        N * a * (K.K_tc * c / 4 + K.K_te / np.pi),
+    ]
+    np.testing.assert_allclose(force[20:, :2], np.tile(expected, (len(force) - 20, 1)), rtol=1e-9)
+
+
+def test_the_tooth_resolved_history_has_the_mean_force_and_the_tooth_frequency():
+    of = task()
+    mean = in_cut(milling(of, force="mean").wrench(of.desired).wrench)[-1]
+    force = in_cut(milling(of).wrench(of.desired).wrench)[31:571]  # 36 teeth of 1.5 ms
+    np.testing.assert_allclose(force.mean(axis=0), mean, rtol=2e-3)
+    spectrum = np.abs(np.fft.rfft(force[:, 1] - force[:, 1].mean()))
+    assert np.argmax(spectrum) / (540 * 1e-4) == pytest.approx(20000.0 / 60.0 * 2.0)
+
+
+def test_the_history_converges_with_the_time_resolution():
+    """Impulses over 0.6 ms from steps of 0.12, 0.06 and 0.03 ms: second order at least."""
+
+    def impulses(parts: int) -> np.ndarray:
+        of = task(6e-4 / parts, duration=0.03)
+        force = in_cut(milling(of).wrench(of.desired).wrench)[1:, :2]
+        return force.reshape(-1, parts, 2).mean(axis=1)
+
+    fine = impulses(160)
+    error = [np.sqrt(np.mean((impulses(parts) - fine) ** 2)) for parts in (5, 10, 20)]
+    assert error[0] < 5e-3 * np.abs(fine).max()
+    assert error[0] / error[1] > 3.0
+    assert error[1] / error[2] > 3.0
+
+
+def test_force_grows_with_the_actual_depth():
+    of = task()
+    process = milling(of, force="mean")
+    deeper = of.desired.displaced(
+        np.hstack([np.tile(PART.rotation.apply([0.0, 0.0, -3e-4]), (601, 1)), np.zeros((601, 3))])
+    )
+    base, more = (process.wrench(path).wrench[50:, :3] for path in (of.desired, deeper))
+    np.testing.assert_allclose(more, 1.1 * base, rtol=1e-9)
+
+
+def test_no_force_in_the_air():
+    of = task()
+    high = np.hstack(
+        [np.tile(PART.rotation.apply([0.0, 0.0, 3.1e-3]), (601, 1)), np.zeros((601, 3))]
+    )
+    for force in ("mean", "tooth-passing"):
+        wrench = milling(of, force=force).wrench(of.desired.displaced(high)).wrench
+        assert np.all(wrench == 0.0)
+
+
+def test_chip_follows_the_actual_feed():
+    """A tool that runs ahead by 10 % of its speed cuts chips thicker by 10 %; edges stay."""
+    of = task()
+    ahead = np.zeros((601, 6))
+    ahead[:, :3] = PART.rotation.apply(
+        np.column_stack([np.outer(0.1 * FEED * of.desired.time, HEADING), np.zeros(601)])
+    )
+    process = milling(of, force="mean", K_te_N_m=0.0, K_re_N_m=0.0, K_ae_N_m=0.0)
+    base, more = (
+        process.wrench(path).wrench[50:, :3] for path in (of.desired, of.desired.displaced(ahead))
+    )
+    np.testing.assert_allclose(more, 1.1 * base, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("engagement", "side"), [("up", 1.0), ("down", -1.0)])
+def test_a_tool_nearer_to_the_material_cuts_wider(engagement, side):
+    """Offset by 1 mm towards the material: the force of a cut set 1 mm wider."""
+    of = task()
+    offset = np.zeros((601, 6))
+    offset[:, :3] = PART.rotation.apply([*(1e-3 * side * LEFT), 0.0])
+    narrow = milling(of, engagement=engagement, radial_depth_m=4e-3)
+    wide = milling(of, engagement=engagement, radial_depth_m=5e-3)
+    moved, set_wider = (
+        narrow.wrench(of.desired.displaced(offset)).wrench,
+        wide.wrench(of.desired).wrench,
+    )
+    np.testing.assert_allclose(moved[1:], set_wider[1:], rtol=0, atol=1e-6)
+    assert np.abs(set_wider - narrow.wrench(of.desired).wrench).max() > 10.0
+
+
+def test_regeneration_a_wave_of_the_tooth_frequency_leaves_the_chip_alone():
+    """Tool and last surface move alike: the chip, and so the force, is that of the steady feed."""
+    of = task()
+    wave = np.zeros((601, 6))
+    sway = 2e-5 * np.sin(2.0 * np.pi * of.desired.time / 1.5e-3)
+    wave[:, :3] = PART.rotation.apply(np.column_stack([np.outer(sway, HEADING), np.zeros(601)]))
+    process = milling(of)
+    steady, moved = (
+        in_cut(process.wrench(path).wrench)[40:]
+        for path in (of.desired, of.desired.displaced(wave))
+    )
+    np.testing.assert_allclose(moved, steady, rtol=0, atol=1e-6 * np.abs(steady).max())
+    half = np.zeros((601, 6))
+    sway = 2e-5 * np.sin(2.0 * np.pi * of.desired.time / 3e-3)
+    half[:, :3] = PART.rotation.apply(np.column_stack([np.outer(sway, HEADING), np.zeros(601)]))
+    changed = in_cut(process.wrench(of.desired.displaced(half)).wrench)[40:]
+    assert np.abs(changed - steady).max() > 20.0
+
+
+def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
+    time = np.linspace(0.0, 1.0, 11)
+    x = np.clip(time - 0.3, 0.0, 0.4) * 0.1
+    of = Task(PART, PART.tool_path(time, np.column_stack([0 * x, -x, 0 * x - 1e-3])))
+    directions = milling(of, force="mean").milling.feed_directions()
+    np.testing.assert_allclose(directions, np.tile([0.0, -1.0], (11, 1)), atol=1e-12)
+
+
+BAD_KEYS = [
+    ({"radial_depth_m": 1e-3}, "none for a slot"),
+    ({"engagement": "up"}, "needed is a radial depth for up and down"),
+    ({"engagement": "down", "radial_depth_m": 0.02}, "at most cutter_diameter_m"),
+]
+
+
+@pytest.mark.parametrize(("keys", "words"), BAD_KEYS)
+def test_contradicting_keys_are_refused(keys, words):
+    with pytest.raises(ValueError, match=words):
+        milling(task(), **keys)
+
+
+def test_samples_too_far_apart_for_the_teeth_are_refused():
+    with pytest.raises(CaseError, match=r"1\.5 ms .* 0\.5 ms apart; needed are at most 0\.25 ms"):
+        milling(task(5e-4))
+    milling(task(5e-4), force="mean")
+
+
+def test_a_plunge_alone_has_no_feed():
+    of = task()
+    still = Task(PART, PART.tool_path(of.desired.time, np.zeros((601, 3))))
+    with pytest.raises(CaseError, match="never moves"):
+        milling(still)
+
+
+def shortened(speed: int, tmp_path, *changes: tuple[str, str]):
+    text = (CASES / f"milling_{speed}.toml").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    case = tmp_path / f"milling_{speed}.toml"
+    case.write_text(text)
+    return load_case(case)
+
+
+def test_doubled_speed_at_equal_feed_takes_37_percent_off_the_force_across_the_feed(tmp_path):
+    """(c/8 + r/pi) / (c/4 + r/pi) with c = 0.2 mm and r = K_te/K_tc = 0.055 mm: 0.63."""
+    mean = ('force             = "tooth-passing"', 'force = "mean"')
+    across = []
+    for speed in (20000, 40000):
+        case = shortened(speed, tmp_path, mean, ("sample_s = 0.0001", "sample_s = 0.005"))
+        wrench = case.process.wrench(case.desired).wrench
+        depth = -case.part.coordinates(case.desired)[:, 2]
+        velocity = np.gradient(case.desired.position[:, 0], case.desired.time)
+        steady = (depth > 3e-3 - 1e-9) & (velocity > 0.13333)
+        assert np.count_nonzero(steady) > 20
+        across.append(wrench[steady, 1].mean())
+    ratio = (0.1 / 4 + 0.055 / np.pi) / (0.2 / 4 + 0.055 / np.pi)
+    assert across[1] / across[0] == pytest.approx(ratio, rel=1e-3)
+    assert 1.0 - across[1] / across[0] == pytest.approx(0.37, abs=0.005)
+
+
+@pytest.mark.parametrize("speed", [20000, 40000])
+def test_milling_case_shortened_couples_through_the_dynamic_fmu(tmp_path, speed):
+    case = shortened(
+        speed,
+        tmp_path,
+        (
+            "[0.06, 0.0, -0.003], [0.14, 0.0, -0.003], [0.2, 0.0, 0.001]]",
+            "[0.002, 0.0, 0.0], [0.004, 0.0, 0.0]]",
+        ),
+        ("blend_s  = 0.1", "blend_s = 0.01"),
+        ("[0.0, 0.0, 0.001]", "[0.0, 0.0, 0.0001]"),
+    )
+    run = run_coupling(case)
+    assert run.converged, run.reason
+    assert case.settings.mode == "dynamic"
+    # It sags by about 1.5 mm into the work, half as deep as the case's cut.
+    assert 100.0 < run.wrench.peak_force < 1000.0
+    assert run.shares.process.maximum > 1e-6
+
+
+def test_both_milling_cases_differ_in_the_speed_alone():
+    texts = [(CASES / f"milling_{speed}.toml").read_text() for speed in (20000, 40000)]
+    rows = [text.split("[robot]")[1].splitlines() for text in texts]
+    different = [pair for pair in zip(*rows, strict=True) if pair[0] != pair[1]]
+    assert len(different) == 1
+    assert [re.sub(r"\D", "", row) for row in different[0]] == ["200000", "400000"]

@@ -1,0 +1,155 @@
+"""Process FMUs: an elastic wall in FMI 2 and 3 against the same law in Python."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import platform_tuple
+from places import LINE_CASE, TESTS
+from pythonfmu.builder import FmuBuilder
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.errors import CaseError, ProcessError
+from coupling.fmu_export.process_fmu import build_process_fmu
+from coupling.process import ElasticWallTable, ProcessFmuTable, Task
+from coupling.toolpaths.part import Part
+
+SOURCES = TESTS / "process" / "process_fmus"
+PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+STIFFNESS = 2e5
+NAMES = {"inputs": {"z": "height"}, "outputs": {"fz": "force"}}
+
+
+def task() -> Task:
+    """Return 41 unevenly spaced samples into the part and out again."""
+    time = np.linspace(0.0, 1.0, 41) ** 1.5
+    height = 1e-3 - 3e-3 * np.sin(np.pi * time) ** 2
+    return Task(PART, PART.tool_path(time, np.column_stack([0.1 * time, 0.0 * time, height])))
+
+
+@pytest.fixture(scope="module")
+def fmi2(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("fmi2")
+    return FmuBuilder.build_FMU(SOURCES / "wall_slave.py", dest=folder / "WallSlave.fmu")
+
+
+def other_functions(headers: Path, source: Path) -> str:
+    """Return the functions of FMI 3 that the wall does not need but FMPy looks for."""
+    names = set(re.findall(r"#define (fmi3[A-Z]\w+)", (headers / "fmi3Functions.h").read_text()))
+    written = set(re.findall(r"\bfmi3[A-Z]\w+(?=\()", source.read_text()))
+    return "".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(names - written))
+
+
+@pytest.fixture(scope="module")
+def fmi3(tmp_path_factory) -> Path:
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler, cc")
+    folder = tmp_path_factory.mktemp("fmi3")
+    headers = Path(fmpy.__file__).parent / "c-code"
+    library = folder / f"wall{fmpy.sharedLibraryExtension}"
+    stubs = folder / "stubs.c"
+    stubs.write_text(other_functions(headers, SOURCES / "wall.c"))
+    sources = [SOURCES / "wall.c", stubs]
+    build = [compiler, "-shared", "-fPIC", "-I", headers, *sources, "-o", library]
+    subprocess.run(list(map(str, build)), check=True)
+    file = folder / "Wall.fmu"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.write(SOURCES / "wall.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/{platform_tuple}/{library.name}")
+    return file
+
+
+def process(file: Path, **keys: object):
+    table = {"model": "fmu", "file": str(file), "parameters": {"stiffness": STIFFNESS}, **NAMES}
+    return ProcessFmuTable.model_validate({**table, **keys}).process(task())
+
+
+@pytest.mark.parametrize("standard", ["fmi2", "fmi3"])
+def test_wall_fmu_is_the_wall_in_python(standard, request):
+    """Every sample of an uneven path, turned from the part's axes to the base's."""
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    path = task().desired
+    answer = process(request.getfixturevalue(standard)).wrench(path)
+    expected = wall.wrench(path).wrench
+    assert np.abs(expected).max() > 300.0
+    np.testing.assert_allclose(answer.wrench, expected, rtol=0, atol=1e-9)
+
+
+def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
+    """The FMU that this project writes of a process, read back as one."""
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    path = task().desired
+    file = build_process_fmu(wall, path, tmp_path / "Wall.fmu")
+    answer = process(
+        file,
+        frame="base",
+        inputs={name: f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
+        outputs={f"f{axis}": f"force.{axis}" for axis in "xyz"},
+        parameters={},
+    ).wrench(path)
+    np.testing.assert_allclose(answer.wrench, wall.wrench(path).wrench, rtol=0, atol=1e-9)
+
+
+def test_our_own_exported_process_may_refuse_many_times(tmp_path, run_host):
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    file = build_process_fmu(wall, task().desired, tmp_path / "Wall.fmu")
+    said = run_host("process_refusals", file)
+    assert said.count("tcp.y is nan; needed is a finite number") == 50
+
+
+def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):
+    answer = process(fmi2, frame="base", inputs={"x": "height"}).wrench(task().desired)
+    assert np.array_equal(answer.wrench, np.zeros((41, 6)))  # x is about 1 m: never below the wall
+
+
+def test_unknown_names_are_answered_with_the_known_ones(fmi2):
+    with pytest.raises(ProcessError, match=r"WallSlave.*has no variable hight; it has .*height"):
+        process(fmi2, inputs={"z": "hight"}).wrench(task().desired)
+
+
+def test_an_fmu_that_refuses_a_step_is_an_error_with_its_reason(fmi2):
+    deep = task().desired.displaced(np.tile([0.0, 0.0, -2.0, 0.0, 0.0, 0.0], (41, 1)))
+    with pytest.raises(ProcessError, match=r"WallSlave\.fmu: .*a metre thick"):
+        process(fmi2).wrench(deep)
+
+
+def test_an_fmu_that_kills_its_host_is_an_error(fmi2):
+    parameters = {"stiffness": STIFFNESS, "dies_at": 0.5}
+    with pytest.raises(ProcessError, match="process that runs the FMU has ended"):
+        process(fmi2, parameters=parameters).wrench(task().desired)
+
+
+def test_what_is_no_fmu_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="is not there"):
+        process(tmp_path / "none.fmu")
+    broken = tmp_path / "broken.fmu"
+    broken.write_text("no archive")
+    with pytest.raises(ProcessError, match="not a readable FMU"):
+        process(broken).wrench(task().desired)
+
+
+def test_a_case_names_a_process_fmu_and_its_variables(fmi3, tmp_path):
+    """The test case with its wall replaced by the wall's FMU, whose path is relative to the case."""
+    text = (LINE_CASE).read_text()
+    wall = 'model         = "elastic-wall"\nstiffness_N_m = 2.0e5'
+    assert wall in text
+    fmu = (
+        'model = "fmu"\nfile = "Wall.fmu"\ninputs = { z = "height" }\noutputs = { fz = "force" }\n'
+        "parameters = { stiffness = 2.0e5 }"
+    )
+    shutil.copy(fmi3, tmp_path / "Wall.fmu")
+    (tmp_path / "case.toml").write_text(text.replace(wall, fmu))
+    ours, theirs = (load_case(file) for file in (LINE_CASE, tmp_path / "case.toml"))
+    expected = ours.process.wrench(ours.desired).wrench
+    assert np.abs(expected).max() > 300.0
+    answer = theirs.process.wrench(theirs.desired).wrench
+    np.testing.assert_allclose(answer, expected, rtol=0, atol=1e-9)

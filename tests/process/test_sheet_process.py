@@ -1,0 +1,216 @@
+"""The process sheet-fem: frames, repeatability, windows, files, messages."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+from calculix_plate import CCX, Plate, plunge_force
+from places import CASES
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("numba")
+
+from coupling.errors import CaseError
+from coupling.path.histories import ToolPath
+from coupling.path.workpiece import Workpiece
+from coupling.process import PROCESSES, Task, Watchable
+from coupling.run.stored_run import read_run
+from coupling.sheet_fem.schedule import schedule
+from coupling.sheet_fem.shape import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
+from coupling.toolpaths.part import Part
+
+
+def table(**changes):
+    data = tomllib.loads((CASES / "cone_fem.toml").read_text())["process"]
+    data |= {"sheet_size_m": [0.04, 0.04], "element_m": 0.005, "position_m": 0.002}
+    return PROCESSES["sheet-fem"].model_validate(data | changes)
+
+
+def stroke(part: Part) -> ToolPath:
+    """Return a plunge of 0.4 mm, 4 mm along x, and up again, in the part's frame."""
+    corners = np.array(
+        [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
+    )
+    at = np.linspace(0.0, 3.0, 31)
+    points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
+    return part.tool_path(at, points)
+
+
+UPRIGHT = Part(np.zeros(3), Rotation.identity())
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    path = stroke(UPRIGHT)
+    process = table().process(Task(UPRIGHT, path))
+    return process, path, process.wrench(path)
+
+
+def test_force_pushes_the_tool_off_the_sheet_and_only_in_contact(pressed):
+    _, path, history = pressed
+    fz = history.wrench[:, 2]
+    height = path.position[:, 2]
+    assert np.all(fz[(height < -3e-4)] > 10.0)
+    assert np.all(history.wrench[0] == 0.0)
+    assert np.all(history.wrench[-1] == 0.0)
+
+
+def test_an_evaluation_starts_from_the_flat_sheet(pressed):
+    """Twice the same, to the last bit: nothing is kept between evaluations."""
+    process, path, history = pressed
+    again = process.wrench(path)
+    assert np.array_equal(history.wrench, again.wrench)
+
+
+def test_a_moved_and_turned_part_turns_the_wrench(pressed):
+    """Force and moment at the TCP are those of the same part elsewhere, in its axes."""
+    part = Part(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
+    path = stroke(part)
+    elsewhere = table().process(Task(part, path)).wrench(path).wrench
+    here = pressed[2].wrench
+    scale = np.max(np.abs(here[:, :3]))
+    for columns, size in ((slice(0, 3), scale), (slice(3, 6), 5e-3 * scale)):
+        back = part.rotation.inv().apply(elsewhere[:, columns])
+        np.testing.assert_allclose(back, here[:, columns], atol=1e-5 * size)
+
+
+def test_frictionless_force_has_no_moment_about_the_sphere(pressed):
+    """The TCP is the sphere's lowest point: M = (centre - TCP) x F."""
+    wrench = pressed[2].wrench
+    lever = np.array([0.0, 0.0, 5e-3])
+    np.testing.assert_allclose(wrench[:, 3:], np.cross(lever, wrench[:, :3]), atol=1e-12)
+
+
+def test_touch_is_where_the_lowest_point_meets_the_upper_face():
+    """A tool 10 um above the part's plane feels nothing, 30 um below it feels the sheet."""
+    for height, touches in ((1e-5, False), (-3e-5, True)):
+        path = UPRIGHT.tool_path(
+            np.arange(3.0), np.array([[0, 0, 1e-3], [0, 0, height], [0, 0, 1e-3]])
+        )
+        wrench = table(element_m=0.002).process(Task(UPRIGHT, path)).wrench(path).wrench
+        assert (wrench[1, 2] > 0.1) == touches
+
+
+def test_the_tool_springs_back_less_than_it_pressed(pressed):
+    piece = pressed[2].workpiece
+    deepest = piece.points[:, 2].min() + 0.5e-3
+    assert -4e-4 < deepest < -1e-5, "a dent is left, shallower than the plunge"
+    assert piece.point_fields[SPRINGBACK].max() > 1e-5
+    assert piece.cell_fields[PLASTIC_STRAIN].max() > 1e-3
+    assert np.all(piece.cell_fields[THICKNESS] < 1.001e-3)
+
+
+def test_window_agrees_with_the_whole_sheet():
+    """Solving only near the tool changes the force by less than three hundredths."""
+    path = stroke(UPRIGHT)
+    task = Task(UPRIGHT, path)
+    size = {"sheet_size_m": [0.1, 0.1]}
+    whole = table(**size, global_every=1).process(task).wrench(path)
+    window = table(**size, global_every=100, window_m=0.02).process(task).wrench(path)
+    assert np.max(np.abs(whole.wrench - window.wrench)) > 0.0
+    assert window.change_from(whole) < 0.03
+
+
+def test_progress_counts_up_to_the_end(pressed):
+    process, path, _ = pressed
+    assert isinstance(process, Watchable)
+    seen: list[tuple[int, int]] = []
+    process.watched(lambda done, total: seen.append((done, total))).wrench(path)
+    assert seen[0][0] == 0
+    assert seen[-1][0] == seen[-1][1] == len(process.schedule.positions)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+def test_schedule_has_corners_spacing_and_whole_solutions_where_the_depth_changes():
+    points = np.array(
+        [[0, 0, 0], [0, 0, -1], [1, 0, -1], [2, 0, -1], [3, 0, -1], [3, 2.6, -1], [3, 2.6, 0.0]]
+    )
+    plan = schedule(1e-3 * points, 2e-3, 100)
+    assert plan.positions.tolist() == [0, 1, 3, 4, 5, 6]
+    assert plan.everywhere.tolist() == [True, True, False, False, False, True]
+    assert plan.arc[-1] == pytest.approx(7.6e-3)
+
+
+def test_bad_tables_say_what_is_needed():
+    with pytest.raises(ValueError, match="at most a fifth of the sheet's side"):
+        table(element_m=0.02)
+    path = stroke(UPRIGHT)
+    with pytest.raises(CaseError, match="which the tool path spans"):
+        table(sheet_size_m=[0.003, 0.04], element_m=0.0005).process(Task(UPRIGHT, path))
+
+
+def test_without_numba_the_extra_is_named(tmp_path):
+    script = (
+        "import sys; sys.modules['numba'] = None\n"
+        "from coupling.cli import main\n"
+        f"sys.argv = ['elastic-robot', 'couple', {str(CASES / 'cone_fem.toml')!r},"
+        f" '-o', {str(tmp_path / 'out')!r}]\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 2, done.stderr
+    said = " ".join(done.stderr.split())
+    assert "elastic-robot-fmu[fem]" in said
+    assert "Traceback" not in said
+
+
+def test_a_workpiece_survives_its_file(tmp_path, pressed):
+    piece = pressed[2].workpiece
+    piece.write(tmp_path / "piece.vtu")
+    back = Workpiece.read(tmp_path / "piece.vtu")
+    assert np.array_equal(back.points, piece.points)
+    assert np.array_equal(back.cells, piece.cells)
+    for name, values in piece.point_fields.items():
+        assert np.array_equal(back.point_fields[name], values)
+    for name, values in piece.cell_fields.items():
+        assert np.array_equal(back.cell_fields[name], values)
+
+
+def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_path):
+    """The example cut down to one contour of 8 mm radius on a sheet of 50 mm."""
+    text = (CASES / "cone_fem.toml").read_text()
+    for old, new in (
+        ("radius_m       = 0.06", "radius_m = 0.008"),
+        ("depth_m        = 0.005", "depth_m = 0.001"),
+        ("[0.16, 0.16]", "[0.05, 0.05]"),
+        ("element_m          = 0.004", "element_m = 0.005"),
+        ("tolerance_m = 1e-5\nforce", "tolerance_m = 1e-4\nmax_evaluations = 2\nforce"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "small.toml").write_text(text)
+    program = [sys.executable, "-m", "coupling.cli", "couple", "small.toml", "-o", "out"]
+    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+    run = read_run(tmp_path / "out")
+    assert set(run.workpieces) == {"actual"}
+    assert run.workpieces["actual"].points[:, 2].min() < -1e-3
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'id="workpiece"' in page
+    assert 'id="cut"' in page
+
+
+@pytest.mark.skipif(CCX is None, reason="needs the Debian package calculix-ccx")
+def test_plunge_agrees_with_calculix(tmp_path):
+    """Clamped plate of 30 mm, sphere of 10 mm, 0.2 mm deep: shell and solids within 6 %."""
+    from coupling.sheet_fem.forming import SheetModel
+    from coupling.sheet_fem.material import Material
+    from coupling.sheet_fem.mesh import SheetMesh
+
+    metal = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
+    strains = np.concatenate([[0.0], np.logspace(-4, 0, 30)])
+    curve = [(float(e), 180.0 * (0.00057 + float(e)) ** 0.229) for e in strains]
+    plate = Plate(side=30.0, elements=9, layers=3, finest=0.9, plunge=0.2)
+    depths, forces = plunge_force(plate, curve, 70e3, 0.33, tmp_path)
+    model = SheetModel(SheetMesh((0.03, 0.03), (20, 20), 1e-3), metal)
+    state, tool = model.flat(), model.sphere(np.array([0.0, 0.0, 5.5e-3]), 5e-3)
+    for depth in (0.05, 0.1, 0.15, 0.2):
+        lower = model.sphere(np.array([0.0, 0.0, 5.5e-3 - 1e-3 * depth]), 5e-3)
+        found = model.equilibrium(state, (tool,), (lower,), model.everywhere())
+        state, tool = found.state, lower
+        if depth >= 0.1:
+            assert found.forces[0, 2] == pytest.approx(np.interp(depth, depths, forces), rel=0.06)

@@ -1,0 +1,237 @@
+"""A sheet between two spheres: one on either face, as in a cell of two robots."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from places import CASES
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("numba")
+
+from coupling.case import load_case
+from coupling.errors import CaseError
+from coupling.path.histories import ToolPath
+from coupling.process import PROCESSES, Task
+from coupling.report.page import write_report
+from coupling.run.folder import write_run
+from coupling.run.stored_run import read_cell
+from coupling.run.study import run_coupling
+from coupling.sheet_fem.forming import SheetModel, SheetSettings
+from coupling.sheet_fem.material import Material
+from coupling.sheet_fem.mesh import SheetMesh
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.support import Support
+
+ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
+THICKNESS, RADIUS = 1e-3, 5e-3
+REACH = RADIUS + 0.5 * THICKNESS  # of a sphere's centre from the midsurface it touches
+
+
+def model(elements: int = 12, side: float = 0.04) -> SheetModel:
+    mesh = SheetMesh((side, side), (elements, elements), THICKNESS)
+    return SheetModel(mesh, ALUMINIUM, SheetSettings(window=0.012))
+
+
+def pressed(sheet: SheetModel, *tools: tuple[tuple[float, float, float], tuple]):
+    """Move spheres straight from their first to their second centres, the whole sheet solved."""
+    before = tuple(sheet.sphere(np.array(first), RADIUS) for first, _ in tools)
+    after = tuple(sheet.sphere(np.array(second), RADIUS) for _, second in tools)
+    return sheet.equilibrium(sheet.flat(), before, after, sheet.everywhere())
+
+
+def test_two_tools_and_the_clamps_hold_the_sheet_in_balance():
+    """Forces on both tools and on the clamps, found without the tools, add up to nothing."""
+    sheet = model()
+    found = pressed(
+        sheet,
+        ((2e-3, 0.0, REACH), (2e-3, 1e-3, REACH - 8e-4)),
+        ((-7e-3, 0.0, -REACH), (-7e-3, 0.0, -REACH + 2e-4)),
+    )
+    assert found.forces[0, 2] > 50.0
+    assert found.forces[1, 2] < -50.0
+    free = SheetModel(sheet.mesh, ALUMINIUM, free=np.ones((14, 14, 3), dtype=bool))
+    flat = free.flat()
+    shape = replace(flat, points=found.state.points)
+    internal = free.assemble(free.everywhere(), flat, (), shape).residual
+    internal = internal.reshape(14, 14, 3)
+    inner = internal[2:-2, 2:-2].sum(axis=(0, 1))
+    clamps = internal.sum(axis=(0, 1)) - inner
+    np.testing.assert_allclose(found.forces.sum(axis=0), clamps, atol=0.02)
+
+
+def test_a_flat_sheet_squeezed_between_two_tools_answers_by_the_penalty():
+    """Closed by 2 d, either face gives way by d in the middle: F = integral of p over the lens.
+
+    By symmetry the midsurface stays flat; it lies d inside of the reach of either sphere.
+    """
+    sheet = model(elements=40)
+    inside = 4e-5
+    above, below = REACH, -REACH
+    found = pressed(
+        sheet,
+        ((0.0, 0.0, above + 1e-5), (0.0, 0.0, above - inside)),
+        ((0.0, 0.0, below - 1e-5), (0.0, 0.0, below + inside)),
+    )
+    stiffness, smoothing = 0.3 * 70e9 / THICKNESS, 0.003 * THICKNESS
+    radius = np.linspace(0.0, 1e-3, 20001)
+    depth = np.maximum(REACH - np.hypot(radius, REACH - inside), 0.0)
+    pressure = stiffness * np.where(
+        depth < smoothing, 0.5 * depth**2 / smoothing, depth - 0.5 * smoothing
+    )
+    expected = np.trapezoid(2.0 * np.pi * radius * pressure * (REACH - inside) / REACH, radius)
+    np.testing.assert_allclose(found.forces[:, 2], [expected, -expected], rtol=0.03)
+    np.testing.assert_allclose(found.forces[0] + found.forces[1], 0.0, atol=0.02)
+    assert np.max(np.abs(found.state.points[..., 2])) < 1e-7
+
+
+def test_tools_as_far_apart_as_the_sheet_is_thick_feel_nothing():
+    sheet = model(elements=40)
+    found = pressed(
+        sheet,
+        ((0.0, 0.0, REACH + 1e-4), (0.0, 0.0, REACH)),
+        ((0.0, 0.0, -REACH - 1e-4), (0.0, 0.0, -REACH)),
+    )
+    assert np.all(found.forces == 0.0)
+
+
+def test_tools_that_change_sides_change_the_signs():
+    """The mirror image in the sheet's plane, window and all, whatever the order of the tools."""
+    sheet = model()
+    forming = ((2e-3, 1e-3, REACH), (3e-3, 1e-3, REACH - 5e-4))
+    support = ((-5e-3, 0.0, -REACH), (-5e-3, 0.0, -REACH + 3e-4))
+    mirror = np.array([1.0, 1.0, -1.0])
+    here = pressed(sheet, forming, support)
+    there = pressed(sheet, *[tuple(tuple(mirror * p) for p in tool) for tool in (support, forming)])
+    np.testing.assert_allclose(there.forces[::-1], here.forces * mirror, atol=1e-2)
+    np.testing.assert_allclose(there.state.points, here.state.points * mirror, atol=1e-8)
+
+
+def test_the_window_covers_both_tools_and_only_those_near_the_sheet():
+    sheet = model()
+    flat = sheet.flat()
+    left = sheet.sphere(np.array([-1e-2, 0.0, REACH]), RADIUS)
+    right = sheet.sphere(np.array([1e-2, 3e-3, -REACH]), RADIUS)
+    away = sheet.sphere(np.array([1e-2, 3e-3, -0.1]), RADIUS)
+    both = sheet.near(flat, (left, right), (left, right))
+    alone = sheet.window(left.center), sheet.window(right.center)
+    assert both.first_x == alone[0].first_x
+    assert both.last_x == alone[1].last_x
+    assert both.first_y == alone[0].first_y
+    assert both.last_y == alone[1].last_y
+    assert sheet.near(flat, (left, away), (left, away)) == alone[0]
+    assert sheet.near(flat, (left, right), (left, away)) == both, "it was in contact before"
+
+
+UPRIGHT = Part(np.array([1.2, -0.3, 0.5]), Rotation.from_rotvec([0.4, 0.1, -0.8]))
+
+
+def table(**changes):
+    data = tomllib.loads((CASES / "two_robots_fem.toml").read_text())["process"]
+    small = {"sheet_size_m": [0.04, 0.04], "element_m": 0.004, "position_m": 0.002}
+    return PROCESSES["sheet-fem"].model_validate(data | small | {"window_m": 0.012} | changes)
+
+
+def stroke(height: float) -> tuple[Task, Support]:
+    """Return a stroke of 4 mm that is 0.4 mm deep, and a support 8 mm beside it at a height."""
+    at = np.linspace(0.0, 3.0, 31)
+    corners = np.array(
+        [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
+    )
+    points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
+    back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
+    down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
+    support = Support(UPRIGHT.support_path(at, back), down, 1e-3, 0.01)
+    return Task(UPRIGHT, UPRIGHT.tool_path(at, points)), support
+
+
+def both(task: Task, support: Support) -> ToolPath:
+    return ToolPath.of_tools([task.desired, support.desired])
+
+
+def test_a_support_out_of_reach_changes_nothing():
+    """To the last bit the answer of the forming tool alone, and no force on the support."""
+    task, support = stroke(height=-0.03)
+    alone = table().process(task).wrench(task.desired)
+    found = table().supported_process(task, support).wrench(both(task, support))
+    assert alone.peak_force > 50.0
+    assert np.array_equal(found.tools[0].wrench, alone.wrench)
+    assert np.all(found.tools[1].wrench == 0.0)
+    assert found.workpiece is not None
+    assert np.array_equal(found.workpiece.points, alone.workpiece.points)
+
+
+def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
+    """Its force points off the sheet, at its centre; the forming tool has to press harder."""
+    task, support = stroke(height=-1e-3)
+    alone = table().process(task).wrench(task.desired)
+    found = table().supported_process(task, support).wrench(both(task, support))
+    forming, behind = (
+        UPRIGHT.rotation.inv().apply(tool.wrench.reshape(-1, 3)).reshape(-1, 6)
+        for tool in found.tools
+    )
+    deep = UPRIGHT.coordinates(task.desired)[:, 2] < -3e-4
+    assert np.all(behind[deep, 2] < -10.0)
+    assert np.all(forming[deep, 2] > 10.0)
+    assert found.tools[0].peak_force > 1.2 * alone.peak_force
+    lever = np.array([0.0, 0.0, -5e-3])
+    np.testing.assert_allclose(behind[:, 3:], np.cross(lever, behind[:, :3]), atol=1e-12)
+
+
+def test_a_part_turned_over_turns_the_forces_of_both_tools():
+    """The same forces in the axes of the part, whose z now points down."""
+    task, support = stroke(height=-1e-3)
+    over = UPRIGHT.rotation * Rotation.from_euler("x", np.pi)
+    turned = Part(UPRIGHT.position, over)
+    upper = table().supported_process(task, support).wrench(both(task, support))
+    points = [UPRIGHT.coordinates(path) for path in (task.desired, support.desired)]
+    time = task.desired.time
+    below = turned.tool_path(time, points[0]), turned.support_path(time, points[1])
+    direction = over.apply(UPRIGHT.rotation.inv().apply(support.direction))
+    lower = table().supported_process(
+        replace(task, part=turned, desired=below[0]),
+        replace(support, desired=below[1], direction=direction),
+    )
+    found = lower.wrench(ToolPath.of_tools(below))
+    for here, there in zip(upper.tools, found.tools, strict=True):
+        forces = UPRIGHT.rotation.inv().apply(here.wrench[:, :3])
+        np.testing.assert_allclose(
+            over.inv().apply(there.wrench[:, :3]), forces, atol=1e-6 * upper.peak_force
+        )
+
+
+def test_a_support_that_leaves_the_sheet_is_refused():
+    task, support = stroke(height=-1e-3)
+    with pytest.raises(CaseError, match="which the tool path spans"):
+        table(sheet_size_m=[0.04, 0.016], element_m=0.003).supported_process(task, support)
+
+
+def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path):
+    """One small contour: both tools are pushed apart, and the cell's report has the sheet."""
+    text = (CASES / "two_robots_fem.toml").read_text()
+    for old, new in (
+        ("radius_m       = 0.02", "radius_m = 0.01"),
+        ("step_down_m    = 0.001", "step_down_m = 0.002"),
+        ("[0.08, 0.08]", "[0.06, 0.06]"),
+        ("tolerance_m     = 1e-5", "tolerance_m = 5e-5"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file, out = tmp_path / "small.toml", tmp_path / "out"
+    file.write_text(text)
+    case = load_case(file)
+    run = run_coupling(case)
+    assert run.converged, run.reason
+    into_part = case.part.rotation.inv()
+    forming, behind = (into_part.apply(tool.wrench[:, :3]) for tool in run.wrench.tools)
+    assert forming[:, 2].max() > 100.0
+    assert behind[:, 2].min() < -50.0
+    assert np.all(forming[:, 2] >= -1e-9)
+    assert np.all(behind[:, 2] <= 1e-9)
+    out.mkdir()
+    write_run(out, case, run)
+    assert set(read_cell(out).workpieces) == {"actual"}
+    assert 'id="workpiece"' in write_report(out).read_text()
