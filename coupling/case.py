@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from coupling.case_tables import (
-    CompensationTable,
-    CouplingTable,
-    PartTable,
-    RobotTable,
-    SupportTable,
-)
+from coupling.case_tables import CouplingTable, PartTable, RobotTable, SupportTable
 from coupling.errors import CaseError
-from coupling.files.robot_file import find_robot, load_robot
+from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, nearest, validate
 from coupling.path.histories import ToolPath
-from coupling.process import Process, Task
+from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
-from coupling.robot.cell import Placement
-from coupling.solve.relaxation import SCHEMES, Scheme
+from coupling.robot.cell import AT_THE_ORIGIN, Placement
+from coupling.robot.robot import Mode
+from coupling.solve.correction import Method
+from coupling.solve.mirror import METHODS
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.part import Part
-from coupling.toolpaths.support import Support
+from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
-from elastic_robot.errors import ElasticRobotError
+
+_DEFAULT_METHOD = "mirror"
 
 
 class _CaseFile(Schema):
-    """The whole file; the tables of a tool path and a process depend on their kind."""
+    """The whole file; the tables of a tool path, a process and a method depend on their kind."""
 
     robot: RobotTable
     support: SupportTable | None = None
@@ -40,7 +37,7 @@ class _CaseFile(Schema):
     tool_path: dict[str, Any]
     process: dict[str, Any]
     coupling: CouplingTable = CouplingTable()
-    compensation: CompensationTable = CompensationTable()
+    compensation: dict[str, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,7 @@ class PlacedRobot:
         description: The robot.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad].
-        placement: Of its base in the world, which is the base of the first robot.
+        placement: Place of its base in the world, which is the base of the first robot.
     """
 
     name: str
@@ -69,154 +66,123 @@ class Case:
     Attributes:
         name: The file's name without ending.
         robots: One robot, or forming and supporting robot of a cell.
-        settings: Table [robot].
-        part: Placement of the part.
-        desired: Desired tool path; in a cell, those of both tools.
-        support: What the supporting tool is to do, in a cell.
+        mode: How the robots are simulated.
+        fmu: Kind of their FMUs.
+        task: What is to be made.
         process: Process model.
         coupling: Table [coupling].
-        compensation: Table [compensation].
+        method: What corrects the command, with its keys of [compensation].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
     name: str
     robots: tuple[PlacedRobot, ...]
-    settings: RobotTable
-    part: Part
-    desired: ToolPath
-    support: Support | None
+    mode: Mode
+    fmu: str
+    task: Task
     process: Process
     coupling: CouplingTable
-    compensation: CompensationTable
+    method: Method
     resolved: dict[str, Any]
 
     @property
-    def robot(self) -> Robot:
-        """The robot that holds the tool; in a cell, the forming tool."""
-        return self.robots[0].description
-
-    @property
-    def home(self) -> np.ndarray:
-        """Its joint angles where inverse kinematics starts [rad]."""
-        return self.robots[0].home
-
-    def scheme(self) -> Scheme:
-        """Return a new relaxation scheme."""
-        return SCHEMES[self.coupling.scheme](self.coupling.relaxation)
+    def desired(self) -> ToolPath:
+        """Desired paths of all tools."""
+        return self.task.desired
 
 
-def load_case(path: str | Path, workspace: Path | None = None) -> Case:
+def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.
 
     Args:
         path: The file.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
+        watch: Function that is told what happens in the process.
 
     Raises:
         CaseError: With file, table, key, value found and what is needed.
     """
     path = Path(path)
-    data = load_toml(path, CaseError)
-    file = validate(data, _CaseFile, CaseError, str(path))
-    robots = [_placed_robot(path, "robot", file.robot, _AT_THE_ORIGIN)]
-    if file.support is not None:
-        robots.append(_placed_robot(path, "support", file.support, file.support.placement()))
+    file = validate(load_toml(path, CaseError), _CaseFile, CaseError, str(path))
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
+    compensation = {"method": _DEFAULT_METHOD, **file.compensation}
+    method = _variant(path, "compensation", "method", compensation, METHODS)
     process_table = _process_table(path, file.process)
-    part = file.part.part()
-    try:
-        desired = tool_path.path(part)
-        angle = getattr(tool_path, "wall_angle_deg", None)
-        task = Task(
-            part=part,
-            desired=desired,
-            wall_angle=None if angle is None else float(np.deg2rad(angle)),
-            step_down=getattr(tool_path, "step_down_m", None),
-        )
+    robots = [_placed("forming", file.robot, AT_THE_ORIGIN, f"{path}: robot", path.parent)]
+    if file.support is not None:
+        at = file.support.placement()
+        robots.append(_placed("support", file.support, at, f"{path}: support", path.parent))
+    with _errors_of(str(path)):
+        task = replace(tool_path.task(file.part.part()), watch=watch)
         if workspace is not None:
             task = replace(task, workspace=workspace)
-        if file.support is None:
-            support, process = None, process_table.process(task)
-        else:
-            support = _support(file.support, task, process_table)
-            process = process_table.supported_process(task, support)
-    except CaseError as cause:
-        raise CaseError(f"{path}: {cause}") from cause
-    resolved = file.model_dump(exclude_none=True)
-    for table in ("robot", "support"):
-        if table in resolved:
-            description = resolved[table]["description"]
-            resolved[table]["description"] = _resolved(description, path.parent)
-    resolved["tool_path"] = tool_path.model_dump(exclude_none=True, mode="json")
-    resolved["process"] = process_table.model_dump(exclude_none=True, mode="json")
+        if file.support is not None:
+            task = _supported(task, file.support, process_table)
+        process = process_table.process(task)
+    tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
+    tables |= {"coupling": file.coupling, "compensation": method}
+    resolved = {"robot": file.robot.resolved(path.parent)}
+    if file.support is not None:
+        resolved["support"] = file.support.resolved(path.parent)
+    resolved |= {k: t.model_dump(exclude_none=True, mode="json") for k, t in tables.items()}
     return Case(
         name=path.stem,
         robots=tuple(robots),
-        settings=file.robot,
-        part=part,
-        desired=desired if support is None else ToolPath.of_tools([desired, support.desired]),
-        support=support,
+        mode=file.robot.mode,
+        fmu=file.robot.fmu,
+        task=task,
         process=process,
         coupling=file.coupling,
-        compensation=file.compensation,
+        method=method,
         resolved=resolved,
     )
 
 
-def _variant(path: Path, table: str, key: str, data: dict[str, Any], known: dict[str, Any]) -> Any:
+@contextmanager
+def _errors_of(where: str) -> Iterator[None]:
+    """Let the message of a CaseError begin with a place."""
+    try:
+        yield
+    except CaseError as cause:
+        raise CaseError(f"{where}: {cause}") from cause
+
+
+def _variant(
+    path: Path, table: str, key: str, data: dict[str, Any], known: Mapping[str, type[Schema]]
+) -> Any:
     """Validate a table whose schema is chosen by one of its keys."""
     if key not in data:
         raise CaseError(f"{path}: {table}: key {key!r} is missing; known: {', '.join(known)}")
-    if data[key] not in known:
-        raise CaseError(
-            f"{path}: {table}: {key}: found {data[key]!r}; {nearest(str(data[key]), list(known))}"
-        )
-    return validate(data, known[data[key]], CaseError, f"{path}: {table}", path.parent)
+    name = str(data[key])
+    if name not in known:
+        raise CaseError(f"{path}: {table}: {key}: found {name!r}; {nearest(name, list(known))}")
+    return validate(data, known[name], CaseError, f"{path}: {table}", path.parent)
 
 
-def _process_table(path: Path, data: dict[str, Any]) -> Any:
+def _process_table(path: Path, data: dict[str, Any]) -> ProcessTable:
     """Validate [process], whose schema is shipped or the user's own."""
     if "model" not in data:
         raise CaseError(f"{path}: process: key 'model' is missing; it is needed")
-    try:
+    with _errors_of(f"{path}: process: model"):
         model, schema = find_process(str(data["model"]), path.parent)
-    except CaseError as cause:
-        raise CaseError(f"{path}: process: model: {cause}") from cause
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
 
 
-_AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
-
-
-def _placed_robot(
-    path: Path, table: str, keys: RobotTable | SupportTable, placement: Placement
+def _placed(
+    name: str, table: RobotTable | SupportTable, at: Placement, where: str, folder: Path
 ) -> PlacedRobot:
     """Read the robot that a table describes."""
-    try:
-        robot = load_robot(find_robot(keys.description, path.parent))
-    except ElasticRobotError as cause:
-        raise CaseError(f"{path}: {table}: description: {cause}") from cause
-    if len(keys.home_deg) != len(robot.joints):
-        raise CaseError(
-            f"{path}: {table}: home_deg: found {len(keys.home_deg)} angles; needed are"
-            f" {len(robot.joints)}, one for each joint"
-        )
-    name = "forming" if table == "robot" else table
-    return PlacedRobot(name, robot, keys.torque_curve, np.deg2rad(keys.home_deg), placement)
+    with _errors_of(where):
+        robot = table.robot(folder)
+    return PlacedRobot(name, robot, table.torque_curve, np.deg2rad(table.home_deg), at)
 
 
-def _resolved(description: str, folder: Path) -> str:
-    """Return a shipped robot's name as it is, another one's file as an absolute path."""
-    file = find_robot(description, folder)
-    shipped = description == file.stem and "/" not in description
-    return description if shipped else str(file.resolve())
-
-
-def _support(table: SupportTable, task: Task, process_table: Any) -> Support:
-    """Return what the supporting tool is to do, where the process knows two tools."""
-    if not hasattr(process_table, "supported_process"):
+def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> Task:
+    """Return the task with a supporting tool, where the process knows two tools."""
+    diameter = process_table.forming_tool_diameter
+    if diameter is None:
         raise CaseError(
             f"process: model {process_table.model!r} knows one tool; needed with [support] is one"
             " that knows two, as isf-force-law and sheet-fem"
         )
-    return table.support(task, process_table.tool_diameter_m)
+    return task.supported(table.support(task, diameter))

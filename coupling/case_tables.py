@@ -3,59 +3,88 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import BeforeValidator, Field
 from scipy.spatial.transform import Rotation
 
 from build_fmu import KINDS
 from coupling.errors import CaseError
-from coupling.files.robot_file import Vector3
+from coupling.files.robot_file import Vector3, find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, nearest
-from coupling.process import Task
 from coupling.robot.cell import Placement
+from coupling.robot.robot import Mode
 from coupling.solve.fixed_point import Tolerance
-from coupling.solve.mirror import METHODS, MirrorSettings
-from coupling.solve.relaxation import SCHEMES
+from coupling.solve.relaxation import SCHEMES, Scheme
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.support import STRATEGIES, Support, support_along
+from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
+from coupling.toolpaths.task import Task
+from elastic_robot.description import Robot
+from elastic_robot.errors import ElasticRobotError
 from elastic_robot.fmi.interface import MODES
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 
-def _one_of(names: Iterable[str]) -> AfterValidator:
-    """Refuse a text that is none of the names."""
+def _one_of(names: Iterable[str]) -> BeforeValidator:
+    """Refuse what is none of the names."""
     known = list(names)
 
-    def check(value: str) -> str:
+    def check(value: object) -> object:
         if value not in known:
-            raise ValueError(f"found {value!r}; {nearest(value, known)}")
+            raise ValueError(f"found {value!r}; {nearest(str(value), known)}")
         return value
 
-    return AfterValidator(check)
+    return BeforeValidator(check)
 
 
-class RobotTable(Schema):
-    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
+class _MemberTable(Schema):
+    """What is said of every robot of a cell."""
 
     description: str
     torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
-    mode: Annotated[str, _one_of(MODES)] = "quasistatic"
-    fmu: Annotated[str, _one_of(KINDS)] = "python"
     home_deg: list[float]
 
+    def robot(self, folder: Path) -> Robot:
+        """Return the description, whose file is relative to a folder.
 
-class SupportTable(Schema):
+        Raises:
+            CaseError: If it cannot be read or has another number of joints than home_deg.
+        """
+        try:
+            robot = load_robot(find_robot(self.description, folder))
+        except ElasticRobotError as cause:
+            raise CaseError(f"description: {cause}") from cause
+        if len(self.home_deg) != len(robot.joints):
+            raise CaseError(
+                f"home_deg: found {len(self.home_deg)} angles; needed are {len(robot.joints)}, one for"
+                " each joint"
+            )
+        return robot
+
+    def resolved(self, folder: Path) -> dict[str, Any]:
+        """Return the table with a file of the user's as an absolute path."""
+        file = find_robot(self.description, folder)
+        shipped = self.description == file.stem and "/" not in self.description
+        description = self.description if shipped else str(file.resolve())
+        return self.model_dump(exclude_none=True) | {"description": description}
+
+
+class RobotTable(_MemberTable):
+    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
+
+    mode: Annotated[Mode, _one_of(MODES)] = "quasistatic"
+    fmu: Annotated[str, _one_of(KINDS)] = "python"
+
+
+class SupportTable(_MemberTable):
     """[support]: a second robot with a supporting tool at the sheet's back.
 
     description, torque_curve and home_deg as in [robot]; base_position_m and base_rpy_deg place its
     base in the base of the first robot, which is the world frame of the cell.
     """
 
-    description: str
-    torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
-    home_deg: list[float]
     base_position_m: Vector3
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
     strategy: Annotated[str, _one_of(STRATEGIES)] = "following"
@@ -78,15 +107,10 @@ class SupportTable(Schema):
                 "support: strategy is 'fixed-height' and the tool path has no wall; needed is a cone"
                 " or pyramid, or the strategy 'following'"
             )
-        return support_along(
-            self.strategy,
-            task.part,
-            task.desired,
-            task.wall_angle or 0.0,
-            self.gap_m,
-            forming_tool_diameter,
-            self.tool_diameter_m,
+        pinch = Pinch(
+            task.wall_angle or 0.0, self.gap_m, forming_tool_diameter, self.tool_diameter_m
         )
+        return support_along(self.strategy, task.part, task.forming, pinch)
 
 
 class PartTable(Schema):
@@ -111,28 +135,11 @@ class CouplingTable(Schema):
     force_tolerance: Positive = 1e-3
     max_evaluations: Annotated[int, Field(ge=2)] = 40
 
+    def new_scheme(self) -> Scheme:
+        """Return a new relaxation scheme."""
+        return SCHEMES[self.scheme](self.relaxation)
+
     def tolerance(self) -> Tolerance:
         """Return the limits; the rms is half the maximum unless given."""
         rms = self.rms_tolerance_m or 0.5 * self.tolerance_m
         return Tolerance(self.tolerance_m, rms, self.force_tolerance)
-
-
-class CompensationTable(Schema):
-    """[compensation]: method and its settings."""
-
-    method: Annotated[str, _one_of(METHODS)] = "mirror"
-    tolerance_m: Positive = 1e-5
-    gain: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
-    cutoff_Hz: Positive | None = None
-    max_correction_rate_m_s: Positive = 0.05
-    max_passes: Annotated[int, Field(ge=1)] = 12
-
-    def settings(self) -> MirrorSettings:
-        """Return the settings of the mirroring."""
-        return MirrorSettings(
-            self.tolerance_m,
-            self.gain,
-            self.cutoff_Hz,
-            self.max_correction_rate_m_s,
-            self.max_passes,
-        )

@@ -18,12 +18,13 @@ from rich.console import Console
 import build_fmu
 from coupling.case import Case, load_case
 from coupling.errors import CouplingError
+from coupling.events import Watch
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.report import write_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import new_run_folder, write_run
 from coupling.run.ssp import write_ssp
-from coupling.run.study import Run, Watch, run_compensation, run_coupling
+from coupling.run.study import Run, run_compensation, run_coupling
 from elastic_robot.errors import ElasticRobotError
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
@@ -104,13 +105,13 @@ def _run(
 ) -> None:
     folder = output or Path("results", file.stem)
     with new_run_folder(folder, overwrite) as scratch:
-        case = load_case(file, scratch)
         with RunView(Console()) as view:
-            run = work(case, view.watch())
+            case = load_case(file, scratch, view.watch)
+            run = work(case, view.watch)
         write_run(scratch, case, run)
         write_report(scratch)
     print_summary(Console(), case, run, folder)
-    if not run.converged:
+    if not run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 

@@ -1,6 +1,6 @@
 """FMI variables <-> a force law without memory: the process FMU of `coupling.fmu_export.process_fmu`.
 
-Beside this file the FMU's resources hold forces.py (the formulas), law.json (which one, and its
+Beside this file the FMU's resources hold force_laws.py (the formulas), law.json (which one, and its
 constants) and, where the law follows a desired path, desired.npy (time, x, y, z).  All three are
 read per instance and by path, so that process and robot FMUs in one process share nothing.
 """
@@ -28,10 +28,11 @@ class ProcessSlave(Fmi2Slave):
         self.modelName = "Process"
         resources = Path(self.resources)
         law = json.loads((resources / "law.json").read_text(encoding="utf-8"))
-        self._force = getattr(_module(resources / "forces.py"), law["force"])
-        self._constants = {name: np.array(value) for name, value in law["constants"].items()}
+        constants = {name: np.array(value) for name, value in law["constants"].items()}
         path = resources / "desired.npy"
-        self._desired = np.load(path) if path.is_file() else None
+        desired = np.load(path) if path.is_file() else None
+        laws = _module(resources / "force_laws.py")
+        self._law = laws.ForceLaw(law["law"], constants, desired)
         self._time = 0.0
         self._values = np.concatenate([law["pose_at_start"], np.zeros(len(WRENCH))])
         self._stepped = False
@@ -67,11 +68,7 @@ class ProcessSlave(Fmi2Slave):
         self._values[list(vrs)] = values
 
     def _evaluate(self):
-        arguments = dict(self._constants)
-        if self._desired is not None:
-            time, *axes = self._desired.T
-            arguments["desired"] = np.array([[np.interp(self._time, time, axis) for axis in axes]])
-        force = self._force(self._values[None, :3], **arguments)[0]
+        force = self._law.force(np.array([self._time]), self._values[None, :3])[0]
         self._values[WRENCH.start :] = [*force, 0.0, 0.0, 0.0]
 
     def _refuse(self, reason):
@@ -86,8 +83,10 @@ class ProcessSlave(Fmi2Slave):
 
 
 def _module(file):
-    """Import a file without a name that other FMUs could take."""
-    spec = importlib.util.spec_from_file_location(f"forces of {file.parent}", file)
+    """Import a file under a name that no other FMU takes."""
+    name = f"force laws of {file.parent}"
+    spec = importlib.util.spec_from_file_location(name, file)
     module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up by name
     spec.loader.exec_module(module)
     return module

@@ -6,7 +6,6 @@ import io
 import json
 from importlib import metadata
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,19 +17,10 @@ from coupling.fmu_export.model_description import About
 from coupling.fmu_export.python_slave import slave_entries, write_slave
 from coupling.path.histories import ToolPath
 from coupling.process import Process, force_laws
-from coupling.process.point_law import PointLaw
+from coupling.process.base import MemorylessProcess
 from elastic_robot.fmi.interface import AXES, POSE, STEP_SIZE, TOLERANCE, Block, Variable
 
 MODEL_NAME = "Process"
-
-
-@runtime_checkable
-class PointProcess(Protocol):
-    """A process whose wrench follows from time and position alone."""
-
-    def point_law(self) -> PointLaw:
-        """Return the law."""
-        ...
 
 
 def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
@@ -40,7 +30,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     shows after a step is that of the pose at the step's start.
 
     Args:
-        process: One that has a `point_law`.
+        process: A memoryless one.
         desired: Desired tool path; its first pose is the inputs' start value.
         file: Where to write it, ending in .fmu.
 
@@ -50,7 +40,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     Raises:
         BuildError: If the process needs the whole path at once, or the file cannot be written.
     """
-    if not isinstance(process, PointProcess):
+    if not isinstance(process, MemorylessProcess):
         raise BuildError(
             f"process: a {type(process).__name__} needs the whole path at once; step by step work the"
             " models elastic-wall and isf-force-law"
@@ -72,25 +62,25 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
         step_size=STEP_SIZE,
         tolerance=TOLERANCE,
     )
-    write_slave(file, about, _blocks(desired.pose[0]), entries, date)
+    write_slave(file, about, _blocks(desired.pose[0, 0]), entries, date)
     return file
 
 
-def _law(process: PointProcess, desired: ToolPath) -> dict[str, bytes]:
+def _law(process: MemorylessProcess, desired: ToolPath) -> dict[str, bytes]:
     """Return the files that the slave reads."""
-    law = process.point_law()
+    law = process.law()
     description = {
-        "force": law.force.__name__,
+        "law": law.name,
         "constants": {name: np.asarray(value).tolist() for name, value in law.constants.items()},
-        "pose_at_start": desired.pose[0].tolist(),
+        "pose_at_start": desired.pose[0, 0].tolist(),
     }
     files = {
         "law.json": json.dumps(description, indent=1).encode(),
-        "forces.py": Path(force_laws.__file__).read_bytes(),
+        "force_laws.py": Path(force_laws.__file__).read_bytes(),
     }
     if law.desired is not None:
         table = io.BytesIO()
-        np.save(table, np.column_stack([law.desired.time, law.desired.position]))
+        np.save(table, law.desired)
         files["desired.npy"] = table.getvalue()
     return files
 

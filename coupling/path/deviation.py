@@ -1,4 +1,4 @@
-"""How far an actual tool path is from the desired one."""
+"""How far actual tool paths are from the desired ones, and the tools of a cell from each other."""
 
 from __future__ import annotations
 
@@ -32,8 +32,10 @@ class Deviation:
 
 
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
-    """Return the deviation of an actual path from the desired one; in a cell, the worst figures."""
-    figures = [_of_tool(a, d) for a, d in zip(actual.tools, desired.tools, strict=True)]
+    """Return the deviation of an actual path from the desired one: the worst figures of the tools."""
+    figures = [
+        _of_tool(desired.time, a, d) for a, d in zip(actual.position, desired.position, strict=True)
+    ]
     worst = max(figures, key=lambda figure: figure.maximum)
     return replace(
         worst,
@@ -43,23 +45,49 @@ def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
     )
 
 
-def _of_tool(actual: ToolPath, desired: ToolPath) -> Deviation:
-    difference = actual.position - desired.position
-    distance = actual.distance_to(desired)
-    along = np.sum(difference * _directions(desired), axis=1)
+def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Deviation:
+    difference = actual - desired
+    distance = np.linalg.norm(difference, axis=1)
+    along = np.sum(difference * _directions(time, desired), axis=1)
     across = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
     return Deviation(
         maximum=float(distance.max()),
         rms=float(np.sqrt(np.mean(distance**2))),
         normal_maximum=float(across.max()),
         tangential_maximum=float(np.abs(along).max()),
-        time_of_maximum=float(desired.time[distance.argmax()]),
+        time_of_maximum=float(time[distance.argmax()]),
     )
 
 
-def _directions(path: ToolPath) -> np.ndarray:
+def _directions(time: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Unit directions of travel, (n, 3); zero where the tool stands still."""
-    step = np.gradient(path.position, path.time, axis=0)
+    step = np.gradient(position, time, axis=0)
     speed = np.linalg.norm(step, axis=1, keepdims=True)
     # A standing tool has no direction; 1e-9 m/s is far below any feed.
     return np.where(speed > 1e-9, step / np.maximum(speed, 1e-9), 0.0)
+
+
+@dataclass(frozen=True)
+class ToolGap:
+    """Gap between the surfaces of forming and supporting tool, across the sheet, over time.
+
+    Attributes:
+        time: [s], (n,).
+        commanded: Gap that the command asks for [m].
+        before, after: By how much it is wider, before and after compensation [m], (n,).
+    """
+
+    time: np.ndarray
+    commanded: float
+    before: np.ndarray
+    after: np.ndarray
+
+    def as_dict(self) -> dict[str, float]:
+        """Return its figures by name [m]."""
+        return {
+            "commanded": self.commanded,
+            "narrowest_before": self.commanded + float(self.before.min()),
+            "widest_before": self.commanded + float(self.before.max()),
+            "narrowest_after": self.commanded + float(self.after.min()),
+            "widest_after": self.commanded + float(self.after.max()),
+        }

@@ -1,27 +1,24 @@
-"""The three histories that travel between robot and process; all frozen, all on a time axis.
+"""Paths, joint motions and wrench histories, all on a time axis.
 
-In a cell of several robots their tools move at the same time: paths and wrenches then hold the columns
-of one tool beside those of the next, and `tools` takes them apart.
+A cell's tools move at the same time: the first axis of poses and wrenches counts the tools, and one
+robot is a cell of one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.workpiece import Workpiece
-
-_POSE, _TWIST, _WRENCH = 7, 6, 6  # columns of one tool
+_POSE, _WRENCH = 7, 6  # columns
 
 
-def _require_history(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> None:
+def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
+    """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,)."""
     if time.ndim != 1 or len(time) < 2 or values.ndim != 2 or len(values) != len(time):
         raise ValueError(f"{name}: time has shape {time.shape}, values {values.shape}")
-    if values.shape[1] == 0 or values.shape[1] % columns != 0:
-        raise ValueError(f"{name}: {values.shape[1]} columns; needed are {columns} for each tool")
     if not np.all(np.isfinite(time)) or not np.all(np.isfinite(values)):
         raise ValueError(f"{name}: a value is not finite")
     if np.any(np.diff(time) <= 0.0):
@@ -32,25 +29,40 @@ def _require_history(time: np.ndarray, values: np.ndarray, columns: int, name: s
         )
 
 
-def _side_by_side(values: np.ndarray, columns: int) -> list[np.ndarray]:
-    """Return the columns of every tool."""
-    return np.split(values, values.shape[1] // columns, axis=1)
+def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> np.ndarray:
+    """Return checked values (tools, n, columns), from those of a single tool as well."""
+    stacked = values[None] if values.ndim == 2 else values
+    if stacked.ndim != 3 or len(stacked) == 0 or stacked.shape[2] != columns:
+        raise ValueError(
+            f"{name}: values have shape {values.shape}; needed are (tools, n, {columns}), or"
+            f" (n, {columns}) for one tool"
+        )
+    for tool in stacked:
+        _require_history(time, tool, name)
+    return stacked
 
 
-def _one_time(histories: Sequence[ToolPath] | Sequence[WrenchHistory], name: str) -> np.ndarray:
+def _common_time(histories: Sequence[ToolPath] | Sequence[WrenchHistory], name: str) -> np.ndarray:
     time = histories[0].time
     if not all(np.array_equal(history.time, time) for history in histories):
         raise ValueError(f"{name}: the tools are given at different times")
     return time
 
 
+def poses(position: np.ndarray, rotation: Rotation) -> np.ndarray:
+    """Return positions [m], (n, 3), and rotations as poses with qw >= 0, (n, 7)."""
+    quaternion = rotation.as_quat()
+    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
+    return np.hstack([position, quaternion])
+
+
 @dataclass(frozen=True)
 class ToolPath:
-    """Poses of the TCP over time, in the robot's base frame; in a cell, of all TCPs in the world's.
+    """Poses of the TCPs over time, in the base frame of the first robot.
 
     Attributes:
         time: Rising [s], (n,).
-        pose: x, y, z, qx, qy, qz, qw of each tool, (n, 7) for one.
+        pose: x, y, z, qx, qy, qz, qw, (tools, n, 7); that of one tool may be given as (n, 7).
 
     Raises:
         ValueError: If sizes do not agree, time does not rise or a value is not finite.
@@ -58,8 +70,8 @@ class ToolPath:
     Example:
         >>> time = np.array([0.0, 1.0])
         >>> path = ToolPath(time, np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]]))
-        >>> lifted = path.displaced(np.array([[0, 0, 2e-3, 0, 0, 0]] * 2))
-        >>> lifted.deviation_from(path)[:, 2]
+        >>> lifted = path.displaced(np.array([[[0, 0, 2e-3, 0, 0, 0]] * 2]))
+        >>> lifted.deviation_from(path)[0, :, 2]
         array([0.002, 0.002])
     """
 
@@ -67,60 +79,49 @@ class ToolPath:
     pose: np.ndarray
 
     def __post_init__(self) -> None:
-        _require_history(self.time, self.pose, _POSE, "tool path")
+        object.__setattr__(self, "pose", _of_tools(self.time, self.pose, _POSE, "tool path"))
 
     @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
         """Return the path of several tools that move at the same time."""
-        time = _one_time(paths, "tool path")
-        return cls(time, np.hstack([path.pose for path in paths]))
+        return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
 
     @property
     def tools(self) -> tuple[ToolPath, ...]:
-        """The path of every tool."""
-        return tuple(ToolPath(self.time, pose) for pose in _side_by_side(self.pose, _POSE))
+        """Path of every tool by itself."""
+        return tuple(ToolPath(self.time, pose) for pose in self.pose)
 
     @property
     def position(self) -> np.ndarray:
-        """TCP positions of a single tool [m], (n, 3)."""
-        return self._single[:, :3]
+        """TCP positions [m], (tools, n, 3)."""
+        return self.pose[..., :3]
 
     @property
-    def rotation(self) -> Rotation:
-        """Rotations base_from_tool of a single tool."""
-        return Rotation.from_quat(self._single[:, 3:])
-
-    @property
-    def _single(self) -> np.ndarray:
-        if self.pose.shape[1] != _POSE:
-            raise ValueError(f"the path is that of {len(self.tools)} tools; needed is one")
-        return self.pose
+    def rotations(self) -> tuple[Rotation, ...]:
+        """Rotations base_from_tool over time, of every tool."""
+        return tuple(Rotation.from_quat(pose[:, 3:]) for pose in self.pose)
 
     def deviation_from(self, reference: ToolPath) -> np.ndarray:
-        """Return position difference [m] and rotation vector [rad] from a reference.
-
-        (n, 6) for one tool; the columns of further tools beside it.
-        """
-        columns = []
-        for own, other in zip(self.tools, reference.tools, strict=True):
-            turn = own.rotation * other.rotation.inv()
-            columns += [own.position - other.position, turn.as_rotvec()]
-        return np.hstack(columns)
+        """Return position difference [m] and rotation vector [rad] from a reference, (tools, n, 6)."""
+        turns = [
+            (own * other.inv()).as_rotvec()
+            for own, other in zip(self.rotations, reference.rotations, strict=True)
+        ]
+        return np.concatenate([self.position - reference.position, np.stack(turns)], axis=2)
 
     def distance_to(self, other: ToolPath) -> np.ndarray:
         """Return the distances at equal times [m], (n,): of the tool that is farthest off."""
-        pairs = zip(self.tools, other.tools, strict=True)
-        distances = [np.linalg.norm(a.position - b.position, axis=1) for a, b in pairs]
-        return np.max(distances, axis=0)
+        distances: np.ndarray = np.linalg.norm(self.position - other.position, axis=2)
+        return distances.max(axis=0)
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
-        """Return the path that deviates from this one, by six columns for each tool."""
-        columns = []
-        for own, twist in zip(self.tools, _side_by_side(deviation, _TWIST), strict=True):
-            quaternion = (Rotation.from_rotvec(twist[:, 3:]) * own.rotation).as_quat()
-            quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
-            columns += [own.position + twist[:, :3], quaternion]
-        return ToolPath(self.time, np.hstack(columns))
+        """Return the path that deviates from this one by (tools, n, 6), as `deviation_from` gives it."""
+        tools = zip(self.position, self.rotations, deviation, strict=True)
+        moved = [
+            poses(position + by[:, :3], Rotation.from_rotvec(by[:, 3:]) * rotation)
+            for position, rotation, by in tools
+        ]
+        return ToolPath(self.time, np.stack(moved))
 
 
 @dataclass(frozen=True)
@@ -129,29 +130,34 @@ class JointPath:
 
     Attributes:
         time: Rising [s], (n,).
-        q: [rad], (n, joints); in a cell, the joints of one robot beside those of the next.
+        q: Angles of every robot [rad], (n, joints) each.
 
     Raises:
         ValueError: As for ToolPath.
     """
 
     time: np.ndarray
-    q: np.ndarray
+    q: tuple[np.ndarray, ...]
 
     def __post_init__(self) -> None:
-        _require_history(self.time, self.q, 1, "joint path")
+        for angles in self.q:
+            _require_history(self.time, angles, "joint path")
+
+    @property
+    def robots(self) -> tuple[JointPath, ...]:
+        """Motion of every robot by itself."""
+        return tuple(JointPath(self.time, (angles,)) for angles in self.q)
 
 
 @dataclass(frozen=True)
 class WrenchHistory:
-    """Wrench on the tool at the TCP over time, base axes.
+    """Wrenches on the tools at their TCPs over time, base axes of the first robot.
 
     Row k acts over the step that ends at time[k]; row 0 acts in initialisation.
 
     Attributes:
         time: Rising [s], (n,).
-        wrench: fx, fy, fz [N], mx, my, mz [N m] on each tool, (n, 6) for one.
-        workpiece: What the process leaves to look at, if anything.
+        wrench: fx, fy, fz [N], mx, my, mz [N m], (tools, n, 6); that on one tool may be given as (n, 6).
 
     Raises:
         ValueError: As for ToolPath.
@@ -159,33 +165,42 @@ class WrenchHistory:
 
     time: np.ndarray
     wrench: np.ndarray
-    workpiece: Workpiece | None = None
 
     def __post_init__(self) -> None:
-        _require_history(self.time, self.wrench, _WRENCH, "wrench history")
+        checked = _of_tools(self.time, self.wrench, _WRENCH, "wrench history")
+        object.__setattr__(self, "wrench", checked)
 
     @classmethod
     def none(cls, time: np.ndarray, tools: int = 1) -> WrenchHistory:
         """Return no load at all."""
-        return cls(time, np.zeros((len(time), _WRENCH * tools)))
+        return cls(time, np.zeros((tools, len(time), _WRENCH)))
+
+    @classmethod
+    def of_forces(cls, time: np.ndarray, forces: Iterable[np.ndarray]) -> WrenchHistory:
+        """Return forces [N] on the tools, (n, 3) each, without moments."""
+        stacked = np.stack(list(forces))
+        return cls(time, np.concatenate([stacked, np.zeros_like(stacked)], axis=2))
 
     @classmethod
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
-        time = _one_time(histories, "wrench history")
-        return cls(time, np.hstack([history.wrench for history in histories]))
+        time = _common_time(histories, "wrench history")
+        return cls(time, np.concatenate([history.wrench for history in histories]))
 
     @property
     def tools(self) -> tuple[WrenchHistory, ...]:
-        """The wrenches on every tool."""
-        parts = _side_by_side(self.wrench, _WRENCH)
-        return tuple(WrenchHistory(self.time, wrench) for wrench in parts)
+        """Wrench on every tool by itself."""
+        return tuple(WrenchHistory(self.time, wrench) for wrench in self.wrench)
+
+    @property
+    def force(self) -> np.ndarray:
+        """Forces [N], (tools, n, 3)."""
+        return self.wrench[..., :3]
 
     @property
     def peak_force(self) -> float:
         """Largest force on a tool [N]."""
-        parts = _side_by_side(self.wrench, _WRENCH)
-        return max(float(np.linalg.norm(wrench[:, :3], axis=1).max()) for wrench in parts)
+        return float(np.linalg.norm(self.force, axis=2).max())
 
     def change_from(self, other: WrenchHistory) -> float:
         """Return the largest force difference on a tool relative to the larger peak force."""

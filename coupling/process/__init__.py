@@ -1,9 +1,9 @@
 """Process models: every model is a table of the case file that answers `process(task)`.
 
-A process sees the whole actual tool path and returns the whole wrench history on the tool.
+A process sees the whole actual tool path and answers with the whole wrench history on the tools.
 """
 
-from coupling.process.base import Process, Task, Watchable
+from coupling.process.base import Answer, Process, ProcessTable
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
@@ -12,7 +12,7 @@ from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 from coupling.process.sheet_fem_table import SheetFemTable
 
-PROCESSES = {
+PROCESSES: dict[str, type[ProcessTable]] = {
     "elastic-wall": ElasticWallTable,
     "external": ExternalTable,
     "fmu": ProcessFmuTable,
@@ -24,6 +24,7 @@ PROCESSES = {
 
 __all__ = [
     "PROCESSES",
+    "Answer",
     "ElasticWall",
     "ElasticWallTable",
     "External",
@@ -36,7 +37,6 @@ __all__ = [
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",
+    "ProcessTable",
     "SheetFemTable",
-    "Task",
-    "Watchable",
 ]

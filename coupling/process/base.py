@@ -1,67 +1,127 @@
-"""What a process model is, and what it may know of its task."""
+"""What a process model is: it sees the whole actual path of the tools and answers for all of it."""
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import hashlib
+import inspect
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, Self, runtime_checkable
-from uuid import uuid4
+from typing import Protocol
 
+import elastic_robot
+from coupling.errors import CaseError
+from coupling.files.toml_file import Schema
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.toolpaths.part import Part
+from coupling.path.workpiece import Workpiece
+from coupling.process.force_laws import ForceLaw
+from coupling.toolpaths.task import Task
 
 # Folder in the workspace for what programs compute; kept even where a run fails.
 EVALUATIONS = "evaluations"
 
 
+@dataclass(frozen=True)
+class Answer:
+    """What a process says to a path.
+
+    Attributes:
+        wrench: Wrenches on the tools along it.
+        workpiece: What it leaves to look at, such as a formed sheet, if anything.
+    """
+
+    wrench: WrenchHistory
+    workpiece: Workpiece | None = None
+
+
 class Process(Protocol):
-    """A process model."""
+    """A process model without memory from one evaluation to the next."""
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
-        """Return the wrench on the tool along an actual path, base axes.
+    @property
+    def identity(self) -> str:
+        """Key of its answers: equal for processes that answer alike, empty where it is not known."""
+        ...
 
-        What there is to look at besides, such as a formed sheet, is the history's `workpiece`.
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return what the process does along the actual path of all tools, base axes.
+
+        Raises:
+            ProcessError: If it has no answer.
         """
         ...
 
 
-# Called with the work done and in all, in whatever unit the process counts.
-Progress = Callable[[int, int], None]
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """Base of processes that carry the identity which their table gives them.
 
+    Attributes:
+        identity: From `ProcessTable.identity`.
+    """
 
-def silent(done: int, total: int) -> None:
-    """Show no progress."""
-
-
-@runtime_checkable
-class Watchable(Process, Protocol):
-    """A process that takes longer than a second: it can tell how far it is."""
-
-    def watched(self, progress: Progress) -> Self:
-        """Return the same process, telling its progress."""
-        ...
-
-
-def _temporary_folder() -> Path:
-    return Path(tempfile.gettempdir(), f"elastic_robot_{uuid4().hex}")
+    identity: str = ""
 
 
 @dataclass(frozen=True)
-class Task:
-    """What is to be made.
+class MemorylessProcess(Identified, ABC):
+    """A process of one tool whose force follows a `ForceLaw`; it can also be packed as an FMU."""
 
-    Attributes:
-        part: Placement of the part.
-        desired: Tool path that would make it.
-        wall_angle: Of the wall from the sheet's plane [rad], or None where the path has none.
-        step_down: Between two contours [m], or None.
-        workspace: Folder for files that a process leaves; a new temporary one unless given.
-    """
+    @abstractmethod
+    def law(self) -> ForceLaw:
+        """Return the law."""
 
-    part: Part
-    desired: ToolPath
-    wall_angle: float | None = None
-    step_down: float | None = None
-    workspace: Path = field(default_factory=_temporary_folder)
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the force of the law along the actual path of the tool."""
+        force = self.law().force(path.time, path.position[0])
+        return Answer(WrenchHistory.of_forces(path.time, [force]))
+
+
+class ProcessTable(Schema, ABC):
+    """Base of the case file's process tables, shipped and your own; a table answers `process(task)`."""
+
+    model: str
+
+    @abstractmethod
+    def process(self, task: Task) -> Process:
+        """Return the process for a task.
+
+        Raises:
+            CaseError: If table and task do not fit.
+        """
+
+    @property
+    def forming_tool_diameter(self) -> float | None:
+        """Diameter of the forming tool's sphere [m]; None where the process knows one tool alone."""
+        return None
+
+    def own_files(self) -> Iterable[Path]:
+        """Return the user's files that the answers depend on."""
+        return ()
+
+    def identity(self, task: Task) -> str:
+        """Return a hash of the resolved table, the task, this version and the user's own files.
+
+        Raises:
+            CaseError: If a file cannot be read.
+        """
+        digest = hashlib.sha256(elastic_robot.__version__.encode())
+        digest.update(json.dumps(self.model_dump(mode="json"), sort_keys=True).encode())
+        for values in (
+            task.part.position,
+            task.part.rotation.as_quat(),
+            task.desired.time,
+            task.desired.pose,
+        ):
+            digest.update(values.tobytes())
+        code = Path(inspect.getfile(type(self)))
+        own = [] if code.is_relative_to(Path(__file__).parent) else [code]
+        for file in (*own, *self.own_files()):
+            try:
+                digest.update(file.read_bytes())
+            except OSError as cause:
+                raise CaseError(
+                    f"process: {file}: cannot be read: {cause.strerror or cause}"
+                ) from cause
+        return digest.hexdigest()

@@ -9,48 +9,43 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.robot_file import Vector3
-from coupling.files.toml_file import Schema
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import force_laws
-from coupling.process.base import Task
-from coupling.process.point_law import PointLaw
+from coupling.process.base import MemorylessProcess, ProcessTable
+from coupling.process.force_laws import ForceLaw
+from coupling.toolpaths.task import Task
 
 
 @dataclass(frozen=True)
-class ElasticWall:
+class ElasticWall(MemorylessProcess):
     """Frictionless wall that pushes back in proportion to the penetration.
 
     Attributes:
-        point: Of the wall's plane, base frame [m], (3,).
+        point: A point of the wall's plane, base frame [m], (3,).
         normal: Unit vector out of the wall, base axes, (3,).
         stiffness: [N/m].
 
     Example:
+        >>> from coupling.path.histories import ToolPath
         >>> wall = ElasticWall(np.zeros(3), np.array([0.0, 0.0, 1.0]), stiffness=1e5)
         >>> pose = np.array([[0.0, 0.0, -1e-3, 0.0, 0.0, 0.0, 1.0]] * 2)
-        >>> wall.wrench(ToolPath(np.array([0.0, 1.0]), pose)).wrench[0, 2]
-        np.float64(100.0)
+        >>> wall.evaluate(ToolPath(np.array([0.0, 1.0]), pose)).wrench.force[0, 0]
+        array([  0.,   0., 100.])
     """
 
     point: np.ndarray
     normal: np.ndarray
     stiffness: float
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def law(self) -> ForceLaw:
         """Return stiffness times penetration along the normal; nothing off the wall."""
-        return self.point_law().wrench(path)
-
-    def point_law(self) -> PointLaw:
-        """Return the law that gives the force at a position."""
         constants: dict[str, float | np.ndarray] = {
             "point": self.point,
             "normal": self.normal,
             "stiffness": self.stiffness,
         }
-        return PointLaw(force_laws.elastic_wall, constants)
+        return ForceLaw("elastic_wall", constants)
 
 
-class ElasticWallTable(Schema):
+class ElasticWallTable(ProcessTable):
     """Keys: stiffness_N_m; point_m and normal (unit vector out of the wall) in the part frame."""
 
     model: Literal["elastic-wall"]
@@ -72,4 +67,5 @@ class ElasticWallTable(Schema):
             point=task.part.position + rotation.apply(self.point_m),
             normal=rotation.apply(self.normal),
             stiffness=self.stiffness_N_m,
+            identity=self.identity(task),
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import shutil
 import sys
 from dataclasses import dataclass
@@ -13,32 +12,34 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from coupling.errors import CaseError, ProcessError
+from coupling.events import Said, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS, read_table, write_table
-from coupling.files.toml_file import FilePath, Positive, Schema
+from coupling.files.toml_file import FilePath, Positive
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import EVALUATIONS, Task
+from coupling.process.base import EVALUATIONS, Answer, Identified, ProcessTable
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
 from coupling.process.program import last_lines, quoted, run_program
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task
 
 PATH, WRENCH = "path.csv", "wrench.csv"
-_LOG = logging.getLogger(__name__)
 # Largest error of an answered time, as a share of the shortest step: printed digits.
 _TIME_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class External:
+class External(Identified):
     """A program that is run for every evaluation.
 
     Attributes:
         command: Program and arguments.
-        time_limit: For one evaluation [s].
+        time_limit: Time that one evaluation may take [s].
         part: Placement of the part.
-        frame: Of path.csv and wrench.csv: "part" or "base".
-        folder: Where every evaluation gets a folder of its own: 0001, 0002, ...
+        frame: Frame of path.csv and wrench.csv: "part" or "base".
+        folder: Place where every evaluation gets a folder of its own: 0001, 0002, ...
         reuse: Such a folder of an earlier run, or None; for a path that was answered there, the
             answer is taken and the program not run.
+        watch: Function that is told what the program prints.
     """
 
     command: tuple[str, ...]
@@ -47,8 +48,9 @@ class External:
     frame: PoseFrame
     folder: Path
     reuse: Path | None = None
+    watch: Watch = unwatched
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         """Run the program on a path and return its answer, base axes.
 
         Raises:
@@ -62,14 +64,15 @@ class External:
         earlier = self._answered(folder / PATH)
         try:
             if earlier is None:
-                run_program(self.command, folder, self.time_limit)
+                run_program(self.command, folder, self.time_limit, self.watch)
             else:
-                _LOG.info("the answer to this path is taken from %s", earlier)
+                self.watch(Said(f"the answer to this path is taken from {earlier}"))
                 shutil.copyfile(earlier, folder / WRENCH)
             answer = self._read(folder, path)
         except ProcessError as cause:
             raise ProcessError(f"evaluation {folder.name}: {cause}") from cause
-        return WrenchHistory(path.time, wrench_in_base(self.frame, answer, path, self.part))
+        in_base = wrench_in_base(self.frame, answer, path, self.part)
+        return Answer(WrenchHistory(path.time, in_base))
 
     def _answered(self, asked: Path) -> Path | None:
         """Return the wrench.csv of an earlier run for the same path, if there is one."""
@@ -113,7 +116,7 @@ def _filled(command: list[str], info: ValidationInfo) -> list[str]:
     ]
 
 
-class ExternalTable(Schema):
+class ExternalTable(ProcessTable):
     """Keys: command, time_limit_s, frame ("part" unless given), reuse.
 
     In the words of the command, {case} stands for the folder of the case file and {python} for the
@@ -149,4 +152,10 @@ class ExternalTable(Schema):
             self.frame,
             task.workspace / EVALUATIONS,
             self.reuse,
+            task.watch,
+            identity=self.identity(task),
         )
+
+    def own_files(self) -> list[Path]:
+        """Return the files among the words of the command."""
+        return [file for word in self.command if (file := Path(word)).is_file()]

@@ -5,6 +5,9 @@ Imports NumPy alone: a process FMU packs this file.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
 # Distance from the part's axis [m] below which there is no radial direction.
@@ -80,3 +83,39 @@ def sheet_forming(
     beyond = np.sum((desired - position) * direction, axis=1)
     size = ramp * np.maximum(steady + penetration_stiffness * beyond, 0.0)
     return size[:, None] * direction
+
+
+FORCE_LAWS: dict[str, Callable[..., np.ndarray]] = {
+    "elastic_wall": elastic_wall,
+    "sheet_forming": sheet_forming,
+}
+
+
+@dataclass(frozen=True)
+class ForceLaw:
+    """A process without memory: the force follows from the time and the TCP's position alone.
+
+    Attributes:
+        name: Name of the formula in FORCE_LAWS.
+        constants: Numbers and arrays, by the name of the formula's argument.
+        desired: Times [s] and positions [m] of the desired path, (m, 4), which a formula takes as
+            `desired`, straight between its samples; None: the force does not depend on time.
+    """
+
+    name: str
+    constants: Mapping[str, float | np.ndarray]
+    desired: np.ndarray | None = None
+
+    def force(self, time: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Return the force on the tool at times (n,) and positions of the TCP (n, 3), base axes [N].
+
+        Example:
+            >>> wall = {"point": np.zeros(3), "normal": np.array([0.0, 0.0, 1.0]), "stiffness": 1e5}
+            >>> ForceLaw("elastic_wall", wall).force(np.zeros(1), np.array([[0.0, 0.0, -1e-3]]))
+            array([[  0.,   0., 100.]])
+        """
+        arguments = dict(self.constants)
+        if self.desired is not None:
+            known, *axes = self.desired.T
+            arguments["desired"] = np.column_stack([np.interp(time, known, axis) for axis in axes])
+        return FORCE_LAWS[self.name](position, **arguments)

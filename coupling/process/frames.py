@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.histories import ToolPath
+from coupling.path.histories import ToolPath, poses
 from coupling.toolpaths.part import Part
 
 # Of poses; wrenches are told in the same axes.
@@ -16,7 +16,7 @@ WrenchFrame = Literal["part", "base", "tool"]
 
 
 def poses_in(frame: PoseFrame, path: ToolPath, part: Part) -> np.ndarray:
-    """Return the poses of the TCP in a frame: x, y, z [m], qx, qy, qz, qw, qw >= 0, (n, 7).
+    """Return the poses of the only TCP in a frame: x, y, z [m], qx, qy, qz, qw, qw >= 0, (n, 7).
 
     Example:
         >>> part = Part(np.array([1.0, 0.0, 0.5]), Rotation.identity())
@@ -25,10 +25,8 @@ def poses_in(frame: PoseFrame, path: ToolPath, part: Part) -> np.ndarray:
         array([0. , 0. , 0.1])
     """
     if frame == "base":
-        return path.pose
-    quaternion = (part.rotation.inv() * path.rotation).as_quat()
-    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
-    return np.hstack([part.coordinates(path), quaternion])
+        return path.pose[0]
+    return poses(part.coordinates(path.position[0]), part.rotation.inv() * path.rotations[0])
 
 
 def wrench_in_base(
@@ -38,6 +36,10 @@ def wrench_in_base(
 
     The reference point stays the TCP: only axes change.
     """
-    base_from_frame = {"base": Rotation.identity(), "part": part.rotation, "tool": path.rotation}
+    base_from_frame = {
+        "base": Rotation.identity(),
+        "part": part.rotation,
+        "tool": path.rotations[0],
+    }
     turn = base_from_frame[frame]
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])

@@ -9,14 +9,13 @@ import numpy as np
 from pydantic import Field
 
 from coupling.errors import CaseError
-from coupling.files.toml_file import Positive, Schema
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import force_laws
-from coupling.process.base import Task
-from coupling.process.double_sided import SupportedForming
-from coupling.process.point_law import PointLaw
+from coupling.files.toml_file import Positive
+from coupling.path.histories import ToolPath
+from coupling.process.base import MemorylessProcess, Process, ProcessTable
+from coupling.process.double_sided import DoubleSided
+from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.support import Support
+from coupling.toolpaths.task import Task
 
 
 def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) -> float:
@@ -85,7 +84,7 @@ def steady_force(
 
 
 @dataclass(frozen=True)
-class IsfForceLaw:
+class IsfForceLaw(MemorylessProcess):
     """Steady forming force, raised where the actual tool goes deeper than the desired one.
 
     F = ramp(depth) max(0, F_s + k_p p) along d: away from the sheet (+z of the part) and radially
@@ -95,7 +94,7 @@ class IsfForceLaw:
 
     Attributes:
         part: Placement of the part.
-        desired: Desired tool path.
+        desired: Desired path of the tool.
         axial, radial: Steady force [N].
         penetration_stiffness: k_p [N/m].
         ramp_depth: Depth at which the force is steady [m].
@@ -108,12 +107,8 @@ class IsfForceLaw:
     penetration_stiffness: float
     ramp_depth: float
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
-        """Return the forming force along the actual path; zero in air moves."""
-        return self.point_law().wrench(path)
-
-    def point_law(self) -> PointLaw:
-        """Return the law that gives the force at a time and a position."""
+    def law(self) -> ForceLaw:
+        """Return the law; its force is zero in air moves."""
         constants = {
             "part_position": self.part.position,
             "base_from_part": self.part.rotation.as_matrix(),
@@ -122,10 +117,11 @@ class IsfForceLaw:
             "penetration_stiffness": self.penetration_stiffness,
             "ramp_depth": self.ramp_depth,
         }
-        return PointLaw(force_laws.sheet_forming, constants, self.desired)
+        desired = np.column_stack([self.desired.time, self.desired.position[0]])
+        return ForceLaw("sheet_forming", constants, desired)
 
 
-class IsfForceLawTable(Schema):
+class IsfForceLawTable(ProcessTable):
     """Keys of the material and the tool; see docs/case_file.md.
 
     wall_angle_deg and step_down_m are those of the tool path unless given here; ramp_depth_m is
@@ -144,13 +140,34 @@ class IsfForceLawTable(Schema):
     support_share: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     pinch_stiffness_N_m: Annotated[float, Field(ge=0.0)] = 0.0
 
-    def process(self, task: Task) -> IsfForceLaw:
-        """Return the force law for a task.
+    @property
+    def forming_tool_diameter(self) -> float:
+        """Diameter of the forming tool's sphere [m]."""
+        return self.tool_diameter_m
+
+    def process(self, task: Task) -> Process:
+        """Return the force law for a task, of one tool or between two.
 
         Raises:
-            CaseError: If wall angle or step-down are neither here nor in the tool path, or the
-                step is too large for the tool.
+            CaseError: If wall angle or step-down are neither here nor in the tool path, the step is
+                too large for the tool, or the share of a supporting tool is not given.
         """
+        if task.support is None:
+            return self._forming(task)
+        if self.support_share is None:
+            raise CaseError(
+                "process: key support_share is missing; needed with [support] is the share of the"
+                " forming force that the supporting tool takes, 0 to 1"
+            )
+        return DoubleSided(
+            self._forming(task),
+            task.support,
+            self.support_share,
+            self.pinch_stiffness_N_m,
+            identity=self.identity(task),
+        )
+
+    def _forming(self, task: Task) -> IsfForceLaw:
         angle = task.wall_angle if self.wall_angle_deg is None else np.deg2rad(self.wall_angle_deg)
         step_down = task.step_down if self.step_down_m is None else self.step_down_m
         if angle is None or step_down is None:
@@ -167,24 +184,10 @@ class IsfForceLawTable(Schema):
         )
         return IsfForceLaw(
             part=task.part,
-            desired=task.desired,
+            desired=task.forming,
             axial=axial,
             radial=radial,
             penetration_stiffness=self.penetration_stiffness_N_m,
             ramp_depth=self.ramp_depth_m or 4.0 * step_down,
-        )
-
-    def supported_process(self, task: Task, support: Support) -> SupportedForming:
-        """Return the force law between two tools.
-
-        Raises:
-            CaseError: As `process`, and if the share of the supporting tool is not given.
-        """
-        if self.support_share is None:
-            raise CaseError(
-                "process: key support_share is missing; needed with [support] is the share of the"
-                " forming force that the supporting tool takes, 0 to 1"
-            )
-        return SupportedForming(
-            self.process(task), support, self.support_share, self.pinch_stiffness_N_m
+            identity=self.identity(task),
         )

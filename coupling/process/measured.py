@@ -10,11 +10,12 @@ import numpy as np
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
-from coupling.files.toml_file import FilePath, Schema
+from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Task
+from coupling.process.base import Answer, Identified, ProcessTable
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
 # A record may end this share of its length before the path does: printed digits, not missing data.
@@ -22,13 +23,13 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Measured:
+class Measured(Identified):
     """A wrench that was recorded along the desired path, and does not ask where the tool is now.
 
     Attributes:
         part: Placement of the part.
-        wrench_along_path: On the tool at the TCP in axes of `frame` [N, N m], (n, 6), one row per
-            sample of the desired path.
+        wrench_along_path: Wrench on the tool at the TCP in axes of `frame` [N, N m], (n, 6), one row
+            per sample of the desired path.
         frame: "part", "base", or "tool" for a sensor that turns with the tool.
     """
 
@@ -36,13 +37,13 @@ class Measured:
     wrench_along_path: np.ndarray
     frame: WrenchFrame
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         """Return the record, turned to base axes with the actual tool."""
         in_base = wrench_in_base(self.frame, self.wrench_along_path, path, self.part)
-        return WrenchHistory(path.time, in_base)
+        return Answer(WrenchHistory(path.time, in_base))
 
 
-class MeasuredTable(Schema):
+class MeasuredTable(ProcessTable):
     """Keys: file, a CSV; frame of its axes, "tool" unless given.
 
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
@@ -69,7 +70,11 @@ class MeasuredTable(Schema):
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
         for k in range(record.shape[1]):
             wrench[:, k] = np.interp(asked, stations, record[:, k])
-        return Measured(task.part, wrench, self.frame)
+        return Measured(task.part, wrench, self.frame, identity=self.identity(task))
+
+    def own_files(self) -> tuple[Path, ...]:
+        """Return the record."""
+        return (self.file,)
 
 
 def distance_along(path: ToolPath) -> np.ndarray:
@@ -80,7 +85,7 @@ def distance_along(path: ToolPath) -> np.ndarray:
         >>> distance_along(ToolPath(np.array([0.0, 1.0]), pose))
         array([0., 5.])
     """
-    steps = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 

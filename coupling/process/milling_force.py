@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
-from coupling.files.toml_file import Positive, Schema
+from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Process, Task
+from coupling.process.base import Answer, Identified, Process, ProcessTable
 from coupling.process.cutting_force import (
     Cut,
     Cutter,
@@ -21,6 +21,7 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
 _SAMPLES_PER_TOOTH = 6
@@ -81,7 +82,7 @@ class Milling:
 
         Where the tool stands or plunges it is the direction of the last feed, or of the first.
         """
-        points = self.part.coordinates(self.desired)[:, :2]
+        points = self.part.coordinates(self.desired.position[0])[:, :2]
         velocity = np.gradient(points, self.desired.time, axis=0)
         speed = np.linalg.norm(velocity, axis=1)
         moving = speed > _STANDING
@@ -97,7 +98,9 @@ class Milling:
             time: Instants [s], (m,).
             feed: Directions of the desired feed there, (m, 2).
         """
-        actual, desired = self.part.coordinates(path), self.part.coordinates(self.desired)
+        actual, desired = (
+            self.part.coordinates(known.position[0]) for known in (path, self.desired)
+        )
 
         def at(instants: np.ndarray, values: np.ndarray) -> np.ndarray:
             return np.column_stack([np.interp(instants, path.time, v) for v in values.T])
@@ -125,7 +128,7 @@ class Milling:
 
 
 @dataclass(frozen=True)
-class ToothPassing:
+class ToothPassing(Identified):
     """Milling force of every tooth as it passes; each sample is the mean over its step.
 
     Attributes:
@@ -134,7 +137,7 @@ class ToothPassing:
 
     milling: Milling
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         """Return the wrench along an actual path."""
         milling, feed = self.milling, self.milling.feed_directions()
         steps = np.diff(path.time, prepend=path.time[0])
@@ -143,11 +146,11 @@ class ToothPassing:
             time = path.time - 0.5 * (1.0 - node) * steps
             cut = milling.cut(path, time, feed)
             total += weight * tooth_wrench(milling.cutter, milling.coefficients, cut, time)
-        return WrenchHistory(path.time, milling.in_base(total, feed))
+        return Answer(WrenchHistory(path.time, milling.in_base(total, feed)))
 
 
 @dataclass(frozen=True)
-class MeanMilling:
+class MeanMilling(Identified):
     """Milling force averaged over a revolution, for paths whose samples are far apart.
 
     Attributes:
@@ -156,21 +159,21 @@ class MeanMilling:
 
     milling: Milling
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         """Return the wrench along an actual path."""
         milling, feed = self.milling, self.milling.feed_directions()
         cut = milling.cut(path, path.time, feed)
         wrench = mean_wrench(milling.cutter, milling.coefficients, cut)
-        return WrenchHistory(path.time, milling.in_base(wrench, feed))
+        return Answer(WrenchHistory(path.time, milling.in_base(wrench, feed)))
 
 
-FORCES: dict[str, Callable[[Milling], Process]] = {
+FORCES: dict[str, type[ToothPassing] | type[MeanMilling]] = {
     "tooth-passing": ToothPassing,
     "mean": MeanMilling,
 }
 
 
-class MillingForceTable(Schema):
+class MillingForceTable(ProcessTable):
     """Keys of cutter, cut and material; see docs/milling.md.
 
     force is "tooth-passing" (resolved in time) or "mean" (over a revolution); engagement is "slot",
@@ -238,7 +241,7 @@ class MillingForceTable(Schema):
         )
         milling = Milling(
             part=task.part,
-            desired=task.desired,
+            desired=task.forming,
             cutter=cutter,
             coefficients=coefficients,
             engagement=self.engagement,
@@ -247,4 +250,4 @@ class MillingForceTable(Schema):
         )
         if not np.any(milling.feed_directions()):
             raise CaseError("process: the tool path never moves in the part's x-y plane")
-        return FORCES[self.force](milling)
+        return FORCES[self.force](milling, identity=self.identity(task))

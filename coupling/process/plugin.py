@@ -5,14 +5,15 @@ from __future__ import annotations
 import importlib.util
 import sys
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from coupling.errors import CaseError
-from coupling.files.toml_file import Schema, nearest
+from coupling.files.toml_file import nearest
 from coupling.process import PROCESSES
+from coupling.process.base import ProcessTable
 
 
-def find_process(model: str, folder: Path) -> tuple[str, Any]:
+def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
     """Return a model's full name and its table.
 
     Args:
@@ -35,15 +36,15 @@ def find_process(model: str, folder: Path) -> tuple[str, Any]:
         raise CaseError(f"{file} is not there; needed is the Python file of the process")
     module = _imported(file)
     found = getattr(module, table, None)
-    if not (isinstance(found, type) and issubclass(found, Schema) and hasattr(found, "process")):
+    if not (isinstance(found, type) and issubclass(found, ProcessTable)):
         raise CaseError(
             f"{file} has no table {table!r}; needed is a class of that name, derived from"
-            " coupling.files.toml_file.Schema, with a method process(task)"
+            " coupling.process.ProcessTable"
         )
     return f"{file}:{table}", found
 
 
-def _imported(file: Path) -> Any:
+def _imported(file: Path) -> ModuleType:
     name = f"own_process_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None

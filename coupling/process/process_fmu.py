@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,23 +12,23 @@ import numpy as np
 from pydantic import Field
 
 from coupling.errors import CaseError, ProcessError
+from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS
-from coupling.files.toml_file import FilePath, Schema
+from coupling.files.toml_file import FilePath
 from coupling.fmu.process_fmu_worker import SignalJob
 from coupling.fmu.worker import WorkerError, WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Task
+from coupling.process.base import Answer, Identified, ProcessTable
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
 from coupling.toolpaths.part import Part
-
-_LOG = logging.getLogger(__name__)
+from coupling.toolpaths.task import Task
 
 PoseColumn = Literal["x", "y", "z", "qx", "qy", "qz", "qw"]
 WrenchColumn = Literal["fx", "fy", "fz", "mx", "my", "mz"]
 
 
 @dataclass(frozen=True)
-class ProcessFmu:
+class ProcessFmu(Identified):
     """A process FMU, run over the whole path in a process of its own.
 
     Attributes:
@@ -39,7 +38,8 @@ class ProcessFmu:
         outputs: Names of its outputs by wrench column; those not named are zero.
         parameters: Start values by name.
         part: Placement of the part.
-        frame: Of poses and wrenches: "part" or "base".
+        frame: Frame of poses and wrenches: "part" or "base".
+        watch: Function that is told how far the simulation is.
     """
 
     file: Path
@@ -48,8 +48,9 @@ class ProcessFmu:
     parameters: Mapping[str, float | int | bool | str]
     part: Part
     frame: PoseFrame
+    watch: Watch = unwatched
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         """Simulate the FMU along a path and return its wrenches, base axes.
 
         Raises:
@@ -70,7 +71,8 @@ class ProcessFmu:
             raise ProcessError(
                 f"{self.file}: an output is not finite at t = {path.time[row]:.6g} s"
             )
-        return WrenchHistory(path.time, wrench_in_base(self.frame, wrench, path, self.part))
+        in_base = wrench_in_base(self.frame, wrench, path, self.part)
+        return Answer(WrenchHistory(path.time, in_base))
 
     def _run(self, job: SignalJob) -> np.ndarray:
         with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
@@ -79,19 +81,18 @@ class ProcessFmu:
                 worker = WorkerProcess("coupling.fmu.process_fmu_worker", Path(folder))
                 try:
                     worker.send(job)
-                    answers: np.ndarray = worker.receive(_tell)
+                    answers: np.ndarray = worker.receive(self._tell)
                 finally:
                     worker.close()
             except WorkerError as cause:
                 raise ProcessError(f"{self.file}: {cause}") from cause
         return answers
 
+    def _tell(self, done: int, total: int) -> None:
+        self.watch(Progress("evaluating the process", done, total))
 
-def _tell(done: int, total: int) -> None:
-    _LOG.info("step %d of %d", done, total)
 
-
-class ProcessFmuTable(Schema):
+class ProcessFmuTable(ProcessTable):
     """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame.
 
     inputs has keys x, y, z [m], qx, qy, qz, qw; outputs has keys fx, fy, fz [N], mx, my, mz [N m]
@@ -114,5 +115,16 @@ class ProcessFmuTable(Schema):
         if not self.file.is_file():
             raise CaseError(f"process: file: {self.file} is not there; needed is an FMU")
         return ProcessFmu(
-            self.file, self.inputs, self.outputs, self.parameters, task.part, self.frame
+            self.file,
+            self.inputs,
+            self.outputs,
+            self.parameters,
+            task.part,
+            self.frame,
+            task.watch,
+            identity=self.identity(task),
         )
+
+    def own_files(self) -> tuple[Path, ...]:
+        """Return the FMU."""
+        return (self.file,)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import os
 import signal
 import subprocess
@@ -13,10 +12,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from coupling.errors import ProcessError
+from coupling.events import Said, Watch, unwatched
 
 OUTPUT = "output.txt"
-# Each line that a program prints is told here, for those who watch.
-_LOG = logging.getLogger(__name__)
 # Between two looks at a running program [s].
 _LOOK = 0.1
 # For a program that is told to end, before it is killed [s].
@@ -24,13 +22,16 @@ _GRACE = 2.0
 _LAST_LINES = 12
 
 
-def run_program(command: Sequence[str], folder: Path, time_limit: float) -> None:
+def run_program(
+    command: Sequence[str], folder: Path, time_limit: float, watch: Watch = unwatched
+) -> None:
     """Run a command in a folder to its end; what it prints goes to output.txt there.
 
     Args:
         command: Program and arguments.
         folder: Its working folder.
         time_limit: [s]; then the program and all that it started are ended.
+        watch: Function that is told every line that it prints.
 
     Raises:
         ProcessError: If it cannot be started, takes too long or ends with a status other than 0.
@@ -57,7 +58,7 @@ def run_program(command: Sequence[str], folder: Path, time_limit: float) -> None
                 f"{command[0]!r} cannot be started: {cause.strerror or cause}"
             ) from cause
         try:
-            status = _watch(process, said, time_limit)
+            status = _watch(process, said, time_limit, watch)
         finally:
             if process.returncode is None:
                 _end_group(process)
@@ -83,14 +84,16 @@ def quoted(lines: str) -> str:
     return f"; its last lines:\n{lines}" if lines else "; it printed nothing"
 
 
-def _watch(process: subprocess.Popen[bytes], said: BinaryIO, time_limit: float) -> int | None:
+def _watch(
+    process: subprocess.Popen[bytes], said: BinaryIO, time_limit: float, watch: Watch
+) -> int | None:
     """Return the exit status, or None where the time limit came first."""
     end = time.monotonic() + time_limit
     while (left := end - time.monotonic()) > 0.0:
         with contextlib.suppress(subprocess.TimeoutExpired):
             return process.wait(min(_LOOK, left))
         for line in said.readlines():
-            _LOG.info(line.decode(errors="replace").rstrip())
+            watch(Said(line.decode(errors="replace").rstrip()))
     return None
 
 

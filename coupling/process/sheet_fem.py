@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Progress, silent
+from coupling.process.base import Answer, Identified
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
 from coupling.toolpaths.part import Part
 
+_WHAT = "evaluating the process"
+
 
 @dataclass(frozen=True)
-class SheetFem:
+class SheetFem(Identified):
     """A sheet formed by hemispherical tools, computed from the flat sheet in every evaluation.
 
     One tool forms it; in a cell, a second one supports it from behind.  Both are the same to the
@@ -25,10 +28,10 @@ class SheetFem:
     Attributes:
         part: Placement of the part; the sheet's upper face is its x-y plane.
         model: Of the sheet.
-        tool_radii: Of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
+        tool_radii: Radii of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
         schedule: Where on a path equilibrium is found.
         force_factor: Measured over computed force, see docs/sheet_fem.md.
-        progress: Called with positions done and in all.
+        watch: Function that is told how many positions are done.
     """
 
     part: Part
@@ -36,14 +39,10 @@ class SheetFem:
     tool_radii: tuple[float, ...]
     schedule: Schedule
     force_factor: float = 1.0
-    progress: Progress = silent
+    watch: Watch = unwatched
 
-    def watched(self, progress: Progress) -> SheetFem:
-        """Return the same process, telling its progress."""
-        return replace(self, progress=progress)
-
-    def wrench(self, path: ToolPath) -> WrenchHistory:
-        """Return the wrenches along the actual paths, with the formed sheet as their workpiece.
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the wrenches along the actual paths, and the formed sheet.
 
         Raises:
             ProcessError: If no equilibrium is found.
@@ -58,7 +57,7 @@ class SheetFem:
         loaded = state = self.model.flat()
         before, touching = moves[0], False
         for k, after in enumerate(moves):
-            self.progress(k, len(moves))
+            self.watch(Progress(_WHAT, k, len(moves)))
             if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
                 whole = self.schedule.everywhere[k]
                 box = self.model.everywhere() if whole else self.model.near(state, before, after)
@@ -70,13 +69,13 @@ class SheetFem:
             before = after
         if touching:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
-        self.progress(len(moves), len(moves))
+        self.watch(Progress(_WHAT, len(moves), len(moves)))
         wrenches = [
             self._wrench(tool, center, forces[:, k], moments[:, k])
             for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True))
         ]
         formed = formed_sheet(self.model.mesh, loaded, state)
-        return replace(WrenchHistory.of_tools(wrenches), workpiece=formed)
+        return Answer(WrenchHistory.of_tools(wrenches), formed)
 
     def _wrench(
         self, path: ToolPath, centers: np.ndarray, forces: np.ndarray, moments: np.ndarray
@@ -87,14 +86,13 @@ class SheetFem:
             for values in (forces, moments)
         )
         center = self.part.position + self.part.rotation.apply(centers)
-        moment = own + np.cross(center - path.position, force)
+        moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
     def _centers(self, path: ToolPath, radius: float) -> np.ndarray:
         """Return a sphere's centres in the part frame, behind the TCP along the tool's axis."""
-        approach = path.rotation.apply([1.0, 0.0, 0.0])
-        center = path.position - radius * approach
-        return self.part.rotation.inv().apply(center - self.part.position)
+        approach = path.rotations[0].apply([1.0, 0.0, 0.0])
+        return self.part.coordinates(path.position[0] - radius * approach)
 
     def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""

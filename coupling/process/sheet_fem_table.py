@@ -8,16 +8,15 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
-from coupling.files.toml_file import Positive, Schema
-from coupling.path.histories import ToolPath
-from coupling.process.base import Task
-from coupling.toolpaths.support import Support
+from coupling.files.toml_file import Positive
+from coupling.process.base import ProcessTable
+from coupling.toolpaths.task import Task
 
 if TYPE_CHECKING:
     from coupling.process.sheet_fem import SheetFem
 
 
-class SheetFemTable(Schema):
+class SheetFemTable(ProcessTable):
     """Keys of the sheet, its material, the tool and the fineness; see docs/sheet_fem.md.
 
     sheet_size_m is the side inside the clamps; the part's origin is in its middle.  Without
@@ -51,24 +50,17 @@ class SheetFemTable(Schema):
             )
         return self
 
+    @property
+    def forming_tool_diameter(self) -> float:
+        """Diameter of the forming tool's sphere [m]."""
+        return self.tool_diameter_m
+
     def process(self, task: Task) -> SheetFem:
-        """Return the sheet, flat and ready.
+        """Return the sheet, flat and ready, for one tool or between two.
 
         Raises:
             CaseError: If the extra `fem` is not installed, or the tool path leaves the sheet.
         """
-        return self._sheet(task, [task.desired], [self.tool_diameter_m])
-
-    def supported_process(self, task: Task, support: Support) -> SheetFem:
-        """Return the sheet between a forming and a supporting tool.
-
-        Raises:
-            CaseError: As `process`.
-        """
-        diameters = [self.tool_diameter_m, support.tool_diameter]
-        return self._sheet(task, [task.desired, support.desired], diameters)
-
-    def _sheet(self, task: Task, desired: list[ToolPath], diameters: list[float]) -> SheetFem:
         # numba is of the extra `fem`, and its import takes longer than other cases should wait.
         from coupling.process.sheet_fem import SheetFem
         from coupling.sheet_fem.forming import SheetModel, SheetSettings
@@ -76,7 +68,7 @@ class SheetFemTable(Schema):
         from coupling.sheet_fem.mesh import SheetMesh
         from coupling.sheet_fem.schedule import schedule
 
-        points = [task.part.coordinates(path) for path in desired]
+        points = [task.part.coordinates(positions) for positions in task.desired.position]
         reach = np.max(np.abs(np.vstack(points)[:, :2]), axis=0)
         if np.any(reach > 0.5 * np.array(self.sheet_size_m)):
             raise CaseError(
@@ -98,6 +90,9 @@ class SheetFemTable(Schema):
         settings = SheetSettings(
             self.layers, self.window_m, self.backing_radius_m, self.friction_coefficient
         )
+        diameters = [self.tool_diameter_m]
+        if task.support is not None:
+            diameters.append(task.support.tool_diameter)
         return SheetFem(
             part=task.part,
             model=SheetModel(
@@ -106,4 +101,6 @@ class SheetFemTable(Schema):
             tool_radii=tuple(0.5 * diameter for diameter in diameters),
             schedule=schedule(points[0], self.position_m, self.global_every),
             force_factor=self.force_factor,
+            watch=task.watch,
+            identity=self.identity(task),
         )

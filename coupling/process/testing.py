@@ -30,7 +30,7 @@ def check_process(process: Process, path: ToolPath) -> float:
         100000
     """
     before = path.pose.copy()
-    first = process.wrench(path)
+    first = process.evaluate(path).wrench
     if not np.array_equal(path.pose, before):
         raise ProcessError("the process changed the path that it was given; needed is a copy")
     if not np.array_equal(first.time, path.time):
@@ -38,15 +38,15 @@ def check_process(process: Process, path: ToolPath) -> float:
             f"the process answers at {len(first.time)} times of its own; needed are the"
             f" {len(path.time)} of the path"
         )
-    if not np.array_equal(process.wrench(path).wrench, first.wrench):
+    if not np.array_equal(process.evaluate(path).wrench.wrench, first.wrench):
         raise ProcessError(
             "the process answers the same path differently the second time; needed is a new start"
             " for every evaluation"
         )
     stiffness = 0.0
     for axis in range(3):
-        nudge = np.zeros((len(path.time), 6))
-        nudge[:, axis] = _NUDGE
-        change = process.wrench(path.displaced(nudge)).wrench - first.wrench
-        stiffness = max(stiffness, float(np.linalg.norm(change[:, :3], axis=1).max()) / _NUDGE)
+        nudge = np.zeros((*path.pose.shape[:2], 6))
+        nudge[..., axis] = _NUDGE
+        change = process.evaluate(path.displaced(nudge)).wrench.force - first.force
+        stiffness = max(stiffness, float(np.linalg.norm(change, axis=2).max()) / _NUDGE)
     return stiffness

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.path.histories import ToolPath
-from coupling.run.stored_run import StoredCell, StoredRun, stages
+from coupling.run.stored_run import StoredRobot, StoredRun, stages
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"
@@ -29,7 +29,7 @@ def style(figure: go.Figure, height: int = 380) -> go.Figure:
     return figure
 
 
-def convergence(run: StoredRun) -> go.Figure:
+def convergence(run: StoredRobot) -> go.Figure:
     """Path change of every process evaluation and deviation of every pass, logarithmic."""
     figure = go.Figure()
     count = 0
@@ -65,7 +65,7 @@ def convergence(run: StoredRun) -> go.Figure:
     return style(figure)
 
 
-def deviation(run: StoredRun) -> go.Figure:
+def deviation(run: StoredRobot) -> go.Figure:
     """Distance of the actual paths to the desired one over time, and its components at first."""
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.08)
     for (name, path), color in zip(run.actual.items(), (BEFORE, AFTER), strict=False):
@@ -80,7 +80,7 @@ def deviation(run: StoredRun) -> go.Figure:
             col=1,
         )
     first = next(iter(run.actual))
-    difference = _UM * (run.uncompensated.position - run.desired.position)
+    difference = _UM * (run.uncompensated.position[0] - run.desired.position[0])
     for axis, color, values in zip("xyz", _AXES, difference.T, strict=True):
         figure.add_scatter(
             x=run.desired.time,
@@ -96,21 +96,21 @@ def deviation(run: StoredRun) -> go.Figure:
     return style(figure, 560)
 
 
-def wrench(run: StoredRun) -> go.Figure:
+def wrench(run: StoredRobot) -> go.Figure:
     """Force and moment on the tool over time."""
-    moments = bool(np.any(run.wrench.wrench[:, 3:]))
+    moments = bool(np.any(run.wrench.wrench[..., 3:]))
     figure = make_subplots(rows=1 + moments, cols=1, shared_xaxes=True)
     for k, (name, color) in enumerate(zip(("fx", "fy", "fz"), _AXES, strict=True)):
         figure.add_scatter(
             x=run.wrench.time,
-            y=run.wrench.wrench[:, k],
+            y=run.wrench.wrench[0, :, k],
             name=name,
             line={"color": color},
             row=1,
             col=1,
         )
         if moments:
-            values = run.wrench.wrench[:, k + 3]
+            values = run.wrench.wrench[0, :, k + 3]
             line = {"color": color, "dash": "dot"}
             figure.add_scatter(
                 x=run.wrench.time, y=values, name=f"m{'xyz'[k]}", line=line, row=2, col=1
@@ -122,10 +122,10 @@ def wrench(run: StoredRun) -> go.Figure:
     return style(figure)
 
 
-def amplification(run: StoredRun) -> int:
+def amplification(run: StoredRobot) -> int:
     """Return a round factor that makes the first deviation about a tenth of the path's size."""
     largest = run.uncompensated.distance_to(run.desired).max()
-    size = np.ptp(run.desired.position, axis=0).max()
+    size = np.ptp(run.desired.position[0], axis=0).max()
     if largest == 0.0:
         return 1
     factor = max(0.1 * size / largest, 1.0)
@@ -133,13 +133,13 @@ def amplification(run: StoredRun) -> int:
     return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
 
 
-def paths(run: StoredRun, factor: int) -> go.Figure:
+def paths(run: StoredRobot, factor: int) -> go.Figure:
     """Draw the desired path and the actual ones in space, deviations amplified."""
     figure = go.Figure()
 
     def add(path: ToolPath, name: str, color: str, width: float) -> None:
-        points = run.desired.position + factor * (path.position - run.desired.position)
-        x, y, z = 1e3 * points.T
+        desired = run.desired.position[0]
+        x, y, z = 1e3 * (desired + factor * (path.position[0] - desired)).T
         figure.add_scatter3d(
             x=x, y=y, z=z, mode="lines", name=name, line={"color": color, "width": width}
         )
@@ -152,11 +152,13 @@ def paths(run: StoredRun, factor: int) -> go.Figure:
     return style(figure, 620)
 
 
-def gap(cell: StoredCell) -> go.Figure:
+def gap(cell: StoredRun) -> go.Figure:
     """Gap between the tools of a cell over time, actual and as commanded."""
     figure = go.Figure()
+    assert cell.gap is not None
+    time = cell.first.desired.time
     for values, name, color in zip(cell.gap.T, stages(cell.figures), (BEFORE, AFTER), strict=False):
-        figure.add_scatter(x=cell.time, y=1e3 * values, name=name, line={"color": color})
+        figure.add_scatter(x=time, y=1e3 * values, name=name, line={"color": color})
     commanded = 1e3 * cell.figures["pinch_gap_m"]["commanded"]
     figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]")
@@ -164,11 +166,11 @@ def gap(cell: StoredCell) -> go.Figure:
     return style(figure)
 
 
-def cell(stored: StoredCell) -> go.Figure:
+def cell(stored: StoredRun) -> go.Figure:
     """Draw the desired paths of all tools in space."""
     figure = go.Figure()
     for (name, run), color in zip(stored.robots.items(), (AFTER, BEFORE), strict=False):
-        x, y, z = 1e3 * run.desired.position.T
+        x, y, z = 1e3 * run.desired.position[0].T
         line = {"color": color, "width": 2}
         figure.add_scatter3d(x=x, y=y, z=z, mode="lines", name=f"{name} tool", line=line)
     axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import plotly.graph_objects as go
@@ -13,7 +15,7 @@ from plotly.offline import get_plotlyjs
 from coupling.errors import ResultError
 from coupling.path.workpiece import Workpiece
 from coupling.report import figures, workpiece_figures
-from coupling.run.stored_run import StoredCell, StoredRun, is_cell, read_cell, read_run, stages
+from coupling.run.stored_run import StoredRobot, StoredRun, read_run, stages
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -39,35 +41,36 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
     Raises:
         ResultError: If the run cannot be read or the report not written.
     """
-    target = file or folder / "report.html"
-    if is_cell(folder):
-        cell = read_cell(folder)
-        for name in cell.robots:
-            write_report(folder / name)
-        page = cell_page(cell)
+    target, run = file or folder / "report.html", read_run(folder)
+    if run.gap is None:
+        pages = {target: robot_page(run.first, run.workpieces)}
     else:
-        page = report_page(read_run(folder))
-    try:
-        target.write_text(page, encoding="utf-8")
-    except OSError as cause:
-        raise ResultError(f"{target}: cannot be written: {cause.strerror or cause}") from cause
+        pages = {folder / name / "report.html": robot_page(own) for name, own in run.robots.items()}
+        pages[target] = cell_page(run)
+    for place, page in pages.items():
+        try:
+            place.write_text(page, encoding="utf-8")
+        except OSError as cause:
+            raise ResultError(f"{place}: cannot be written: {cause.strerror or cause}") from cause
     return target
 
 
-def report_page(run: StoredRun) -> str:
-    """Return the page as one self-contained HTML text."""
-    factor = figures.amplification(run)
+def robot_page(
+    robot: StoredRobot, workpieces: Mapping[str, Workpiece] = MappingProxyType({})
+) -> str:
+    """Return the page of one robot and its tool as one self-contained HTML text."""
+    factor = figures.amplification(robot)
     sections = [
-        ("Path", "path", figures.paths(run, factor), _path_text(factor)),
-        ("Convergence", "convergence", figures.convergence(run), _CONVERGENCE_TEXT),
-        ("Deviation along the path", "deviation", figures.deviation(run), _deviation_text(run)),
-        ("Wrench along the path", "wrench", figures.wrench(run), _wrench_text(run)),
+        ("Path", "path", figures.paths(robot, factor), _path_text(factor)),
+        ("Convergence", "convergence", figures.convergence(robot), _CONVERGENCE_TEXT),
+        ("Deviation along the path", "deviation", figures.deviation(robot), _deviation_text(robot)),
+        ("Wrench along the path", "wrench", figures.wrench(robot), _wrench_text(robot)),
     ]
-    sections += _of_workpieces(run.workpieces)
-    return _page(run.figures, _table(run.figures), sections)
+    sections += _of_workpieces(workpieces)
+    return _page(robot.figures, _table(robot.figures), sections)
 
 
-def _of_workpieces(workpieces: dict[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
+def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
     """Return the sections of what a process leaves, none where it leaves nothing."""
     if not workpieces:
         return []
@@ -77,7 +80,7 @@ def _of_workpieces(workpieces: dict[str, Workpiece]) -> list[tuple[str, str, go.
     ]
 
 
-def cell_page(cell: StoredCell) -> str:
+def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
     rows = "".join(
         f'<tr><td><a href="{name}/report.html">{name}</a></td>'
@@ -91,11 +94,10 @@ def cell_page(cell: StoredCell) -> str:
         + f"<th>peak force [N]</th></tr>{rows}</table>"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
     )
-    first = next(iter(cell.robots.values()))
     sections = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
         ("Tools in the cell", "path", figures.cell(cell), _CELL_TEXT),
-        ("Convergence", "convergence", figures.convergence(first), _CONVERGENCE_TEXT),
+        ("Convergence", "convergence", figures.convergence(cell.first), _CONVERGENCE_TEXT),
         *_of_workpieces(cell.workpieces),
     ]
     return _page(cell.figures, table, sections)
@@ -140,7 +142,7 @@ _WORKPIECE_TEXT = (
 )
 
 
-def _deviation_text(run: StoredRun) -> str:
+def _deviation_text(run: StoredRobot) -> str:
     text = "Distance between actual and desired TCP at equal times."
     if len(run.actual) > 1:
         text += (
@@ -150,7 +152,7 @@ def _deviation_text(run: StoredRun) -> str:
     return text
 
 
-def _wrench_text(run: StoredRun) -> str:
+def _wrench_text(run: StoredRobot) -> str:
     which = "path after compensation" if len(run.actual) > 1 else "actual path"
     return f"Acting on the tool at the TCP, base axes, along the {which}."
 

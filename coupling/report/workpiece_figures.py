@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -15,7 +17,7 @@ _MM = 1e3
 _SAMPLES = 400
 
 
-def cut(workpieces: dict[str, Workpiece]) -> go.Figure:
+def cut(workpieces: Mapping[str, Workpiece]) -> go.Figure:
     """Heights in the part's x-z plane, by what the pieces are called."""
     figure = go.Figure()
     for (name, piece), color in zip(workpieces.items(), (BEFORE, AFTER), strict=False):
@@ -33,7 +35,7 @@ def cut(workpieces: dict[str, Workpiece]) -> go.Figure:
     return style(figure, 320)
 
 
-def fields(workpieces: dict[str, Workpiece]) -> go.Figure:
+def fields(workpieces: Mapping[str, Workpiece]) -> go.Figure:
     """Every field of the workpieces side by side, chosen from a menu."""
     names = list(workpieces)
     figure = make_subplots(

@@ -1,15 +1,15 @@
-"""A cell of several robots in one world frame, with the verbs of a single robot."""
+"""A cell of robots in one world frame; one robot is a cell of one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.inverse_kinematics import Planner, RateWarning
-from coupling.solve.fixed_point import SimulatedRobot
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.robot.robot import Mode, RateWarning, SimulatedRobot
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Placement:
     Example:
         >>> turned = Placement(np.array([3.0, 0.0, 0.0]), Rotation.from_euler("z", np.pi))
         >>> pose = np.array([[1.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]] * 2)
-        >>> turned.path_in_world(ToolPath(np.array([0.0, 1.0]), pose)).position[0].round(9)
+        >>> turned.path_in_world(ToolPath(np.array([0.0, 1.0]), pose)).position[0, 0].round(9)
         array([2. , 0. , 0.5])
     """
 
@@ -31,27 +31,35 @@ class Placement:
     rotation: Rotation
 
     def path_in_world(self, path: ToolPath) -> ToolPath:
-        """Return a tool path given in the robot's base in the world frame."""
-        position = self.position + self.rotation.apply(path.position)
-        return _path(path.time, position, self.rotation * path.rotation)
+        """Return the path of one tool given in the robot's base in the world frame."""
+        position = self.position + self.rotation.apply(path.position[0])
+        return ToolPath(path.time, poses(position, self.rotation * path.rotations[0]))
 
     def path_in_base(self, path: ToolPath) -> ToolPath:
-        """Return a tool path given in the world in the robot's base frame."""
+        """Return the path of one tool given in the world in the robot's base frame."""
         base_from_world = self.rotation.inv()
-        position = base_from_world.apply(path.position - self.position)
-        return _path(path.time, position, base_from_world * path.rotation)
+        position = base_from_world.apply(path.position[0] - self.position)
+        return ToolPath(path.time, poses(position, base_from_world * path.rotations[0]))
 
     def wrench_in_base(self, wrench: WrenchHistory) -> WrenchHistory:
-        """Return a wrench at the TCP given in world axes in the axes of the robot's base."""
-        base_from_world = self.rotation.inv()
-        vectors = wrench.wrench.reshape(-1, 3)
-        return WrenchHistory(wrench.time, base_from_world.apply(vectors).reshape(-1, 6))
+        """Return the wrench on one tool given in world axes in the axes of the robot's base."""
+        vectors = self.rotation.inv().apply(wrench.wrench.reshape(-1, 3))
+        return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape))
 
 
-def _path(time: np.ndarray, position: np.ndarray, rotation: Rotation) -> ToolPath:
-    quaternion = rotation.as_quat()
-    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
-    return ToolPath(time, np.hstack([position, quaternion]))
+AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
+
+
+class Planner(Protocol):
+    """Inverse kinematics of one robot."""
+
+    def plan(self, path: ToolPath) -> JointPath:
+        """Return its joint angles along the path of its tool."""
+        ...
+
+    def rate_warnings(self, path: JointPath) -> list[RateWarning]:
+        """Return one warning for each joint whose maximum rate is exceeded."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -59,9 +67,9 @@ class Member:
     """A robot of a cell.
 
     Attributes:
-        name: What it is called in messages.
-        placement: Where it stands.
-        robot: Simulates it in its own base frame.
+        name: Word for it in messages and folders.
+        placement: Place of its base.
+        robot: Its simulation, in its own base frame.
         planner: Its inverse kinematics.
     """
 
@@ -73,13 +81,10 @@ class Member:
 
 @dataclass(frozen=True)
 class Cell:
-    """Robots that move at the same time.
-
-    Paths and wrenches are those of all tools, in world axes; a joint path holds the joints of all
-    robots, in the order of the members.
+    """Robots that move at the same time; paths and wrenches are in world axes.
 
     Attributes:
-        members: The robots.
+        members: The robots; the world is the base of the first one.
     """
 
     members: tuple[Member, ...]
@@ -90,17 +95,13 @@ class Cell:
         Raises:
             PlanningError: If a robot cannot follow.
         """
-        return JointPath(
-            path.time,
-            np.hstack(
-                [
-                    member.planner.plan(member.placement.path_in_base(tool)).q
-                    for member, tool in zip(self.members, path.tools, strict=True)
-                ]
-            ),
-        )
+        motions = [
+            member.planner.plan(member.placement.path_in_base(tool))
+            for member, tool in zip(self.members, path.tools, strict=True)
+        ]
+        return JointPath(path.time, tuple(motion.q[0] for motion in motions))
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths that the tools take.
 
         Raises:
@@ -109,24 +110,18 @@ class Cell:
         return ToolPath.of_tools(
             [
                 member.placement.path_in_world(
-                    member.robot.simulate(own, member.placement.wrench_in_base(load))
+                    member.robot.simulate(own, member.placement.wrench_in_base(load), mode)
                 )
                 for member, own, load in zip(
-                    self.members, self.commands(command), wrench.tools, strict=True
+                    self.members, command.robots, wrench.tools, strict=True
                 )
             ]
         )
 
-    def commands(self, command: JointPath) -> list[JointPath]:
-        """Return the joint path of every robot."""
-        counts = [member.planner.joint_count for member in self.members]
-        parts = np.split(command.q, np.cumsum(counts)[:-1], axis=1)
-        return [JointPath(command.time, q) for q in parts]
-
     def rate_warnings(self, command: JointPath) -> list[RateWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
-            replace(warning, robot=member.name)
-            for member, own in zip(self.members, self.commands(command), strict=True)
+            replace(warning, robot=member.name if len(self.members) > 1 else "")
+            for member, own in zip(self.members, command.robots, strict=True)
             for warning in member.planner.rate_warnings(own)
         ]

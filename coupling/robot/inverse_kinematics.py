@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
 from coupling.errors import PlanningError
 from coupling.path.histories import JointPath, ToolPath
+from coupling.robot.robot import RateWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
@@ -27,33 +26,7 @@ _SINGULAR = 1e-3
 _LARGEST_JUMP = 0.5
 
 
-@dataclass(frozen=True)
-class RateWarning:
-    """A joint is asked to move faster than it can.
-
-    Attributes:
-        joint: Number, from 1.
-        time: Where it is worst [s].
-        rate: There [rad/s].
-        limit: The joint's maximum rate [rad/s].
-        robot: Its name in a cell of several.
-    """
-
-    joint: int
-    time: float
-    rate: float
-    limit: float
-    robot: str = ""
-
-    def __str__(self) -> str:
-        whose = f"{self.robot}: " if self.robot else ""
-        return (
-            f"{whose}joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
-            f" its maximum rate is {self.limit:.3g} rad/s"
-        )
-
-
-class Planner:
+class InverseKinematics:
     """Inverse kinematics of one robot.
 
     Args:
@@ -78,11 +51,6 @@ class Planner:
             + np.linalg.norm(robot.tcp_position)
         )
 
-    @property
-    def joint_count(self) -> int:
-        """Number of joints."""
-        return self._chain.joint_count
-
     def plan(self, path: ToolPath) -> JointPath:
         """Return continuous joint angles along a path, damped least squares from pose to pose.
 
@@ -91,9 +59,9 @@ class Planner:
                 a joint limit, singular or only reached by a jump.
         """
         angles = np.empty((len(path.time), self._chain.joint_count))
-        rotations = path.rotation.as_matrix()
+        rotations = path.rotations[0].as_matrix()
         guess = self._home
-        for k, position in enumerate(path.position):
+        for k, position in enumerate(path.position[0]):
             where = f"sample {k + 1}, t = {path.time[k]:.3f} s"
             target = pin.SE3(rotations[k], position)
             angles[k] = self._solve(target, guess, where)
@@ -102,11 +70,11 @@ class Planner:
             # Linear extrapolation along the path saves an iteration.
             guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
         self._require_limits(path.time, angles)
-        return JointPath(path.time, angles)
+        return JointPath(path.time, (angles,))
 
     def rate_warnings(self, path: JointPath) -> list[RateWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
-        rates = np.abs(np.diff(path.q, axis=0) / np.diff(path.time)[:, None])
+        rates = np.abs(np.diff(path.q[0], axis=0) / np.diff(path.time)[:, None])
         warnings = []
         for i, joint in enumerate(self._robot.joints):
             worst = int(np.argmax(rates[:, i]))

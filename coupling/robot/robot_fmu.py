@@ -13,9 +13,11 @@ from types import TracebackType
 import numpy as np
 
 from coupling.errors import SimulationError
+from coupling.events import Progress, Watch, unwatched
 from coupling.fmu.fmu_worker import Job
-from coupling.fmu.worker import Progress, WorkerError, WorkerProcess, unpack
+from coupling.fmu.worker import WorkerError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.robot.robot import Mode
 from elastic_robot.fingerprint import fingerprint
 
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
@@ -35,8 +37,7 @@ class RobotFmu:
     Args:
         file: The FMU.
         torque_curve: "linear", "backlash" or "spline".
-        mode: "dynamic" or "quasistatic".
-        progress: Called with steps done and steps in all, while a simulation runs.
+        watch: Function that is told how far a simulation is.
 
     Raises:
         SimulationError: If the file is no robot FMU or cannot run here.
@@ -46,13 +47,11 @@ class RobotFmu:
         self,
         file: Path,
         torque_curve: str = "backlash",
-        mode: str = "quasistatic",
-        progress: Progress | None = None,
+        watch: Watch = unwatched,
     ) -> None:
         self.torque_curve = torque_curve
-        self.mode = mode
         self._file = file
-        self._progress = progress or (lambda done, total: None)
+        self._watch = watch
         self._folder = tempfile.TemporaryDirectory(prefix="elastic_robot_")
         if not _SAFE_PATH.fullmatch(self._folder.name):
             raise SimulationError(
@@ -81,7 +80,7 @@ class RobotFmu:
             process.close()
         self._folder.cleanup()
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
 
         Row k of the history acts over the step that ends at time[k], row 0 in initialisation.
@@ -96,20 +95,21 @@ class RobotFmu:
         if not np.array_equal(command.time, wrench.time):
             raise SimulationError("command and wrench are given at different times")
         trajectory = Path(self._folder.name, "trajectory.npz")
-        columns = ["time", *(f"q{i + 1}" for i in range(command.q.shape[1]))]
-        np.savez(trajectory, columns=columns, data=np.column_stack([command.time, command.q]))
+        columns = ["time", *(f"q{i + 1}" for i in range(command.q[0].shape[1]))]
+        np.savez(trajectory, columns=columns, data=np.column_stack([command.time, command.q[0]]))
         settings = {
             "trajectory": str(trajectory),
             "torque_curve": self.torque_curve,
-            "mode": self.mode,
+            "mode": mode,
         }
-        parts = self._parts(len(command.time))
+        parts = self._parts(len(command.time), mode)
         for process, rows in zip(self._processes, parts, strict=False):
             with _simulation_errors():
-                process.send(Job(settings, wrench.time[rows], wrench.wrench[rows]))
+                process.send(Job(settings, wrench.time[rows], wrench.wrench[0, rows]))
 
         def progress(done: int, total: int) -> None:
-            self._progress(len(parts) * done, len(parts) * total)
+            what = f"simulating the {mode} robot"
+            self._watch(Progress(what, len(parts) * done, len(parts) * total))
 
         # Every answer is taken, so that no old one is in the way after an error.
         poses: list[np.ndarray] = []
@@ -124,9 +124,9 @@ class RobotFmu:
             raise errors[0]
         return ToolPath(command.time, np.vstack(poses))
 
-    def _parts(self, samples: int) -> list[slice]:
+    def _parts(self, samples: int, mode: Mode) -> list[slice]:
         """Return the samples for each process."""
-        if self.mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
+        if mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
             return [slice(0, samples)]
         if len(self._processes) < 2:
             self._processes.append(self._start())

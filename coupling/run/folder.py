@@ -8,9 +8,8 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
-from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -23,12 +22,10 @@ from coupling.files.csv_table import (
     WRENCH_COLUMNS,
     write_table,
 )
-from coupling.path.histories import JointPath
 from coupling.process.base import EVALUATIONS
+from coupling.run.figures import figures_of
 from coupling.run.stored_run import GAP, GAP_COLUMNS, RESULT, workpiece_file
-from coupling.run.study import Run, as_figures
-
-_PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
+from coupling.run.study import Run
 
 
 @contextmanager
@@ -80,92 +77,58 @@ def _require_free(folder: Path, overwrite: bool) -> None:
 def write_run(folder: Path, case: Case, run: Run) -> None:
     """Write all files of a run but the report into an existing folder.
 
+    The files of a single robot are in the folder itself, those of a cell's robots in folders by their
+    names.
+
     Raises:
         ResultError: If a file cannot be written.
     """
     try:
         (folder / "case.toml").write_text(tomli_w.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
+        _write_figures(folder, figures_of(run, case.name))
         if run.gap is None:
-            _write_robot(folder, case.name, run)
+            _write_tool(folder, run, 0)
             return
-        _write_figures(folder, case.name, run)
         gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
         _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
-        for name, own in runs_of_robots(case, run).items():
+        for tool, name in enumerate(run.robots):
             (folder / name).mkdir()
-            _write_robot(folder / name, f"{case.name}, {name} robot", own)
+            figures = figures_of(run, f"{case.name}, {name} robot", tool)
+            _write_figures(folder / name, figures)
+            _write_tool(folder / name, run, tool)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
 
 
-def runs_of_robots(case: Case, run: Run) -> dict[str, Run]:
-    """Return the run of a cell as one run for each of its robots.
-
-    Convergence is that of the cell: passes, evaluations and verdict are the same in all.
-    """
-    counts = [len(placed.description.joints) for placed in case.robots]
-    joints = np.split(run.joints.q, np.cumsum(counts)[:-1], axis=1)
-    return {
-        placed.name: replace(
-            run,
-            desired=run.desired.tools[k],
-            uncompensated=run.uncompensated.tools[k],
-            achieved=run.achieved.tools[k],
-            command=run.command.tools[k],
-            joints=JointPath(run.joints.time, joints[k]),
-            wrench=run.wrench.tools[k],
-            unloaded=run.unloaded.tools[k],
-            dynamic=None if run.dynamic is None else run.dynamic.tools[k],
-            rate_warnings=[w for w in run.rate_warnings if w.robot == placed.name],
-            gap=None,
-        )
-        for k, placed in enumerate(case.robots)
-    }
-
-
-def _write_figures(folder: Path, name: str, run: Run) -> None:
-    figures = {"case": name, **as_figures(run), "versions": _versions()}
+def _write_figures(folder: Path, figures: dict[str, Any]) -> None:
     (folder / RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
 
 
-def _write_robot(folder: Path, name: str, run: Run) -> None:
-    """Write the figures and tables of one robot."""
-    joints = [f"q{i + 1}" for i in range(run.joints.q.shape[1])]
-    _write_figures(folder, name, run)
-    for table, path in (
-        ("desired", run.desired),
-        ("uncompensated", run.uncompensated),
-        ("achieved", run.achieved),
-    ):
-        _write(folder, table, POSE_COLUMNS, path.time, path.pose)
-    command = np.hstack([run.command.pose, run.joints.q])
-    _write(folder, "command", (*POSE_COLUMNS, *joints), run.command.time, command)
-    correction = run.command.deviation_from(run.desired)
-    _write(folder, "correction", CORRECTION_COLUMNS, run.command.time, correction)
-    _write(folder, "wrench", WRENCH_COLUMNS, run.wrench.time, run.wrench.wrench)
+def _write_tool(folder: Path, run: Run, tool: int) -> None:
+    """Write the tables of one robot and its tool."""
+    found, time = run.correction, run.desired.time
+    paths = {"desired": run.desired, "uncompensated": run.before, "achieved": found.achieved}
+    for name, path in paths.items():
+        _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
+    angles = found.joints.q[tool]
+    columns = (*POSE_COLUMNS, *(f"q{i + 1}" for i in range(angles.shape[1])))
+    _write(folder, "command", columns, time, np.hstack([found.command.pose[tool], angles]))
+    correction = found.command.tools[tool].deviation_from(run.desired.tools[tool])
+    _write(folder, "correction", CORRECTION_COLUMNS, time, correction[0])
+    _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:
-    pieces = {"before": run.workpiece_before, "after": run.wrench.workpiece}
+    pieces = {"before": run.correction.uncorrected.answer, "after": run.correction.answer}
     if run.kind == "couple":
         del pieces["after"]
-    for state, workpiece in pieces.items():
-        if workpiece is not None:
-            workpiece.write(workpiece_file(folder, state))
+    for state, answer in pieces.items():
+        if answer.workpiece is not None:
+            answer.workpiece.write(workpiece_file(folder, state))
 
 
 def _write(
     folder: Path, name: str, columns: tuple[str, ...], time: np.ndarray, values: np.ndarray
 ) -> None:
     write_table(folder / f"{name}.csv", ("time", *columns), np.column_stack([time, values]))
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for package in _PACKAGES:
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:  # run from a checkout that is not installed
-            found[package] = "not installed as a package"
-    return found

@@ -18,7 +18,7 @@ from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path.histories import JointPath
-from coupling.robot.inverse_kinematics import Planner
+from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.fmi.interface import AXES, POSE
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -38,7 +38,7 @@ def write_ssp(case: Case, file: Path) -> Path:
     """Write a case's robot, commanded along the desired path, and its process as an SSP archive.
 
     Args:
-        case: The case; its process must have a `point_law`.
+        case: The case; its process must be memoryless.
         file: Where to write it, ending in .ssp.
 
     Returns:
@@ -49,17 +49,20 @@ def write_ssp(case: Case, file: Path) -> Path:
             the file cannot be written.
         CouplingError: If the path cannot be planned.
     """
-    if case.support is not None:
+    if case.task.support is not None:
         raise BuildError(f"{case.name}: a cell of two robots; needed is a case without [support]")
-    command = Planner(case.robot, case.home).plan(case.desired)
+    robot = case.robots[0]
+    command = InverseKinematics(robot.description, robot.home).plan(case.desired)
     settings = {
         "trajectory": _TRAJECTORY,
-        "torque_curve": case.settings.torque_curve,
-        "mode": case.settings.mode,
+        "torque_curve": robot.torque_curve,
+        "mode": case.mode,
     }
     with tempfile.TemporaryDirectory() as folder:
         fmus = (
-            build(case.robot, Path(folder, "ElasticRobot.fmu"), {_TRAJECTORY: _table(command)}),
+            build(
+                robot.description, Path(folder, "ElasticRobot.fmu"), {_TRAJECTORY: _table(command)}
+            ),
             build_process_fmu(case.process, case.desired, Path(folder, "Process.fmu")),
         )
         entries = {f"resources/{fmu.name}": fmu.read_bytes() for fmu in fmus}
@@ -71,8 +74,9 @@ def write_ssp(case: Case, file: Path) -> Path:
 
 def _table(command: JointPath) -> bytes:
     table = BytesIO()
-    columns = ["time", *(f"q{i + 1}" for i in range(command.q.shape[1]))]
-    np.savez(table, columns=columns, data=np.column_stack([command.time, command.q]))
+    angles = command.q[0]
+    columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
+    np.savez(table, columns=columns, data=np.column_stack([command.time, angles]))
     return table.getvalue()
 
 

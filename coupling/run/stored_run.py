@@ -29,38 +29,6 @@ def workpiece_file(folder: Path, state: str) -> Path:
     return folder / f"workpiece_{state}.vtu"
 
 
-@dataclass(frozen=True)
-class StoredRun:
-    """A run read back from its folder.
-
-    Attributes:
-        name: Of the folder.
-        figures: Content of result.json.
-        desired, uncompensated, achieved, command: Tool paths.
-        joints: Joint angles of `command`.
-        correction: command minus desired, (n, 6).
-        wrench: On the tool.
-        workpieces: By `stages`, where the process tells.
-    """
-
-    name: str
-    figures: dict[str, Any]
-    desired: ToolPath
-    uncompensated: ToolPath
-    achieved: ToolPath
-    command: ToolPath
-    joints: JointPath
-    correction: np.ndarray
-    wrench: WrenchHistory
-    workpieces: dict[str, Workpiece]
-
-    @property
-    def actual(self) -> dict[str, ToolPath]:
-        """The actual paths by `stages`."""
-        names = stages(self.figures)
-        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
-
-
 def stages(figures: dict[str, Any]) -> tuple[str, ...]:
     """Return what to call the actual paths of a run, which has only one if it is coupled only.
 
@@ -75,49 +43,73 @@ def stages(figures: dict[str, Any]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class StoredCell:
-    """A run of a cell read back from its folder.
+class StoredRobot:
+    """One robot's files of a run.
 
     Attributes:
-        figures: Content of result.json.
-        robots: The run of every robot, by name.
-        time: Of the gap [s], (n,).
-        gap: Between the tools before and after compensation [m], (n, 2).
-        workpieces: By `stages`, where the process tells.
+        figures: Content of its result.json.
+        desired, uncompensated, achieved, command: Paths of its tool.
+        joints: Joint angles of `command`.
+        correction: command minus desired, (n, 6).
+        wrench: Wrench on its tool.
     """
 
     figures: dict[str, Any]
-    robots: dict[str, StoredRun]
-    time: np.ndarray
-    gap: np.ndarray
+    desired: ToolPath
+    uncompensated: ToolPath
+    achieved: ToolPath
+    command: ToolPath
+    joints: JointPath
+    correction: np.ndarray
+    wrench: WrenchHistory
+
+    @property
+    def actual(self) -> dict[str, ToolPath]:
+        """Actual paths by `stages`."""
+        names = stages(self.figures)
+        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run read back from its folder.
+
+    Attributes:
+        figures: Content of result.json.
+        robots: Robots by name; the files of a single one are in the run's folder itself.
+        gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
+        workpieces: Workpieces by `stages`, where the process tells.
+    """
+
+    figures: dict[str, Any]
+    robots: dict[str, StoredRobot]
+    gap: np.ndarray | None
     workpieces: dict[str, Workpiece]
 
+    @property
+    def first(self) -> StoredRobot:
+        """The robot that holds the tool; in a cell, the forming tool."""
+        return next(iter(self.robots.values()))
 
-def is_cell(folder: Path) -> bool:
-    """Return whether a run folder is that of a cell."""
-    return (folder / f"{GAP}.csv").exists()
 
-
-def read_cell(folder: Path) -> StoredCell:
-    """Read the run folder of a cell.
+def read_run(folder: Path) -> StoredRun:
+    """Read a run folder.
 
     Raises:
         ResultError: If a file is missing or broken.
     """
-    table = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)
-    names = sorted(file.parent.name for file in folder.glob(f"*/{RESULT}"))
-    robots = {name: read_run(folder / name) for name in names}
-    figures = _read_figures(folder)
-    pieces = _read_workpieces(folder, figures)
-    return StoredCell(figures, robots, table[:, 0], table[:, 1:], pieces)
-
-
-def _read_workpieces(folder: Path, figures: dict[str, Any]) -> dict[str, Workpiece]:
-    return {
+    figures, gap = _read_figures(folder), None
+    robots = {"forming": folder}
+    if (folder / f"{GAP}.csv").exists():
+        gap = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)[:, 1:]
+        robots = {file.parent.name: file.parent for file in sorted(folder.glob(f"*/{RESULT}"))}
+    pieces = {
         stage: Workpiece.read(file)
         for stage, name in zip(stages(figures), ("before", "after"), strict=False)
         if (file := workpiece_file(folder, name)).exists()
     }
+    read = {name: _read_robot(place) for name, place in robots.items()}
+    return StoredRun(figures, read, gap, pieces)
 
 
 def _read_figures(folder: Path) -> dict[str, Any]:
@@ -132,14 +124,7 @@ def _read_figures(folder: Path) -> dict[str, Any]:
     return figures
 
 
-def read_run(folder: Path) -> StoredRun:
-    """Read a run folder.
-
-    Raises:
-        ResultError: If a file is missing or broken.
-    """
-    figures = _read_figures(folder)
-
+def _read_robot(folder: Path) -> StoredRobot:
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
         return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
 
@@ -151,17 +136,15 @@ def read_run(folder: Path) -> StoredRun:
     joints = tuple(name for name in header if name.startswith("q") and name[1:].isdigit())
     angles, wrench = table("command", joints), table("wrench", WRENCH_COLUMNS)
     try:
-        return StoredRun(
-            name=folder.name,
-            figures=figures,
+        return StoredRobot(
+            figures=_read_figures(folder),
             desired=tool_path("desired"),
             uncompensated=tool_path("uncompensated"),
             achieved=tool_path("achieved"),
             command=tool_path("command"),
-            joints=JointPath(angles[:, 0], angles[:, 1:]),
+            joints=JointPath(angles[:, 0], (angles[:, 1:],)),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
-            workpieces=_read_workpieces(folder, figures),
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

@@ -1,58 +1,36 @@
-"""One run from a case to figures: build the FMU, couple or compensate, validate."""
+"""One run from a case to figures: build the FMUs, couple or correct, validate."""
 
 from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from build_fmu import build_kind
 from coupling.case import Case
-from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.path.tool_gap import PinchGap
-from coupling.path.workpiece import Workpiece
-from coupling.process import Process, Watchable
+from coupling.events import Event, Watch, unwatched
+from coupling.path.deviation import Deviation, ToolGap, measure
+from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell, Member
-from coupling.robot.inverse_kinematics import Planner, RateWarning
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.robot import RateWarning
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.solve.fixed_point import Evaluation, couple
-from coupling.solve.mirror import METHODS, Compensation, Observers, Pass
+from coupling.solve.correction import Correction, Method, Uncorrected
+from coupling.solve.fixed_point import Loop
 
 
 @dataclass(frozen=True)
-class Watch:
-    """Called while a run goes on, for those who watch.
+class RunBegins(Event):
+    """A run begins.
 
     Attributes:
-        progress: What is going on, steps done, steps in all.
-        evaluation: Each evaluation of the process, and the deviation from the desired path [m].
-        finished_pass: Each pass of a compensation.
+        desired: Desired paths of all tools.
     """
 
-    progress: Callable[[str, int, int], None] = lambda what, done, total: None
-    evaluation: Callable[[Evaluation, float], None] = lambda evaluation, deviation: None
-    finished_pass: Callable[[Pass], None] = lambda finished: None
-
-
-@dataclass(frozen=True)
-class Shares:
-    """The deviation of the uncompensated command, and that of the corrected one in dynamic mode.
-
-    Attributes:
-        gravity: Of the unloaded tool from the desired path.
-        process: Of the loaded tool from the unloaded one, under the same command.
-        dynamic: Of the corrected command from the desired path, simulated in dynamic mode under the
-            wrench of the validation run; None where that was not run.
-    """
-
-    gravity: Deviation
-    process: Deviation
-    dynamic: Deviation | None = None
+    desired: ToolPath
 
 
 @dataclass(frozen=True)
@@ -61,276 +39,152 @@ class Run:
 
     Attributes:
         kind: "couple" or "compensate".
-        converged, reason: The verdict in plain words.
-        desired, uncompensated, achieved, command: Tool paths.
-        joints: Joint angles of `command`.
-        wrench: Acting on the tool along `achieved`, with the workpiece that it leaves.
-        workpiece_before: What the uncompensated command leaves, if the process tells.
-        unloaded: The tool's path under gravity alone, desired path commanded.
-        dynamic: Its path under `command` and `wrench` in dynamic mode; None where that was not run.
-        passes: The way there, pass by pass.
-        process_evaluations: In all.
-        consistency: Largest distance between the path that the process saw last and `achieved` [m].
+        robots: Names of the robots, in the order of the tools.
+        desired: Desired paths of all tools.
+        correction: What the method found.
+        dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
+            where that was not run.
         rate_warnings: Joints that would have to move too fast.
-        fmu_fingerprint: Hash of the FMU's sources and robot.
-        gap: Between the tools of a cell.
+        fmu_fingerprint: Hash of the FMUs' sources and robots.
+        gap: Gap between the tools of a cell; None for one robot.
         durations: Wall time by part [s].
     """
 
     kind: str
-    converged: bool
-    reason: str
+    robots: tuple[str, ...]
     desired: ToolPath
-    uncompensated: ToolPath
-    achieved: ToolPath
-    command: ToolPath
-    joints: JointPath
-    wrench: WrenchHistory
-    workpiece_before: Workpiece | None
-    unloaded: ToolPath
+    correction: Correction
     dynamic: ToolPath | None
-    passes: tuple[Pass, ...]
-    process_evaluations: int
-    consistency: float
-    rate_warnings: list[RateWarning]
+    rate_warnings: tuple[RateWarning, ...]
     fmu_fingerprint: str
-    gap: PinchGap | None = None
+    gap: ToolGap | None = None
     durations: dict[str, float] = field(default_factory=dict)
 
     @property
-    def shares(self) -> Shares:
-        """Of the deviation."""
-        return Shares(
-            gravity=measure(self.unloaded, self.desired),
-            process=measure(self.uncompensated, self.unloaded),
-            dynamic=None if self.dynamic is None else measure(self.dynamic, self.desired),
+    def before(self) -> ToolPath:
+        """Actual paths under the uncorrected command."""
+        return self.correction.uncorrected.path
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Deviations of one tool or the worst of several, in a run.
+
+    Attributes:
+        before: Of the loaded tool from the desired path, command = desired path.
+        after: Of the achieved path from the desired one.
+        gravity: Of the unloaded tool from the desired path, command = desired path.
+        process: Of the loaded tool from the unloaded one, under the same command.
+        dynamic: Of the corrected command from the desired path, simulated in dynamic mode; None where
+            that was not run.
+    """
+
+    before: Deviation
+    after: Deviation
+    gravity: Deviation
+    process: Deviation
+    dynamic: Deviation | None
+
+    @classmethod
+    def of(cls, run: Run, tool: int | None = None) -> Deviations:
+        """Return the deviations of one tool of a run, or the worst of all."""
+
+        def own(path: ToolPath) -> ToolPath:
+            return path if tool is None else path.tools[tool]
+
+        found, desired = run.correction, own(run.desired)
+        before, unloaded = own(run.before), own(found.unloaded)
+        return cls(
+            before=measure(before, desired),
+            after=measure(own(found.achieved), desired),
+            gravity=measure(unloaded, desired),
+            process=measure(before, unloaded),
+            dynamic=None if run.dynamic is None else measure(own(run.dynamic), desired),
         )
 
-    @property
-    def before(self) -> Deviation:
-        """Deviation of the uncompensated command from the desired path."""
-        return measure(self.uncompensated, self.desired)
 
-    @property
-    def after(self) -> Deviation:
-        """Deviation of the achieved path from the desired one."""
-        return measure(self.achieved, self.desired)
-
-
-@dataclass
-class _Desk:
-    """What both kinds of run work with; a cell of two robots does for one."""
-
-    case: Case
-    fmus: list[RobotFmu]
-    robot: RobotFmu | Cell
-    planner: Planner | Cell
-    process: Process
-    watch: Watch
-    durations: dict[str, float]
-
-    @contextmanager
-    def timed(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.durations[name] = self.durations.get(name, 0.0) + time.perf_counter() - start
-
-    def unloaded(self, joints: JointPath) -> ToolPath:
-        none = WrenchHistory.none(joints.time, len(self.fmus))
-        return self.robot.simulate(joints, none)
-
-    def evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
-        self.watch.evaluation(evaluation, measure(path, self.case.desired).maximum)
-
-
-@contextmanager
-def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
-    durations: dict[str, float] = {}
-    start = time.perf_counter()
-    fmus: list[RobotFmu] = []
-
-    def progress(done: int, total: int) -> None:
-        watch.progress(f"simulating the {fmus[0].mode} robot", done, total)
-
-    def evaluating(done: int, total: int) -> None:
-        watch.progress("evaluating the process", done, total)
-
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        members = []
-        for placed in case.robots:
-            planner = Planner(placed.description, placed.home)
-            file = build_kind(
-                placed.description, folder / f"{placed.name}.fmu", kind=case.settings.fmu
-            )
-            fmu = stack.enter_context(
-                RobotFmu(file, placed.torque_curve, case.settings.mode, progress)
-            )
-            fmus.append(fmu)
-            members.append(Member(placed.name, placed.placement, fmu, planner))
-        durations["build"] = time.perf_counter() - start
-        process = case.process
-        if isinstance(process, Watchable):
-            process = process.watched(evaluating)
-        if case.support is None:
-            yield _Desk(case, fmus, fmus[0], members[0].planner, process, watch, durations)
-        else:
-            cell = Cell(tuple(members))
-            yield _Desk(case, fmus, cell, cell, process, watch, durations)
-
-
-def run_coupling(case: Case, watch: Watch | None = None) -> Run:
-    """Couple the robot, commanded along the desired path, with its process.
+def run_coupling(case: Case, watch: Watch = unwatched) -> Run:
+    """Couple the robots, commanded along the desired paths, with their process.
 
     Raises:
         CouplingError: If the path cannot be planned or the robot cannot be simulated.
     """
-    with _desk(case, watch or Watch()) as desk:
-        with desk.timed("couple"):
-            joints = desk.planner.plan(case.desired)
-            unloaded = desk.unloaded(joints)
-            result = couple(
-                desk.robot,
-                desk.process,
-                joints,
-                case.scheme(),
-                case.coupling.tolerance(),
-                case.coupling.max_evaluations,
-                unloaded,
-                desk.evaluated,
-            )
-        first = Pass(0, measure(result.path, case.desired), result.evaluations)
-        return Run(
-            kind="couple",
-            converged=result.converged,
-            reason=result.reason,
-            desired=case.desired,
-            uncompensated=result.path,
-            achieved=result.path,
-            command=case.desired,
-            joints=joints,
-            wrench=result.wrench,
-            workpiece_before=result.wrench.workpiece,
-            unloaded=unloaded,
-            dynamic=None,
-            passes=(first,),
-            process_evaluations=len(result.evaluations),
-            consistency=result.evaluations[-1].path_change,
-            rate_warnings=desk.planner.rate_warnings(joints),
-            fmu_fingerprint="+".join(fmu.fingerprint for fmu in desk.fmus),
-            gap=_gap(case, result.path, result.path),
-            durations=desk.durations,
-        )
+    return _run(case, "couple", Uncorrected(), watch)
 
 
-def run_compensation(case: Case, watch: Watch | None = None) -> Run:
+def run_compensation(case: Case, watch: Watch = unwatched) -> Run:
     """Compute the corrected command of a case and validate it.
 
     Raises:
-        CouplingError: If the desired path cannot be planned or the robot cannot be simulated.
+        CouplingError: As `run_coupling`.
     """
-    watch = watch or Watch()
-    with _desk(case, watch) as desk:
-        method = METHODS[case.compensation.method](
-            robot=desk.robot,
-            process=desk.process,
-            planner=desk.planner,
-            scheme=case.scheme(),
-            settings=case.compensation.settings(),
-            tolerance=case.coupling.tolerance(),
-            max_evaluations=case.coupling.max_evaluations,
-            observers=Observers(desk.evaluated, watch.finished_pass),
+    return _run(case, "compensate", case.method, watch)
+
+
+def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
+    durations: dict[str, float] = {}
+    watch(RunBegins(case.desired))
+    with ExitStack() as stack:
+        with _timed("build", durations):
+            cell, fmus = _cell(case, watch, stack)
+        loop = Loop(
+            cell,
+            case.process,
+            case.mode,
+            case.coupling.new_scheme(),
+            case.coupling.tolerance(),
+            case.coupling.max_evaluations,
+            watch,
         )
-        with desk.timed("compensate"):
-            result = method.run(case.desired)
-        with desk.timed("dynamic"):
-            dynamic = _dynamic_path(desk, result)
+        with _timed(kind, durations):
+            found = method.correct(loop, case.desired)
+        dynamic = None
+        if kind == "compensate":
+            with _timed("dynamic", durations):
+                dynamic = _dynamic_path(case, cell, found)
         return Run(
-            kind="compensate",
-            converged=result.converged,
-            reason=result.reason,
+            kind=kind,
+            robots=tuple(robot.name for robot in case.robots),
             desired=case.desired,
-            uncompensated=result.uncompensated.path,
-            achieved=result.achieved,
-            command=result.command,
-            joints=result.joints,
-            wrench=result.wrench,
-            workpiece_before=result.uncompensated.wrench.workpiece,
-            unloaded=result.unloaded,
+            correction=found,
             dynamic=dynamic,
-            passes=result.passes,
-            process_evaluations=result.evaluations,
-            consistency=result.consistency,
-            rate_warnings=desk.planner.rate_warnings(result.joints),
-            fmu_fingerprint="+".join(fmu.fingerprint for fmu in desk.fmus),
-            gap=_gap(case, result.uncompensated.path, result.achieved),
-            durations=desk.durations,
+            rate_warnings=tuple(cell.rate_warnings(found.joints)),
+            fmu_fingerprint="+".join(fmu.fingerprint for fmu in fmus),
+            gap=_gap(case, found),
+            durations=durations,
         )
 
 
-def _dynamic_path(desk: _Desk, result: Compensation) -> ToolPath:
+@contextmanager
+def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
+    start = time.perf_counter()
+    yield
+    durations[name] = time.perf_counter() - start
+
+
+def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[RobotFmu]]:
+    """Return the robots of a case with their FMUs, which end with the stack."""
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    members, fmus = [], []
+    for placed in case.robots:
+        planner = InverseKinematics(placed.description, placed.home)
+        file = build_kind(placed.description, folder / f"{placed.name}.fmu", kind=case.fmu)
+        fmus.append(stack.enter_context(RobotFmu(file, placed.torque_curve, watch)))
+        members.append(Member(placed.name, placed.placement, fmus[-1], planner))
+    return Cell(tuple(members)), fmus
+
+
+def _dynamic_path(case: Case, cell: Cell, found: Correction) -> ToolPath:
     """Simulate the corrected command in dynamic mode; free where the achieved path is dynamic."""
-    if desk.case.settings.mode == "dynamic":
-        return result.achieved
-    for fmu in desk.fmus:
-        fmu.mode = "dynamic"
-    return desk.robot.simulate(result.joints, result.wrench)
+    if case.mode == "dynamic":
+        return found.achieved
+    return cell.simulate(found.joints, found.answer.wrench, "dynamic")
 
 
-def _gap(case: Case, before: ToolPath, after: ToolPath) -> PinchGap | None:
+def _gap(case: Case, found: Correction) -> ToolGap | None:
     """Return the gap between the tools of a cell."""
-    if case.support is None:
+    support = case.task.support
+    if support is None:
         return None
-    forming = case.desired.tools[0]
-    return PinchGap(
-        before.time,
-        case.support.gap,
-        case.support.opening(before, forming),
-        case.support.opening(after, forming),
-    )
-
-
-def as_figures(run: Run) -> dict[str, Any]:
-    """Return a run's figures as plain data for result.json."""
-    shares = run.shares
-    return {
-        "kind": run.kind,
-        "converged": run.converged,
-        "reason": run.reason,
-        "process_evaluations": run.process_evaluations,
-        "deviation_before_m": run.before.as_dict(),
-        "deviation_after_m": run.after.as_dict(),
-        "consistency_m": run.consistency,
-        "peak_force_N": run.wrench.peak_force,
-        "shares_m": {
-            "gravity": shares.gravity.as_dict(),
-            "process": shares.process.as_dict(),
-            "dynamic_after": shares.dynamic.as_dict() if shares.dynamic else None,
-        },
-        **({} if run.gap is None else {"pinch_gap_m": run.gap.as_dict()}),
-        "passes": [_pass_figures(entry) for entry in run.passes],
-        "rate_warnings": [str(warning) for warning in run.rate_warnings],
-        "durations_s": run.durations,
-        "fmu_fingerprint": run.fmu_fingerprint,
-    }
-
-
-def _pass_figures(entry: Pass) -> dict[str, Any]:
-    return {
-        "number": entry.number,
-        "deviation_m": entry.deviation.as_dict(),
-        "largest_correction_step_m": entry.largest_correction_step,
-        "largest_correction_step_time_s": entry.step_time,
-        "rate_limited_samples": entry.limited_samples,
-        "evaluations": [
-            {
-                "number": e.number,
-                "path_change_max_m": e.path_change,
-                "path_change_rms_m": e.path_change_rms,
-                "force_change_relative": e.force_change if e.number > 1 else None,
-                "peak_force_N": e.peak_force,
-                "worst_time_s": e.worst_time,
-            }
-            for e in entry.coupling
-        ],
-    }
+    before, after = support.opening(found.uncorrected.path), support.opening(found.achieved)
+    return ToolGap(case.desired.time, support.gap, before, after)

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from coupling.errors import ProcessError, SimulationError
+from coupling.events import Event, Watch, unwatched
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process import Process
-from coupling.solve.relaxation import Scheme
+from coupling.process.base import Answer, Process
+from coupling.robot.robot import Mode, SimulatedRobot
+from coupling.solve.outcome import Outcome
+from coupling.solve.relaxation import SCHEMES, Scheme
 
-
-class SimulatedRobot(Protocol):
-    """What the iteration needs of a robot."""
-
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
-        """Return the path that the TCP takes."""
-        ...
+RobotT_co = TypeVar("RobotT_co", bound=SimulatedRobot, covariant=True)
 
 
 @dataclass(frozen=True)
@@ -38,6 +34,29 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
+class Loop(Generic[RobotT_co]):
+    """A robot and its process, and how the loop that they form is solved.
+
+    Attributes:
+        robot: Simulates a command under a wrench.
+        process: Gives the wrench of a path.
+        mode: "dynamic" or "quasistatic": how the robot is simulated.
+        scheme: Relaxation; every coupling resets it first.
+        tolerance: When a coupling ends.
+        max_evaluations: Evaluations of the process at most, in each coupling.
+        watch: Function that is told of every evaluation.
+    """
+
+    robot: RobotT_co
+    process: Process
+    mode: Mode
+    scheme: Scheme = field(default_factory=SCHEMES["anderson"])
+    tolerance: Tolerance = field(default_factory=Tolerance)
+    max_evaluations: int = 40
+    watch: Watch = unwatched
+
+
+@dataclass(frozen=True)
 class Evaluation:
     """One evaluation of the process and the robot's answer to it.
 
@@ -47,7 +66,7 @@ class Evaluation:
         path_change_rms: Root mean square of it [m].
         force_change: Largest change of force, relative to the peak; infinite in the first.
         peak_force: [N].
-        worst_time: Where the path changes most [s].
+        worst_time: Instant at which the path changes most [s].
     """
 
     number: int
@@ -59,54 +78,60 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
+class Evaluated(Event):
+    """The process was evaluated and the robot has answered.
+
+    Attributes:
+        evaluation: Its figures.
+        path: The robot's answer.
+    """
+
+    evaluation: Evaluation
+    path: ToolPath
+
+
+@dataclass(frozen=True)
 class Coupling:
     """Result of a weak coupling.
 
     Attributes:
-        converged: Whether the tolerance was met.
+        outcome: How it ended.
         reason: In plain words; if not converged, what was seen and what to try.
-        path: The TCP's path under `wrench`: robot and wrench belong together exactly.
-        wrench: The process's answer to the last path it saw, `path` within the tolerance.
+        path: Paths of the TCPs under `answer`: robot and wrench belong together exactly.
+        answer: The process's answer to the last path it saw, `path` within the tolerance.
         evaluations: The way there.
     """
 
-    converged: bool
+    outcome: Outcome
     reason: str
     path: ToolPath
-    wrench: WrenchHistory
+    answer: Answer
     evaluations: tuple[Evaluation, ...]
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance was met."""
+        return self.outcome is Outcome.CONVERGED
 
 
 # Growth of the path change over its first value that counts as divergence.
 _DIVERGED = 10.0
 # Evaluations without a smaller path change that count as stagnation.
 _PATIENCE = 12
-
-Observer = Callable[[Evaluation, ToolPath], None]
+# A stagnating path change that stays within this ratio is a limit cycle.
+_CYCLE = 4.0
+_ADVICE = "; use the scheme aitken or anderson, or a smaller relaxation"
 
 
 def couple(
-    robot: SimulatedRobot,
-    process: Process,
-    command: JointPath,
-    scheme: Scheme,
-    tolerance: Tolerance | None = None,
-    max_evaluations: int = 40,
-    start: ToolPath | None = None,
-    observe: Observer = lambda evaluation, path: None,
+    loop: Loop[SimulatedRobot], command: JointPath, start: ToolPath | None = None
 ) -> Coupling:
-    """Find the path x = G(process(x)) of an elastic robot under its process's wrench.
+    """Find the path x = G(process(x)) of an elastic robot G under its process's wrench.
 
     Args:
-        robot: Simulates a command under a wrench.
-        process: Gives the wrench of a path.
+        loop: Robot and process.
         command: What the drives do.
-        scheme: Relaxation; it is reset first.
-        tolerance: When to stop.
-        max_evaluations: Of the process.
-        start: First path shown to the process; the robot's path without load unless given (in a
-            cell it must be given).
-        observe: Called after each evaluation.
+        start: First path shown to the process; the robot's path without load unless given.
 
     Returns:
         The result, converged or not.
@@ -115,63 +140,63 @@ def couple(
         SimulationError: If the robot cannot be simulated at all.
         ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
-    tolerance = tolerance or Tolerance()
-    scheme.reset()
-    x = start or robot.simulate(command, WrenchHistory.none(command.time))
-    origin, last, answer = x, None, None
+    loop.scheme.reset()
+    x = origin = start or unloaded_path(loop, command)
+    found: tuple[ToolPath, Answer] | None = None
     evaluations: list[Evaluation] = []
-    reason = f"not converged within {max_evaluations} evaluations of the process"
-    for number in range(1, max_evaluations + 1):
+
+    def ended(outcome: Outcome, reason: str) -> Coupling:
+        assert found is not None
+        return Coupling(outcome, reason, *found, tuple(evaluations))
+
+    for number in range(1, loop.max_evaluations + 1):
         try:
-            wrench = process.wrench(x)
-        except ProcessError as error:
-            if answer is None:
+            answer = loop.process.evaluate(x)
+            g = loop.robot.simulate(command, answer.wrench, loop.mode)
+        except (ProcessError, SimulationError) as error:
+            if found is None:
                 raise
-            reason = f"the process failed in evaluation {number}: {error}"
-            return _result(False, reason, answer, evaluations)
-        try:
-            g = robot.simulate(command, wrench)
-        except SimulationError as error:
-            if answer is None:
-                raise
-            reason = f"diverged: the robot cannot follow the iteration any more ({error})"
-            return _result(False, reason + _ADVICE, answer, evaluations)
-        answer = (g, wrench)
-        evaluations.append(_evaluate(number, x, g, wrench, last))
-        observe(evaluations[-1], g)
-        if _met(evaluations[-1], tolerance):
-            reason = f"converged in {number} evaluations of the process"
-            return _result(True, reason, answer, evaluations)
+            return ended(*_failure(error, number))
+        last, found = found, (g, answer)
+        evaluations.append(_evaluation(number, x, g, answer, last))
+        loop.watch(Evaluated(evaluations[-1], g))
+        if _met(evaluations[-1], loop.tolerance):
+            return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
         if trouble is not None:
-            return _result(False, trouble, answer, evaluations)
-        update = scheme.update(x.deviation_from(origin), g.deviation_from(origin))
-        x, last = origin.displaced(update), wrench
-    assert answer is not None
-    return _result(False, reason, answer, evaluations)
+            return ended(*trouble)
+        update = loop.scheme.update(x.deviation_from(origin), g.deviation_from(origin))
+        x = origin.displaced(update)
+    reason = f"not converged within {loop.max_evaluations} evaluations of the process"
+    return ended(Outcome.EXHAUSTED, reason)
 
 
-_ADVICE = "; use the scheme aitken or anderson, or a smaller relaxation"
+def unloaded_path(loop: Loop[SimulatedRobot], command: JointPath) -> ToolPath:
+    """Return the path of the robot under gravity alone.
+
+    Raises:
+        SimulationError: If the robot cannot be simulated.
+    """
+    none = WrenchHistory.none(command.time, len(command.q))
+    return loop.robot.simulate(command, none, loop.mode)
 
 
-def _result(
-    converged: bool,
-    reason: str,
-    answer: tuple[ToolPath, WrenchHistory],
-    evaluations: list[Evaluation],
-) -> Coupling:
-    return Coupling(converged, reason, answer[0], answer[1], tuple(evaluations))
+def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcome, str]:
+    if isinstance(error, ProcessError):
+        return Outcome.PROCESS_FAILED, f"the process failed in evaluation {number}: {error}"
+    reason = f"diverged: the robot cannot follow the iteration any more ({error}){_ADVICE}"
+    return Outcome.ROBOT_FAILED, reason
 
 
-def _evaluate(
-    number: int, x: ToolPath, g: ToolPath, wrench: WrenchHistory, last: WrenchHistory | None
+def _evaluation(
+    number: int, x: ToolPath, g: ToolPath, answer: Answer, last: tuple[ToolPath, Answer] | None
 ) -> Evaluation:
-    distance = g.distance_to(x)
+    distance, wrench = g.distance_to(x), answer.wrench
     return Evaluation(
         number=number,
         path_change=float(distance.max()),
         path_change_rms=float(np.sqrt(np.mean(distance**2))),
-        force_change=np.inf if last is None else wrench.change_from(last),
+        force_change=np.inf if last is None else wrench.change_from(last[1].wrench),
         peak_force=wrench.peak_force,
         worst_time=float(g.time[distance.argmax()]),
     )
@@ -185,32 +210,33 @@ def _met(evaluation: Evaluation, tolerance: Tolerance) -> bool:
     )
 
 
-def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> str | None:
-    """Return why it is no use to go on, if so."""
+def _trouble(evaluations: list[Evaluation], x: ToolPath, g: ToolPath) -> tuple[Outcome, str] | None:
+    """Return how and why it is no use to go on, if so."""
     changes = [evaluation.path_change for evaluation in evaluations]
     if len(changes) >= 3 and changes[-1] > _DIVERGED * changes[0]:
         factor = (changes[-1] / changes[0]) ** (1.0 / (len(changes) - 1))
-        return (
+        return Outcome.DIVERGED, (
             f"diverged: the path change grows by a factor {factor:.3g} per evaluation, to"
             f" {1e6 * changes[-1]:.3g} um{_ADVICE}"
         )
     best = int(np.argmin(changes))
-    if len(changes) - 1 - best >= _PATIENCE:
-        distance = g.distance_to(x)
-        worst = np.argsort(distance)[::-1][:3]
-        places = "; ".join(
-            f"t = {g.time[k]:.3f} s at {np.round(_farthest(g, x, k), 4).tolist()} m" for k in worst
-        )
-        recent = changes[best + 1 :]
-        kind = "a limit cycle" if max(recent) < 4.0 * min(recent) else "stagnation"
-        return (
-            f"{kind}: the path change stays between {1e6 * min(recent):.3g} and"
-            f" {1e6 * max(recent):.3g} um for {_PATIENCE} evaluations, most at {places}{_ADVICE}"
-        )
-    return None
+    if len(changes) - 1 - best < _PATIENCE:
+        return None
+    recent = changes[best + 1 :]
+    cycles = max(recent) < _CYCLE * min(recent)
+    return Outcome.LIMIT_CYCLE if cycles else Outcome.STAGNATED, (
+        f"{'a limit cycle' if cycles else 'stagnation'}: the path change stays between"
+        f" {1e6 * min(recent):.3g} and {1e6 * max(recent):.3g} um for {_PATIENCE} evaluations, most at"
+        f" {_worst_places(x, g)}{_ADVICE}"
+    )
 
 
-def _farthest(g: ToolPath, x: ToolPath, sample: int) -> np.ndarray:
-    """Return where the tool is that has moved farthest between two paths [m], (3,)."""
-    pairs = zip(g.tools, x.tools, strict=True)
-    return max(pairs, key=lambda pair: pair[0].distance_to(pair[1])[sample])[0].position[sample]
+def _worst_places(x: ToolPath, g: ToolPath) -> str:
+    """Return the three times and positions at which a path changes most."""
+    distances = np.linalg.norm(g.position - x.position, axis=2)
+    samples = np.argsort(distances.max(axis=0))[::-1][:3]
+    tools = distances.argmax(axis=0)
+    return "; ".join(
+        f"t = {g.time[k]:.3f} s at {np.round(g.position[tools[k], k], 4).tolist()} m"
+        for k in samples
+    )

@@ -1,343 +1,205 @@
-"""Corrected commands: the path to send to the robot so that the elastic robot's tool goes right."""
+"""Iterative mirroring: couple to convergence, subtract the deviation from the command, repeat."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from pydantic import Field
 
 from coupling.errors import CouplingError, ProcessError
-from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process import Process
-from coupling.solve.fixed_point import Coupling, Evaluation, SimulatedRobot, Tolerance, couple
-from coupling.solve.relaxation import Scheme
-
-
-class PathPlanner(Protocol):
-    """Inverse kinematics, of one robot or of a cell."""
-
-    def plan(self, path: ToolPath) -> JointPath:
-        """Return the joint angles along a path."""
-        ...
-
-
-@dataclass(frozen=True)
-class MirrorSettings:
-    """How to mirror.
-
-    Attributes:
-        tolerance: Largest deviation from the desired path that ends the iteration [m].
-        gain: Share of the deviation subtracted in each pass.
-        cutoff: Correct only below this frequency [Hz]; None: all of it.
-        max_rate: Fastest change of the correction [m/s]; at a gear's change of flank the exact
-            correction would jump.
-        max_passes: Corrections at most.
-    """
-
-    tolerance: float = 1e-5
-    gain: float = 1.0
-    cutoff: float | None = None
-    max_rate: float = 0.05
-    max_passes: int = 12
-
-
-@dataclass(frozen=True)
-class Pass:
-    """One pass of the compensation.
-
-    Attributes:
-        number: 0 for the uncompensated command.
-        deviation: Of the coupled path from the desired one.
-        coupling: Evaluations of the process in this pass.
-        largest_correction_step: Between neighbouring samples of the correction [m].
-        step_time: Where that is [s].
-        limited_samples: Samples at which the correction's rate was limited.
-    """
-
-    number: int
-    deviation: Deviation
-    coupling: tuple[Evaluation, ...]
-    largest_correction_step: float = 0.0
-    step_time: float = 0.0
-    limited_samples: int = 0
-
-
-@dataclass(frozen=True)
-class Compensation:
-    """Result of a compensation.
-
-    Attributes:
-        converged: Whether the deviation met the tolerance, in the validation run.
-        reason: In plain words; if not converged, what was seen and what to try.
-        unloaded: The TCP's path under gravity alone, command = desired path.
-        uncompensated: The TCP's path under its process, command = desired path.
-        command: Corrected tool path to send to the robot.
-        joints: Its joint angles.
-        achieved: The TCP's path in the validation run.
-        wrench: Acting in that run: the process on the path that the robot really takes.
-        consistency: Largest distance between the path that the process saw and `achieved` [m].
-        passes: The way there.
-        evaluations: Evaluations of the process, in all.
-    """
-
-    converged: bool
-    reason: str
-    unloaded: ToolPath
-    uncompensated: Coupling
-    command: ToolPath
-    joints: JointPath
-    achieved: ToolPath
-    wrench: WrenchHistory
-    consistency: float
-    passes: tuple[Pass, ...]
-    evaluations: int
-
-
-@dataclass(frozen=True)
-class Observers:
-    """Called while a compensation runs, for those who watch.
-
-    Attributes:
-        evaluation: After each evaluation of the process, with the robot's answer.
-        finished_pass: After each pass.
-    """
-
-    evaluation: Callable[[Evaluation, ToolPath], None] = lambda evaluation, path: None
-    finished_pass: Callable[[Pass], None] = lambda finished: None
-
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.deviation import measure
+from coupling.path.histories import JointPath, ToolPath
+from coupling.robot.robot import Robot
+from coupling.solve.correction import Correction, Pass
+from coupling.solve.filters import limit_rate, low_pass
+from coupling.solve.fixed_point import Coupling, Loop, couple, unloaded_path
+from coupling.solve.outcome import Outcome
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
 _DIVERGED = 2.0
 # Passes without an improvement of at least a tenth that count as stagnation.
-_PATIENCE = 3
+_PATIENCE, _IMPROVED = 3, 0.9
+_ADVICE = (
+    "; a resonant robot amplifies the correction near its eigenfrequencies: compute it with"
+    ' mode = "quasistatic", or set cutoff_Hz to less than 0.7 of the lowest eigenfrequency'
+)
 
 
-@dataclass
-class Mirror:
-    """Iterative mirroring: couple to convergence, subtract the deviation from the command, repeat.
+@dataclass(frozen=True)
+class _Attempt:
+    """A command and the coupling that it leads to."""
 
-    The method of Abele et al. 2008 (docs/references.md).  It is a low-frequency method: a resonant
-    robot amplifies the correction near its eigenfrequencies, see docs/compensation.md.
+    command: ToolPath
+    joints: JointPath
+    coupling: Coupling
+
+
+class Mirror(Schema):
+    """Iterative mirroring, the method of Abele et al. 2008 (docs/references.md).
+
+    It is a low-frequency method: a resonant robot amplifies the correction near its
+    eigenfrequencies, see docs/compensation.md.  These are the keys of its table.
 
     Attributes:
-        robot: The elastic robot.
-        process: Gives the wrench of a path.
-        planner: Inverse kinematics.
-        scheme: Of the coupling.
-        settings: Of the mirroring.
-        tolerance: Of the coupling.
-        max_evaluations: Of the process, in each coupling.
-        observers: Called on the way.
+        tolerance_m: Largest deviation from the desired path that ends the iteration.
+        gain: Share of the deviation subtracted in each pass.
+        cutoff_Hz: Frequency below which is corrected; None: all of it.
+        max_correction_rate_m_s: Fastest change of the correction; at a gear's change of flank the
+            exact correction would jump.
+        max_passes: Corrections at most.
     """
 
-    robot: SimulatedRobot
-    process: Process
-    planner: PathPlanner
-    scheme: Scheme
-    settings: MirrorSettings = field(default_factory=MirrorSettings)
-    tolerance: Tolerance = field(default_factory=Tolerance)
-    max_evaluations: int = 40
-    observers: Observers = field(default_factory=Observers)
+    method: Literal["mirror"] = "mirror"
+    tolerance_m: Positive = 1e-5
+    gain: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    cutoff_Hz: Positive | None = None
+    max_correction_rate_m_s: Positive = 0.05
+    max_passes: Annotated[int, Field(ge=1)] = 12
 
-    def run(self, desired: ToolPath) -> Compensation:
-        """Return the corrected command for a desired path.
+    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+        """Return the corrected command for the desired paths of all tools, validated.
 
         Raises:
             PlanningError: If the desired path cannot be followed.
             SimulationError: If the robot cannot be simulated.
+            ProcessError: If the process has no answer to the first path.
         """
-        command, joints = desired, self.planner.plan(desired)
-        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time, len(desired.tools)))
-        uncompensated = coupling = self._couple(joints, unloaded)
-        passes = [Pass(0, measure(coupling.path, desired), coupling.evaluations)]
-        self.observers.finished_pass(passes[0])
-        best = (command, joints, coupling)
-        reason = self._verdict(passes, coupling)
-        while reason is None:
+        joints = loop.robot.plan(desired)
+        unloaded = unloaded_path(loop, joints)
+        uncorrected = couple(loop, joints, unloaded)
+        last = best = _Attempt(desired, joints, uncorrected)
+        passes = [Pass(0, measure(uncorrected.path, desired), uncorrected.evaluations)]
+        loop.watch(passes[0])
+        verdict = self._verdict(passes, uncorrected)
+        while verdict is None:
             try:
-                corrected, report = self._corrected(command, desired, coupling.path)
-                joints = self.planner.plan(corrected)
-                # The process sees at first what it saw last, moved with the command.
-                shift = corrected.deviation_from(command)
-                coupling = self._couple(joints, coupling.path.displaced(shift))
+                last, report = self._mirrored(loop, last, desired)
             except ProcessError as error:
                 reason = f"the process failed in pass {len(passes)}: {error}"
+                verdict = Outcome.PROCESS_FAILED, reason
                 break
             except CouplingError as error:
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
+                verdict = Outcome.ROBOT_FAILED, reason
                 break
-            command = corrected
-            deviation = measure(coupling.path, desired)
-            passes.append(Pass(len(passes), deviation, coupling.evaluations, *report))
-            self.observers.finished_pass(passes[-1])
+            deviation = measure(last.coupling.path, desired)
+            passes.append(Pass(len(passes), deviation, last.coupling.evaluations, *report))
+            loop.watch(passes[-1])
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
-                best = (command, joints, coupling)
-            reason = self._verdict(passes, coupling)
-        return self._validated(desired, unloaded, uncompensated, best, passes, reason)
+                best = last
+            verdict = self._verdict(passes, last.coupling)
+        return self._validated(loop, desired, unloaded, uncorrected, best, passes, verdict)
 
-    def _couple(self, joints: JointPath, start: ToolPath) -> Coupling:
-        return couple(
-            self.robot,
-            self.process,
-            joints,
-            self.scheme,
-            self.tolerance,
-            self.max_evaluations,
-            start,
-            self.observers.evaluation,
-        )
+    def _mirrored(
+        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath
+    ) -> tuple[_Attempt, tuple[float, float, int]]:
+        """Return the next command, coupled, and the figures of its correction."""
+        corrected, report = self._corrected(last, desired)
+        joints = loop.robot.plan(corrected)
+        # The process sees at first what it saw last, moved with the command.
+        start = last.coupling.path.displaced(corrected.deviation_from(last.command))
+        return _Attempt(corrected, joints, couple(loop, joints, start)), report
 
     def _corrected(
-        self, command: ToolPath, desired: ToolPath, actual: ToolPath
+        self, last: _Attempt, desired: ToolPath
     ) -> tuple[ToolPath, tuple[float, float, int]]:
         """Return the mirrored command, and largest step, its time and the limited samples."""
-        correction = command.deviation_from(desired)
-        correction -= self.settings.gain * actual.deviation_from(desired)
-        if self.settings.cutoff is not None:
-            correction = low_pass(desired.time, correction, self.settings.cutoff)
-        limited = limit_rate(desired.time, correction, self.settings.max_rate)
-        count = int(np.count_nonzero(np.any(limited != correction, axis=1)))
-        corrected = desired.displaced(limited)
-        steps = np.max(
-            [
-                np.linalg.norm(np.diff(tool.position - d.position, axis=0), axis=1)
-                for tool, d in zip(corrected.tools, desired.tools, strict=True)
-            ],
-            axis=0,
+        correction = last.command.deviation_from(desired)
+        correction -= self.gain * last.coupling.path.deviation_from(desired)
+        if self.cutoff_Hz is not None:
+            correction = np.stack(
+                [low_pass(desired.time, tool, self.cutoff_Hz) for tool in correction]
+            )
+        limited = np.stack(
+            [limit_rate(desired.time, tool, self.max_correction_rate_m_s) for tool in correction]
         )
+        count = int(np.count_nonzero(np.any(limited != correction, axis=(0, 2))))
+        corrected = desired.displaced(limited)
+        moved = np.diff(corrected.position - desired.position, axis=1)
+        steps = np.linalg.norm(moved, axis=2).max(axis=0)
         worst = int(np.argmax(steps))
-        report = (float(steps[worst]), float(desired.time[worst]), count)
-        return corrected, report
+        return corrected, (float(steps[worst]), float(desired.time[worst]), count)
 
-    def _verdict(self, passes: list[Pass], coupling: Coupling) -> str | None:
-        """Return why the iteration ends, if it does."""
+    def _verdict(self, passes: list[Pass], coupling: Coupling) -> tuple[Outcome, str] | None:
+        """Return how and why the iteration ends, if it does."""
         if not coupling.converged:
-            return f"in pass {passes[-1].number} the coupling {coupling.reason}"
+            reason = f"in pass {passes[-1].number} the coupling {coupling.reason}"
+            return coupling.outcome, reason
         sizes = [entry.deviation.maximum for entry in passes]
-        if sizes[-1] <= self.settings.tolerance:
-            return f"converged in {len(sizes) - 1} corrections"
+        if sizes[-1] <= self.tolerance_m:
+            return Outcome.CONVERGED, f"converged in {len(sizes) - 1} corrections"
         if len(sizes) > 1 and not sizes[-1] <= _DIVERGED * min(sizes):
-            return (
+            return Outcome.DIVERGED, (
                 f"mirroring diverges: the deviation grew from {1e6 * min(sizes):.4g} to"
                 f" {1e6 * sizes[-1]:.4g} um{_ADVICE}"
             )
-        if len(sizes) > _PATIENCE and min(sizes[-_PATIENCE:]) > 0.9 * min(sizes[:-_PATIENCE]):
-            return (
+        if len(sizes) > _PATIENCE and min(sizes[-_PATIENCE:]) > _IMPROVED * min(sizes[:-_PATIENCE]):
+            return Outcome.STAGNATED, (
                 f"mirroring stagnates at {1e6 * min(sizes):.4g} um, most at t ="
                 f" {passes[-1].deviation.time_of_maximum:.3f} s{self._held_back(passes[-1])}"
             )
-        if len(sizes) > self.settings.max_passes:
-            return f"not converged within {self.settings.max_passes} corrections"
+        if len(sizes) > self.max_passes:
+            return Outcome.EXHAUSTED, f"not converged within {self.max_passes} corrections"
         return None
 
     def _held_back(self, last: Pass) -> str:
         """Return what kept the correction from being complete."""
-        if self.settings.cutoff is not None:
-            return f"; what is left lies above cutoff_Hz = {self.settings.cutoff:g}"
+        if self.cutoff_Hz is not None:
+            return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
         if last.limited_samples:
             return f"; {last.limited_samples} samples are held back by max_correction_rate_m_s"
         return "; the robot's answer jumps there, as at a gear that changes its flank"
 
     def _validated(
         self,
+        loop: Loop[Robot],
         desired: ToolPath,
         unloaded: ToolPath,
-        uncompensated: Coupling,
-        best: tuple[ToolPath, JointPath, Coupling],
+        uncorrected: Coupling,
+        best: _Attempt,
         passes: list[Pass],
-        reason: str,
-    ) -> Compensation:
+        verdict: tuple[Outcome, str],
+    ) -> Correction:
         """Run the best command once more with the process on the path that it really takes."""
-        command, joints, coupling = best
-        achieved, wrench = coupling.path, coupling.wrench
+        coupling, (outcome, reason) = best.coupling, verdict
+        achieved, answer = coupling.path, coupling.answer
         consistency = coupling.evaluations[-1].path_change
-        validated = True
+        evaluations = sum(len(entry.coupling) for entry in passes)
         try:
-            wrench = self.process.wrench(coupling.path)
-            achieved = self.robot.simulate(joints, wrench)
+            answer = loop.process.evaluate(coupling.path)
+            achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
             consistency = float(achieved.distance_to(coupling.path).max())
+            evaluations += 1
         except ProcessError as error:
-            validated = False
+            outcome = Outcome.PROCESS_FAILED
             reason = f"{reason}; the process failed in the validation: {error}"
-        deviation = measure(achieved, desired)
-        return Compensation(
-            converged=validated
-            and coupling.converged
-            and deviation.maximum <= self.settings.tolerance,
+        else:
+            outcome = self._validity(outcome, coupling, achieved, desired)
+        return Correction(
+            outcome=outcome,
             reason=reason,
             unloaded=unloaded,
-            uncompensated=uncompensated,
-            command=command,
-            joints=joints,
+            uncorrected=uncorrected,
+            command=best.command,
+            joints=best.joints,
             achieved=achieved,
-            wrench=wrench,
+            answer=answer,
             consistency=consistency,
             passes=tuple(passes),
-            evaluations=validated + sum(len(entry.coupling) for entry in passes),
+            evaluations=evaluations,
         )
 
+    def _validity(
+        self, outcome: Outcome, coupling: Coupling, achieved: ToolPath, desired: ToolPath
+    ) -> Outcome:
+        """Return the verdict on the best command: what counts is the validation run."""
+        within = measure(achieved, desired).maximum <= self.tolerance_m
+        if coupling.converged and within:
+            return Outcome.CONVERGED
+        return Outcome.STAGNATED if outcome is Outcome.CONVERGED else outcome
 
-_ADVICE = (
-    "; a resonant robot amplifies the correction near its eigenfrequencies: compute it with"
-    ' mode = "quasistatic", or set cutoff_Hz to less than 0.7 of the lowest eigenfrequency'
-)
 
 METHODS = {"mirror": Mirror}
-
-
-def low_pass(time: np.ndarray, correction: np.ndarray, cutoff: float) -> np.ndarray:
-    """Return the part of a correction below a frequency, without delay, zero rates at the ends kept.
-
-    Second-order Butterworth, forwards and backwards.
-
-    Args:
-        time: Evenly spaced [s], (n,).
-        correction: (n, k).
-        cutoff: [Hz].
-
-    Raises:
-        CouplingError: If the samples are uneven or too far apart for that frequency.
-    """
-    steps = np.diff(time)
-    rate = 1.0 / float(np.mean(steps))
-    if np.ptp(steps) > 1e-6 * np.mean(steps):
-        raise CouplingError("cutoff_Hz needs a path with evenly spaced samples")
-    if cutoff >= 0.5 * rate:
-        return correction
-    sections = butter(2, cutoff, fs=rate, output="sos")
-    padding = min(len(time) - 1, int(3.0 * rate / cutoff))
-    filtered: np.ndarray = sosfiltfilt(sections, correction, axis=0, padtype="even", padlen=padding)
-    return filtered
-
-
-def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.ndarray:
-    """Return a correction of which no component changes faster than `max_rate`.
-
-    The middle between the highest admissible function below and the lowest one above, so that a
-    jump becomes a ramp centred on it.
-
-    Args:
-        time: Rising [s], (n,).
-        correction: Positions [m] and rotations [rad], (n, 6); both are limited to `max_rate`.
-        max_rate: [m/s] and [rad/s].
-
-    Example:
-        >>> time = np.linspace(0.0, 4.0, 5)
-        >>> limit_rate(time, np.array([[0.0], [0.0], [0.0], [2.0], [2.0]]), 1.0).ravel()
-        array([0. , 0. , 0.5, 1.5, 2. ])
-    """
-    allowed = max_rate * np.diff(time)[:, None]
-    if np.all(np.abs(np.diff(correction, axis=0)) <= allowed):
-        return correction
-    below, above = correction.copy(), correction.copy()
-    for k in range(1, len(time)):
-        below[k] = np.minimum(below[k], below[k - 1] + allowed[k - 1])
-        above[k] = np.maximum(above[k], above[k - 1] - allowed[k - 1])
-    for k in range(len(time) - 2, -1, -1):
-        below[k] = np.minimum(below[k], below[k + 1] + allowed[k])
-        above[k] = np.maximum(above[k], above[k + 1] - allowed[k])
-    return 0.5 * (below + above)

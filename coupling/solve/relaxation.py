@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
@@ -120,6 +119,14 @@ class Anderson:
         self._g_steps.clear()
 
 
+class SchemeBuilder(Protocol):
+    """What makes a new scheme."""
+
+    def __call__(self, first: float = 1.0) -> Scheme:
+        """Return the scheme whose first factor is `first`."""
+        ...
+
+
 class Restarting:
     """A scheme that starts again, more carefully, from its best iterate when it gets lost.
 
@@ -128,14 +135,14 @@ class Restarting:
     scheme forgets everything and continues from the best iterate with a smaller first factor.
 
     Args:
-        build: Returns the wrapped scheme for a first factor.
+        build: Maker of the wrapped scheme.
         first: Its first factor.
     """
 
     PATIENCE = 3  # updates without a smaller residual
     SHRINK = 0.25  # of the first factor, at each restart
 
-    def __init__(self, build: Callable[[float], Scheme], first: float = 1.0) -> None:
+    def __init__(self, build: SchemeBuilder, first: float = 1.0) -> None:
         self._build = build
         self._first = self._factor = first
         self._scheme = build(first)
@@ -164,7 +171,7 @@ class Restarting:
         self._scheme = self._build(self._factor)
 
 
-SCHEMES: dict[str, Callable[[float], Scheme]] = {
+SCHEMES: dict[str, SchemeBuilder] = {
     "constant": Constant,
     "aitken": partial(Restarting, Aitken),
     "anderson": partial(Restarting, Anderson),

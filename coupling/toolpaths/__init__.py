@@ -1,10 +1,17 @@
-"""Tool paths: every kind is a table of the case file that answers `path(base_from_part)`."""
+"""Tool paths: every kind is a table of the case file that answers `task(part)`."""
 
 from coupling.toolpaths.contours import Cone, Pyramid
 from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
+from coupling.toolpaths.task import Task, ToolPathTable
 
-TOOL_PATHS = {"cone": Cone, "pyramid": Pyramid, "line": Line, "iso9283": Iso9283, "csv": CsvPath}
+TOOL_PATHS: dict[str, type[ToolPathTable]] = {
+    "cone": Cone,
+    "pyramid": Pyramid,
+    "line": Line,
+    "iso9283": Iso9283,
+    "csv": CsvPath,
+}
 
-__all__ = ["TOOL_PATHS", "Cone", "CsvPath", "Iso9283", "Line", "Pyramid"]
+__all__ = ["TOOL_PATHS", "Cone", "CsvPath", "Iso9283", "Line", "Pyramid", "Task", "ToolPathTable"]

@@ -8,13 +8,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.toml_file import Positive, Schema
+from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import Segment, circle, follow, polyline, straight
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task, ToolPathTable
 
 
-class _Contours(Schema):
+class _Contours(ToolPathTable):
     """Contours inside a wall of constant angle; depths of the TCP below the sheet's plane."""
 
     radius_m: Positive
@@ -40,6 +41,11 @@ class _Contours(Schema):
         """Return the tool path in the robot's base frame."""
         time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
         return part.tool_path(time, points)
+
+    def task(self, part: Part) -> Task:
+        """Return what is to be made: a wall of this angle in steps."""
+        angle = float(np.deg2rad(self.wall_angle_deg))
+        return Task(part, self.path(part), angle, self.step_down_m)
 
     def _segments(self) -> Iterator[Segment]:
         at = np.array([self._radius(0.0), 0.0, self.clearance_m])

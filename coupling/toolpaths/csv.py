@@ -9,15 +9,16 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, read_table
-from coupling.files.toml_file import FilePath, Schema
-from coupling.path.histories import ToolPath
+from coupling.files.toml_file import FilePath
+from coupling.path.histories import ToolPath, poses
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import ToolPathTable
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
 
 
-class CsvPath(Schema):
+class CsvPath(ToolPathTable):
     """Poses of the TCP in the part frame, from a CSV file.
 
     Keys: file, with the columns time, x, y, z, qx, qy, qz, qw (s, m, unit quaternion of
@@ -41,10 +42,9 @@ class CsvPath(Schema):
                 f"{self.file}: the quaternion in row {wrong[0] + 1} has length"
                 f" {length[wrong[0]]:.6g}; needed is 1"
             )
-        turned = (part.rotation * Rotation.from_quat(table[:, 4:])).as_quat()
-        turned *= np.where(turned[:, 3:] < 0.0, -1.0, 1.0)
         position = part.position + part.rotation.apply(table[:, 1:4])
+        pose = poses(position, part.rotation * Rotation.from_quat(table[:, 4:]))
         try:
-            return ToolPath(table[:, 0], np.hstack([position, turned]))
+            return ToolPath(table[:, 0], pose)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause

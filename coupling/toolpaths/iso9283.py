@@ -7,10 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from coupling.files.toml_file import Positive, Schema
+from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import Segment, circle, follow, polyline
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import ToolPathTable
 
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
@@ -18,7 +19,7 @@ _LARGE_CIRCLE = 0.8
 _SMALL = 0.1
 
 
-class Iso9283(Schema):
+class Iso9283(ToolPathTable):
     """Squares, their diagonal and two circles, centred on the part frame, in its x-y plane.
 
     Keys: size_m, side of the large square; feed_m_s, blend_s of starts and stops, sample_s.  The

@@ -8,13 +8,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.robot_file import Vector3
-from coupling.files.toml_file import Positive, Schema
+from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import follow, polyline
 from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import ToolPathTable
 
 
-class Line(Schema):
+class Line(ToolPathTable):
     """Lines from point to point, at rest in each.
 
     Keys: points_m, at least two in the part frame; feed_m_s, blend_s, sample_s as for the cone.

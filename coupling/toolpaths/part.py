@@ -45,6 +45,7 @@ class Part:
         quaternion = quaternion if quaternion[3] >= 0.0 else -quaternion
         return ToolPath(time, np.hstack([position, np.tile(quaternion, (len(time), 1))]))
 
-    def coordinates(self, path: ToolPath) -> np.ndarray:
-        """Return the TCP positions in the part frame [m], (n, 3)."""
-        return self.rotation.inv().apply(path.position - self.position)
+    def coordinates(self, position: np.ndarray) -> np.ndarray:
+        """Return positions of the base frame in the part frame [m], both (n, 3)."""
+        in_part: np.ndarray = self.rotation.inv().apply(position - self.position)
+        return in_part

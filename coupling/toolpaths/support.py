@@ -16,106 +16,96 @@ class Support:
     """What the supporting tool is to do.
 
     Attributes:
-        desired: Path of its TCP, the tip of its sphere.
+        forming: Desired path of the forming tool.
+        desired: Path of its own TCP, the tip of its sphere.
         direction: Unit vectors across the sheet, from the forming tool's side to its back, in the
             frame of the path, (n, 3).
-        gap: Commanded between the surfaces of both tools, across the sheet [m].
-        tool_diameter: Of its sphere [m].
+        gap: Commanded gap between the surfaces of both tools, across the sheet [m].
+        tool_diameter: Diameter of its sphere [m].
     """
 
+    forming: ToolPath
     desired: ToolPath
     direction: np.ndarray
     gap: float
     tool_diameter: float
 
-    def opening(self, path: ToolPath, desired: ToolPath) -> np.ndarray:
+    def opening(self, path: ToolPath) -> np.ndarray:
         """Return by how much the gap between two tools is wider than commanded [m], (n,).
 
         Args:
-            path: Of both tools, forming tool first.
-            desired: Of the forming tool.
+            path: Actual path of both tools, forming tool first.
         """
-        forming, supporting = path.tools
-        drift = (supporting.position - self.desired.position) - (
-            forming.position - desired.position
-        )
+        forming, supporting = path.position
+        drift = (supporting - self.desired.position[0]) - (forming - self.forming.position[0])
         return np.sum(drift * self.direction, axis=1)
 
 
-# Forming points in the part frame (n, 3), depth so far (n,), wall angle, gap, diameters of forming
-# and supporting tool -> points of the supporting tool and directions across the sheet, part frame.
-Strategy = Callable[
-    [np.ndarray, np.ndarray, float, float, float, float], tuple[np.ndarray, np.ndarray]
-]
+@dataclass(frozen=True)
+class Pinch:
+    """Two spheres on both sides of a wall.
+
+    Attributes:
+        wall_angle: Angle of the wall from the sheet's plane [rad]; 0 for a flat bottom.
+        gap: Distance of the spheres' surfaces across the wall [m].
+        forming_diameter, support_diameter: Diameters of the spheres [m].
+    """
+
+    wall_angle: float
+    gap: float
+    forming_diameter: float
+    support_diameter: float
 
 
-def following(
-    points: np.ndarray,
-    depth: np.ndarray,
-    wall_angle: float,
-    gap: float,
-    forming_diameter: float,
-    support_diameter: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points opposite the forming tool across the wall.
+def following(points: np.ndarray, depth: np.ndarray, pinch: Pinch) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points opposite the forming tool across the wall, and the directions across it.
 
     Both spheres touch the sheet along its normal, which tilts from the vertical to the wall's as the
     wall grows; until then the supporting tool stays below the flat sheet.
     """
-    reach = 0.5 * forming_diameter + gap + 0.5 * support_diameter  # between the centres
-    cos = np.maximum(np.cos(wall_angle), 1.0 - depth / reach)
+    # Distance of the centres.
+    reach = 0.5 * pinch.forming_diameter + pinch.gap + 0.5 * pinch.support_diameter
+    cos = np.maximum(np.cos(pinch.wall_angle), 1.0 - depth / reach)
     sin = np.sqrt(1.0 - cos**2)
     direction = sin[:, None] * _outward(points)
     direction[:, 2] = -cos
     tips = points + reach * direction
-    tips[:, 2] = -depth + reach * (1.0 - cos) - gap
+    tips[:, 2] = -depth + reach * (1.0 - cos) - pinch.gap
     return tips, direction
 
 
 def fixed_height(
-    points: np.ndarray,
-    depth: np.ndarray,
-    wall_angle: float,
-    gap: float,
-    forming_diameter: float,
-    support_diameter: float,
+    points: np.ndarray, depth: np.ndarray, pinch: Pinch
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the points below the rim of the wall: the same turn about the z axis, no descent."""
-    tips = points + (depth / np.tan(wall_angle))[:, None] * _outward(points)
-    tips[:, 2] = -gap
+    tips = points + (depth / np.tan(pinch.wall_angle))[:, None] * _outward(points)
+    tips[:, 2] = -pinch.gap
     return tips, np.tile([0.0, 0.0, -1.0], (len(points), 1))
 
+
+# Forming points in the part frame (n, 3), depth so far (n,) and the tools -> points of the supporting
+# tool and directions across the sheet, part frame.
+Strategy = Callable[[np.ndarray, np.ndarray, Pinch], tuple[np.ndarray, np.ndarray]]
 
 STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed_height}
 
 
-def support_along(
-    strategy: str,
-    part: Part,
-    desired: ToolPath,
-    wall_angle: float,
-    gap: float,
-    forming_diameter: float,
-    support_diameter: float,
-) -> Support:
+def support_along(strategy: str, part: Part, forming: ToolPath, pinch: Pinch) -> Support:
     """Return what a supporting tool is to do along a forming path.
 
     Args:
         strategy: A name in STRATEGIES.
         part: Placement of the part.
-        desired: Of the forming tool.
-        wall_angle: Of the wall from the sheet's plane [rad]; 0 for a flat bottom.
-        gap: Between the surfaces of both tools [m].
-        forming_diameter, support_diameter: Of the tools' spheres [m].
+        forming: Desired path of the forming tool.
+        pinch: The tools.
     """
-    points = part.coordinates(desired)
+    points = part.coordinates(forming.position[0])
     # The sheet stays formed when the forming tool leaves it.
     depth = np.maximum.accumulate(np.maximum(-points[:, 2], 0.0))
-    tips, direction = STRATEGIES[strategy](
-        points, depth, wall_angle, gap, forming_diameter, support_diameter
-    )
-    path = part.support_path(desired.time, tips)
-    return Support(path, part.rotation.apply(direction), gap, support_diameter)
+    tips, direction = STRATEGIES[strategy](points, depth, pinch)
+    path = part.support_path(forming.time, tips)
+    across = part.rotation.apply(direction)
+    return Support(forming, path, across, pinch.gap, pinch.support_diameter)
 
 
 def _outward(points: np.ndarray) -> np.ndarray:

@@ -1,0 +1,42 @@
+"""What happens while a run goes on, told to whoever watches: one function that takes every event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+class Event:
+    """Base of everything that is told; the solvers' own events are defined beside them."""
+
+
+@dataclass(frozen=True)
+class Progress(Event):
+    """How far work that takes longer than a second is.
+
+    Attributes:
+        what: What is being done, for people.
+        done, total: Steps, in whatever unit the work counts.
+    """
+
+    what: str
+    done: int
+    total: int
+
+
+@dataclass(frozen=True)
+class Said(Event):
+    """A line that a process says while it works.
+
+    Attributes:
+        line: Without its end.
+    """
+
+    line: str
+
+
+Watch = Callable[[Event], None]
+
+
+def unwatched(event: Event) -> None:
+    """Let an event pass."""

@@ -1,0 +1,86 @@
+"""A run's figures as plain data: the content of result.json."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from typing import Any
+
+from coupling.run.study import Deviations, Run
+from coupling.solve.correction import Pass
+
+_PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
+
+
+def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
+    """Return the figures of a run, or of one of its robots.
+
+    Verdict, passes and evaluations of the process are those of the whole cell.
+
+    Args:
+        run: The run.
+        case: What it is called.
+        tool: Number of the robot, from 0; None: the worst figures of all.
+    """
+    found, deviations = run.correction, Deviations.of(run, tool)
+    wrench = found.answer.wrench if tool is None else found.answer.wrench.tools[tool]
+    warnings = (
+        warning
+        for warning in run.rate_warnings
+        if tool is None or not warning.robot or warning.robot == run.robots[tool]
+    )
+    gap = {} if run.gap is None or tool is not None else {"pinch_gap_m": run.gap.as_dict()}
+    dynamic = deviations.dynamic
+    return {
+        "case": case,
+        "kind": run.kind,
+        "converged": found.converged,
+        "outcome": found.outcome.value,
+        "reason": found.reason,
+        "process_evaluations": found.evaluations,
+        "deviation_before_m": deviations.before.as_dict(),
+        "deviation_after_m": deviations.after.as_dict(),
+        "consistency_m": found.consistency,
+        "peak_force_N": wrench.peak_force,
+        "shares_m": {
+            "gravity": deviations.gravity.as_dict(),
+            "process": deviations.process.as_dict(),
+            "dynamic_after": None if dynamic is None else dynamic.as_dict(),
+        },
+        **gap,
+        "passes": [_pass_figures(entry) for entry in found.passes],
+        "rate_warnings": [str(warning) for warning in warnings],
+        "durations_s": run.durations,
+        "fmu_fingerprint": run.fmu_fingerprint,
+        "versions": _versions(),
+    }
+
+
+def _pass_figures(entry: Pass) -> dict[str, Any]:
+    return {
+        "number": entry.number,
+        "deviation_m": entry.deviation.as_dict(),
+        "largest_correction_step_m": entry.largest_correction_step,
+        "largest_correction_step_time_s": entry.step_time,
+        "rate_limited_samples": entry.limited_samples,
+        "evaluations": [
+            {
+                "number": e.number,
+                "path_change_max_m": e.path_change,
+                "path_change_rms_m": e.path_change_rms,
+                "force_change_relative": e.force_change if e.number > 1 else None,
+                "peak_force_N": e.peak_force,
+                "worst_time_s": e.worst_time,
+            }
+            for e in entry.coupling
+        ],
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:  # run from a checkout that is not installed
+            found[package] = "not installed as a package"
+    return found

@@ -1,0 +1,108 @@
+"""What a correction leads to, and the one that corrects nothing: the weak coupling alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from coupling.events import Event
+from coupling.path.deviation import Deviation, measure
+from coupling.path.histories import JointPath, ToolPath
+from coupling.process.base import Answer
+from coupling.robot.robot import Robot
+from coupling.solve.fixed_point import Coupling, Evaluation, Loop, couple, unloaded_path
+from coupling.solve.outcome import Outcome
+
+
+@dataclass(frozen=True)
+class Pass(Event):
+    """One pass of a correction.
+
+    Attributes:
+        number: 0 for the uncorrected command.
+        deviation: Deviation of the coupled path from the desired one.
+        coupling: Evaluations of the process in this pass.
+        largest_correction_step: Largest step between neighbouring samples of the correction [m].
+        step_time: Instant of that step [s].
+        limited_samples: Samples at which the correction's rate was limited.
+    """
+
+    number: int
+    deviation: Deviation
+    coupling: tuple[Evaluation, ...]
+    largest_correction_step: float = 0.0
+    step_time: float = 0.0
+    limited_samples: int = 0
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Result of a correction.
+
+    Attributes:
+        outcome: How it ended.
+        reason: In plain words; if not converged, what was seen and what to try.
+        unloaded: Paths of the TCPs under gravity alone, command = desired paths.
+        uncorrected: Coupling with command = desired paths.
+        command: Tool paths to send to the robots.
+        joints: Joint angles of `command`.
+        achieved: Paths of the TCPs under `command` and `answer`.
+        answer: The process's answer to the paths that the tools really take.
+        consistency: Largest distance between the path that the process saw and `achieved` [m].
+        passes: The way there.
+        evaluations: Number of evaluations of the process, in all.
+    """
+
+    outcome: Outcome
+    reason: str
+    unloaded: ToolPath
+    uncorrected: Coupling
+    command: ToolPath
+    joints: JointPath
+    achieved: ToolPath
+    answer: Answer
+    consistency: float
+    passes: tuple[Pass, ...]
+    evaluations: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance was met."""
+        return self.outcome is Outcome.CONVERGED
+
+
+class Method(Protocol):
+    """What makes a command of a desired path."""
+
+    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+        """Return the command for the desired paths of all tools, with what it leads to.
+
+        Raises:
+            PlanningError: If the desired path cannot be followed.
+            SimulationError: If the robot cannot be simulated.
+            ProcessError: If the process has no answer to the first path.
+        """
+        ...
+
+
+class Uncorrected:
+    """Commands the desired path as it is."""
+
+    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+        """Return the coupling of robot and process along the desired path."""
+        joints = loop.robot.plan(desired)
+        unloaded = unloaded_path(loop, joints)
+        coupling = couple(loop, joints, unloaded)
+        return Correction(
+            outcome=coupling.outcome,
+            reason=coupling.reason,
+            unloaded=unloaded,
+            uncorrected=coupling,
+            command=desired,
+            joints=joints,
+            achieved=coupling.path,
+            answer=coupling.answer,
+            consistency=coupling.evaluations[-1].path_change,
+            passes=(Pass(0, measure(coupling.path, desired), coupling.evaluations),),
+            evaluations=len(coupling.evaluations),
+        )
