@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.histories import ToolPath
-from coupling.robot.inverse_kinematics import Planner
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Iso9283
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Robot
@@ -112,10 +112,10 @@ def at_rest(model: Robot, curve: str, wrench: np.ndarray) -> Both:
     """Return the tool at rest in all postures: each implementation's own equilibrium."""
     starts = [Experiment(curve, still(q), INSTANT, model, wrench).both() for q in POSTURES]
     number = np.arange(len(POSTURES), dtype=float)
-    ours = np.array([both.ours.pose[0] for both in starts])
+    ours = np.array([both.ours.pose[0, 0] for both in starts])
     return Both(
         ToolPath(number, ours),
-        ToolPath(number, np.array([both.mujoco.pose[0] for both in starts])),
+        ToolPath(number, np.array([both.mujoco.pose[0, 0] for both in starts])),
     )
 
 
@@ -134,8 +134,8 @@ def desired(blend: float = BLEND) -> ToolPath:
 @cache
 def planned(blend: float = BLEND) -> Trajectory:
     """Return the drives that lead the rigid robot along the path."""
-    joints = Planner(robot, HOME).plan(desired(blend))
-    return Trajectory(joints.time, joints.q)
+    joints = InverseKinematics(robot, HOME).plan(desired(blend))
+    return Trajectory(joints.time, joints.q[0])
 
 
 def iso_path(curve: str, end: float = np.inf, blend: float = BLEND) -> Experiment:
@@ -162,7 +162,7 @@ def start_posture() -> np.ndarray:
 
 def settling_time(path: ToolPath, share: float = 0.05) -> float:
     """Return when the tool stays nearer than a share of its first distance to where it ends [s]."""
-    distance = np.linalg.norm(path.position - path.position[-1], axis=1)
+    distance = np.linalg.norm(path.position[0] - path.position[0, -1], axis=1)
     return float(path.time[np.flatnonzero(distance > share * distance[0])[-1] + 1])
 
 
@@ -179,7 +179,7 @@ if __name__ == "__main__":
             both = at_rest(robot, curve, load)
             print(f"(b) rest {name}, {text}: {both.distance.max():.1e} m apart")
     for curve, name in CURVES.items():
-        rest = rest_at_start(curve).ours.position[0] - desired().position[0]
+        rest = rest_at_start(curve).ours.position[0, 0] - desired().position[0, 0]
         print(f"sag {name}: {1e3 * rest[2]:.3f} mm")
         both = release(curve).both()
         times = settling_time(both.ours), settling_time(both.mujoco)

@@ -13,15 +13,14 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.process import ElasticWall
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.solve.fixed_point import couple
-from coupling.solve.relaxation import SCHEMES
+from coupling.solve.fixed_point import Loop, couple
 
 WALL_STIFFNESS = 1e6  # [N/m]
 COMMANDED_DEPTH = 2e-3  # [m], beyond where the unloaded tool would be
 
 time = np.linspace(0.0, 1.0, 51)  # [s]
 posture = np.array([0.0, 0.3, 0.2, 0.0, 1.0, 0.0])  # [rad]
-command = JointPath(time, np.tile(posture, (len(time), 1)))
+command = JointPath(time, (np.tile(posture, (len(time), 1)),))
 
 
 def press() -> tuple[float, float, int]:
@@ -29,13 +28,13 @@ def press() -> tuple[float, float, int]:
     robot = load_robot(shipped_robots()["icme2008"])
     with tempfile.TemporaryDirectory() as folder:
         fmu = build(robot, Path(folder, "Robot.fmu"))
-        with RobotFmu(fmu, torque_curve="linear", mode="quasistatic") as robot_fmu:
-            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time))
-            point = unloaded.position[0] + [0.0, 0.0, COMMANDED_DEPTH]
+        with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
+            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
+            point = unloaded.position[0, 0] + [0.0, 0.0, COMMANDED_DEPTH]
             wall = ElasticWall(point, np.array([0.0, 0.0, 1.0]), WALL_STIFFNESS)
-            result = couple(robot_fmu, wall, command, SCHEMES["anderson"](1.0))
-    depth = float(point[2] - result.path.position[-1, 2])
-    return depth, float(result.wrench.wrench[-1, 2]), len(result.evaluations)
+            result = couple(Loop(robot_fmu, wall, "quasistatic"), command)
+    depth = float(point[2] - result.path.position[0, -1, 2])
+    return depth, float(result.answer.wrench.force[0, -1, 2]), len(result.evaluations)
 
 
 if __name__ == "__main__":

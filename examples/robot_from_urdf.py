@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 from build_fmu import build
 from coupling.files.robot_file import load_robot
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.inverse_kinematics import Planner
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 
 ROBOT = Path(__file__).parent / "robots" / "kuka_kr210.toml"
@@ -32,17 +32,18 @@ def deviations() -> np.ndarray:
     robot = load_robot(ROBOT)
     position = np.column_stack([reach, np.zeros_like(reach), np.full_like(reach, height)])
     line = ToolPath(time, np.hstack([position, np.tile(DOWN, (len(time), 1))]))
-    command = Planner(robot, HOME).plan(line)
+    command = InverseKinematics(robot, HOME).plan(line)
     with tempfile.TemporaryDirectory() as folder:
         fmu = build(robot, Path(folder, "KukaKr210.fmu"))
-        with RobotFmu(fmu, torque_curve="linear", mode="quasistatic") as robot_fmu:
-            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time))
+        with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
+            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
             pushed = []
             for direction in range(3):
                 wrench = np.zeros((len(time), 6))
                 wrench[:, direction] = FORCE
-                loaded = robot_fmu.simulate(command, WrenchHistory(time, wrench))
-                pushed.append(loaded.position - unloaded.position)
+                load = WrenchHistory(time, wrench)
+                loaded = robot_fmu.simulate(command, load, "quasistatic")
+                pushed.append(loaded.position[0] - unloaded.position[0])
     return np.array(pushed)
 
 

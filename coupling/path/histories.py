@@ -70,7 +70,7 @@ class ToolPath:
     Example:
         >>> time = np.array([0.0, 1.0])
         >>> path = ToolPath(time, np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]]))
-        >>> lifted = path.displaced(np.array([[[0, 0, 2e-3, 0, 0, 0]] * 2]))
+        >>> lifted = path.displaced(np.array([0, 0, 2e-3, 0, 0, 0]))
         >>> lifted.deviation_from(path)[0, :, 2]
         array([0.002, 0.002])
     """
@@ -115,8 +115,13 @@ class ToolPath:
         return distances.max(axis=0)
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
-        """Return the path that deviates from this one by (tools, n, 6), as `deviation_from` gives it."""
-        tools = zip(self.position, self.rotations, deviation, strict=True)
+        """Return the path that deviates from this one.
+
+        Args:
+            deviation: As `deviation_from` gives it, or what broadcasts to (tools, n, 6).
+        """
+        by_tool = deviation + np.zeros((*self.pose.shape[:2], 6))
+        tools = zip(self.position, self.rotations, by_tool, strict=True)
         moved = [
             poses(position + by[:, :3], Rotation.from_rotvec(by[:, 3:]) * rotation)
             for position, rotation, by in tools

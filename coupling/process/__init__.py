@@ -3,7 +3,7 @@
 A process sees the whole actual tool path and answers with the whole wrench history on the tools.
 """
 
-from coupling.process.base import Answer, Process, ProcessTable
+from coupling.process.base import Answer, Identified, Process, ProcessTable
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
@@ -29,6 +29,7 @@ __all__ = [
     "ElasticWallTable",
     "External",
     "ExternalTable",
+    "Identified",
     "IsfForceLaw",
     "IsfForceLawTable",
     "Measured",

@@ -45,8 +45,8 @@ def check_process(process: Process, path: ToolPath) -> float:
         )
     stiffness = 0.0
     for axis in range(3):
-        nudge = np.zeros((*path.pose.shape[:2], 6))
-        nudge[..., axis] = _NUDGE
+        nudge = np.zeros(6)
+        nudge[axis] = _NUDGE
         change = process.evaluate(path.displaced(nudge)).wrench.force - first.force
         stiffness = max(stiffness, float(np.linalg.norm(change, axis=2).max()) / _NUDGE)
     return stiffness

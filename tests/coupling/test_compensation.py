@@ -12,8 +12,10 @@ from places import LINE_CASE
 
 from coupling.case import load_case
 from coupling.errors import CouplingError
-from coupling.run.study import run_compensation
-from coupling.solve.mirror import MirrorSettings, limit_rate, low_pass
+from coupling.run.study import Deviations, run_compensation
+from coupling.solve.filters import limit_rate, low_pass
+from coupling.solve.mirror import Mirror
+from coupling.solve.outcome import Outcome
 
 
 @pytest.fixture
@@ -39,31 +41,33 @@ def slow_line(tmp_path):
 
 def test_gain_one_mirroring_of_the_dynamic_robot_is_recognised_as_diverging(slow_line):
     run = run_compensation(slow_line("dynamic", "tolerance_m = 5e-5"))
-    assert not run.converged
-    assert "mirroring diverges" in run.reason
-    assert 'mode = "quasistatic"' in run.reason
-    assert "cutoff_Hz" in run.reason
+    found = run.correction
+    assert found.outcome is Outcome.DIVERGED
+    assert 'mode = "quasistatic"' in found.reason
+    assert "cutoff_Hz" in found.reason
     # It ends early and gives back the best command it had.
-    sizes = [entry.deviation.maximum for entry in run.passes]
+    sizes = [entry.deviation.maximum for entry in found.passes]
     assert len(sizes) <= 4
-    assert run.after.maximum == pytest.approx(min(sizes), rel=1e-3)
+    assert Deviations.of(run).after.maximum == pytest.approx(min(sizes), rel=1e-3)
 
 
 def test_band_limited_mirroring_of_the_dynamic_robot_converges(slow_line):
     run = run_compensation(slow_line("dynamic", "tolerance_m = 5e-5\ncutoff_Hz = 3.0"))
-    assert run.converged, run.reason
-    assert run.before.maximum > 1e-3
-    assert run.after.maximum <= 5e-5
+    assert run.correction.converged, run.correction.reason
+    deviations = Deviations.of(run)
+    assert deviations.before.maximum > 1e-3
+    assert deviations.after.maximum <= 5e-5
 
 
 def test_quasistatic_mirroring_contracts_and_serves_the_dynamic_robot(slow_line):
     run = run_compensation(slow_line("quasistatic", ""))
-    assert run.converged, run.reason
-    sizes = [entry.deviation.maximum for entry in run.passes]
+    assert run.correction.converged, run.correction.reason
+    sizes = [entry.deviation.maximum for entry in run.correction.passes]
     assert all(later < 0.2 * earlier for earlier, later in itertools.pairwise(sizes))
-    assert run.after.maximum <= 1e-6
-    assert run.shares.dynamic is not None
-    assert run.shares.dynamic.maximum < 0.1 * run.before.maximum
+    deviations = Deviations.of(run)
+    assert deviations.after.maximum <= 1e-6
+    assert deviations.dynamic is not None
+    assert deviations.dynamic.maximum < 0.1 * deviations.before.maximum
 
 
 def test_low_pass_keeps_the_slow_and_drops_the_fast():
@@ -92,4 +96,11 @@ def test_rate_limit_holds_and_leaves_slow_corrections_alone(seed):
 
 
 def test_settings_have_the_documented_defaults():
-    assert MirrorSettings() == MirrorSettings(1e-5, 1.0, None, 0.05, 12)
+    assert Mirror().model_dump() == {
+        "method": "mirror",
+        "tolerance_m": 1e-5,
+        "gain": 1.0,
+        "cutoff_Hz": None,
+        "max_correction_rate_m_s": 0.05,
+        "max_passes": 12,
+    }

@@ -17,22 +17,26 @@ from spring_robot import SpringRobot
 from build_fmu import build
 from coupling.errors import CaseError, SimulationError
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, Task
+from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.solve.fixed_point import Tolerance, couple
+from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import SCHEMES, Aitken, Constant
-from coupling.toolpaths import Cone
+from coupling.toolpaths import Cone, Task
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
 
-TIGHT = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
+
+def loop(robot, process, scheme, max_evaluations=40) -> Loop:
+    tight = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
+    return Loop(robot, process, "quasistatic", scheme, tight, max_evaluations)
 
 
 def moving_command(n: int = 50) -> JointPath:
     """Up and down along a wall at z = 0, always 1 to 3 mm inside it."""
     time = np.linspace(0.0, 1.0, n)
     depth = -2e-3 - 1e-3 * np.sin(2 * np.pi * time)
-    return JointPath(time, np.column_stack([time, 0.0 * time, depth]))
+    return JointPath(time, (np.column_stack([time, 0.0 * time, depth]),))
 
 
 WALL = {"point": np.zeros(3), "normal": np.array([0.0, 0.0, 1.0])}
@@ -47,16 +51,11 @@ def test_springs_against_a_wall_rest_at_the_closed_form(scheme, gain):
     """x = x_c / (1 + gain): the tool's depth divided by one plus stiffness times compliance."""
     first = 1.0 / (1.0 + gain) if scheme == "constant" else 1.0
     command = moving_command()
-    result = couple(
-        SpringRobot(gain / 1e6 * np.eye(3)),
-        ElasticWall(stiffness=1e6, **WALL),
-        command,
-        SCHEMES[scheme](first),
-        TIGHT,
-    )
+    robot, wall = SpringRobot(gain / 1e6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
+    result = couple(loop(robot, wall, SCHEMES[scheme](first)), command)
     assert result.converged, result.reason
     np.testing.assert_allclose(
-        result.path.position[:, 2], command.q[:, 2] / (1.0 + gain), rtol=0, atol=1e-9
+        result.path.position[0, :, 2], command.q[0][:, 2] / (1.0 + gain), rtol=0, atol=1e-9
     )
     assert len(result.evaluations) >= 2
 
@@ -67,18 +66,17 @@ def test_gain_that_varies_along_the_path_is_no_obstacle(scheme):
     gain = np.linspace(0.1, 5.0, len(command.time))
     robot = SpringRobot(gain[:, None, None] / 1e6 * np.eye(3))
     wall = ElasticWall(stiffness=1e6, **WALL)
-    result = couple(robot, wall, command, SCHEMES[scheme](1.0), TIGHT, max_evaluations=200)
+    result = couple(loop(robot, wall, SCHEMES[scheme](1.0), max_evaluations=200), command)
     assert result.converged, result.reason
-    expected = command.q[:, 2] / (1.0 + gain)
-    np.testing.assert_allclose(result.path.position[:, 2], expected, rtol=0, atol=1e-9)
+    expected = command.q[0][:, 2] / (1.0 + gain)
+    np.testing.assert_allclose(result.path.position[0, :, 2], expected, rtol=0, atol=1e-9)
 
 
 def test_plain_iteration_at_gain_five_is_reported_as_diverging():
     robot, wall = SpringRobot(5e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
     # Held at depth, so that contact is never lost and the growth is the gain itself.
-    result = couple(robot, _Bilateral(wall), moving_command(), Constant(1.0), TIGHT)
-    assert not result.converged
-    assert "diverged" in result.reason
+    result = couple(loop(robot, _Bilateral(wall), Constant(1.0)), moving_command())
+    assert result.outcome is Outcome.DIVERGED
     assert "factor 5 per evaluation" in result.reason
     assert "aitken or anderson" in result.reason
     assert len(result.evaluations) == 3
@@ -90,25 +88,25 @@ class _Bilateral:
     def __init__(self, wall: ElasticWall) -> None:
         self.wall = wall
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
-        depth = (self.wall.point - path.position) @ self.wall.normal
+    def evaluate(self, path: ToolPath) -> Answer:
+        depth = (self.wall.point - path.position[0]) @ self.wall.normal
         force = self.wall.stiffness * np.outer(depth, self.wall.normal)
-        return WrenchHistory(path.time, np.hstack([force, 0.0 * force]))
+        return Answer(WrenchHistory.of_forces(path.time, [force]))
 
 
 def test_a_limit_cycle_is_named_with_its_positions():
     """Losing contact on every other evaluation: plain iteration at gain 1.0 flips for ever."""
     robot, wall = SpringRobot(1e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
-    result = couple(robot, wall, moving_command(), Constant(1.0), TIGHT)
-    assert not result.converged
+    result = couple(loop(robot, wall, Constant(1.0)), moving_command())
+    assert result.outcome is Outcome.LIMIT_CYCLE
     assert "limit cycle" in result.reason
     assert "t = 0.2" in result.reason  # deepest near a quarter of the period
 
 
 def test_the_evaluation_limit_is_a_result():
     robot, wall = SpringRobot(0.9e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
-    result = couple(robot, wall, moving_command(), Constant(1.0), TIGHT, max_evaluations=3)
-    assert not result.converged
+    result = couple(loop(robot, wall, Constant(1.0), max_evaluations=3), moving_command())
+    assert result.outcome is Outcome.EXHAUSTED
     assert result.reason == "not converged within 3 evaluations of the process"
 
 
@@ -116,15 +114,15 @@ def test_a_robot_that_fails_on_the_way_ends_the_iteration_as_diverged():
     class Breaking(SpringRobot):
         calls = 0
 
-        def simulate(self, command, wrench):
+        def simulate(self, command, wrench, mode):
             self.calls += 1
             if self.calls == 3:
                 raise SimulationError("too soft")
-            return super().simulate(command, wrench)
+            return super().simulate(command, wrench, mode)
 
     wall = ElasticWall(stiffness=1e6, **WALL)
-    result = couple(Breaking(5e-6 * np.eye(3)), wall, moving_command(), Constant(1.0), TIGHT)
-    assert not result.converged
+    result = couple(loop(Breaking(5e-6 * np.eye(3)), wall, Constant(1.0)), moving_command())
+    assert result.outcome is Outcome.ROBOT_FAILED
     assert "too soft" in result.reason
     assert np.all(np.isfinite(result.path.pose))
 
@@ -161,6 +159,11 @@ def test_aitken_solves_a_linear_spring_pair_in_two_updates():
     np.testing.assert_allclose(x, k_r * x_c / (k_r + k_p), rtol=1e-12)
 
 
+def still(time: np.ndarray, angle: float) -> JointPath:
+    """The arm at rest."""
+    return JointPath(time, (np.full((len(time), 1), angle),))
+
+
 @pytest.fixture(scope="module")
 def arm_fmu(tmp_path_factory):
     """One elastic joint about y, 1 m arm, 1e5 N m/rad: compliance 1e-5 m/N at the TCP."""
@@ -176,25 +179,24 @@ def test_fmu_against_a_wall_of_loop_gain_five_equals_the_closed_form(arm_fmu, sc
     time = np.linspace(0.0, 1.0, 60)
     q = 2e-3 + 1e-3 * np.sin(2 * np.pi * time) ** 2  # positive angles are below z = 0
     wall = ElasticWall(stiffness=5e5, **WALL)
-    with RobotFmu(arm_fmu, "linear", "quasistatic") as robot:
-        result = couple(robot, wall, JointPath(time, q[:, None]), SCHEMES[scheme](1.0), TIGHT)
+    with RobotFmu(arm_fmu, "linear") as robot:
+        result = couple(loop(robot, wall, SCHEMES[scheme](1.0)), JointPath(time, (q[:, None],)))
     assert result.converged, result.reason
 
     def balance(e: float, angle: float) -> float:
         return 1e5 * e + 5e5 * np.sin(angle + e) * np.cos(angle + e)
 
     e = np.array([brentq(balance, -0.01, 0.01, args=(angle,), xtol=1e-16) for angle in q])
-    np.testing.assert_allclose(result.path.position[:, 2], -np.sin(q + e), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(result.path.position[0, :, 2], -np.sin(q + e), rtol=0, atol=1e-9)
 
 
 def test_fmu_at_loop_gain_five_diverges_plainly(arm_fmu):
     time = np.linspace(0.0, 1.0, 60)
-    command = JointPath(time, np.full((60, 1), 2e-3))
+    command = JointPath(time, (np.full((60, 1), 2e-3),))
     wall = _Bilateral(ElasticWall(stiffness=5e5, **WALL))
-    with RobotFmu(arm_fmu, "linear", "quasistatic") as robot:
-        result = couple(robot, wall, command, Constant(1.0), TIGHT)
-    assert not result.converged
-    assert "diverged" in result.reason
+    with RobotFmu(arm_fmu, "linear") as robot:
+        result = couple(loop(robot, wall, Constant(1.0)), command)
+    assert result.outcome is Outcome.DIVERGED
 
 
 def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
@@ -214,13 +216,13 @@ def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
 def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
     """A quasi-static path in two halves, side by side, is the same to the last bit."""
     time = np.linspace(0.0, 1.0, 200)
-    command = JointPath(time, 0.3 * np.sin(5.0 * time)[:, None])
+    command = JointPath(time, (0.3 * np.sin(5.0 * time)[:, None],))
     wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
     with RobotFmu(arm_fmu) as robot:
-        alone = robot.simulate(command, wrench)
+        alone = robot.simulate(command, wrench, "quasistatic")
         monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 10)
         monkeypatch.setattr("os.cpu_count", lambda: 2)
-        shared = robot.simulate(command, wrench)
+        shared = robot.simulate(command, wrench, "quasistatic")
         assert len(robot._processes) == 2
     assert np.array_equal(shared.pose, alone.pose)
 
@@ -231,18 +233,18 @@ def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
         robot._processes[0]._process.kill()
         robot._processes[0]._process.wait()
         with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
-            robot.simulate(JointPath(time, np.zeros((2, 1))), WrenchHistory.none(time))
+            robot.simulate(still(time, 0.0), WrenchHistory.none(time), "quasistatic")
 
 
 def test_simulation_error_carries_the_fmus_sentence(arm_fmu):
     time = np.array([0.0, 1.0])
-    with RobotFmu(arm_fmu, "linear", "quasistatic") as robot:
+    with RobotFmu(arm_fmu, "linear") as robot:
         # The arm points at -x, the force at +x, pushing it in: it buckles under k / l = 1e5 N.
         load = np.array([[0, 0, 0, 0, 0, 0], [1e9, 0, 1e9, 0, 0, 0]], dtype=float)
         with pytest.raises(SimulationError, match="too soft for this load"):
-            robot.simulate(JointPath(time, np.full((2, 1), np.pi)), WrenchHistory(time, load))
+            robot.simulate(still(time, np.pi), WrenchHistory(time, load), "quasistatic")
         with pytest.raises(SimulationError, match="different times"):
-            robot.simulate(JointPath(time, np.zeros((2, 1))), WrenchHistory.none(2.0 * time))
+            robot.simulate(still(time, 0.0), WrenchHistory.none(2.0 * time), "quasistatic")
 
 
 LAW = {
@@ -264,15 +266,15 @@ def isf_task() -> Task:
         feed_m_s=0.1,
         sample_s=0.01,
     )
-    return Task(part, cone.path(part), np.deg2rad(45.0), 0.001)
+    return cone.task(part)
 
 
 def test_isf_force_is_that_of_the_law_where_it_is_steady():
     """Aerens et al.: 470 N axially at R_m 105 MPa, t 1, d 10, dz 1 mm, 45 degrees."""
     task = isf_task()
-    wrench = IsfForceLawTable(model="isf-force-law", **LAW).process(task).wrench(task.desired)
-    force = task.part.rotation.inv().apply(wrench.wrench[:, :3])
-    x, y, z = task.part.coordinates(task.desired).T
+    answer = IsfForceLawTable(model="isf-force-law", **LAW).process(task).evaluate(task.desired)
+    force = task.part.rotation.inv().apply(answer.wrench.force[0])
+    x, y, z = task.part.coordinates(task.desired.position[0]).T
     steady = z < -4.5e-3
     assert steady.sum() > 100
     np.testing.assert_allclose(force[steady, 2], 470.0, atol=0.5)
@@ -281,7 +283,7 @@ def test_isf_force_is_that_of_the_law_where_it_is_steady():
     # tan((alpha + beta)/2) with cos(beta) = 1 - 2 * 0.0503 / 10
     ratio = np.tan(0.5 * (np.deg2rad(45.0) + np.arccos(1.0 - 2.0 * 0.050253 / 10.0)))
     np.testing.assert_allclose(radial[steady], -470.0 * ratio, rtol=1e-3)
-    assert np.all(wrench.wrench[z >= 0.0] == 0.0)
+    assert np.all(answer.wrench.wrench[0, z >= 0.0] == 0.0)
     before_lift_off = np.flatnonzero(z < z.min() + 1e-12)[-1]
     assert (
         np.abs(np.diff(force[:before_lift_off, 2])).max() < 0.05 * 470
@@ -291,16 +293,14 @@ def test_isf_force_is_that_of_the_law_where_it_is_steady():
 def test_isf_force_grows_with_penetration_and_never_pulls():
     task = isf_task()
     law = IsfForceLawTable(model="isf-force-law", **LAW).process(task)
-    base = law.wrench(task.desired)
-    along = (
-        base.wrench[:, :3] / np.maximum(np.linalg.norm(base.wrench[:, :3], axis=1), 1e-9)[:, None]
-    )
-    steady = task.part.coordinates(task.desired)[:, 2] < -4.5e-3
+    base = law.evaluate(task.desired).wrench.force[0]
+    along = base / np.maximum(np.linalg.norm(base, axis=1), 1e-9)[:, None]
+    steady = task.part.coordinates(task.desired.position[0])[:, 2] < -4.5e-3
     for depth in (1e-4, -1e-4, -1.0):
         shift = np.hstack([-depth * along, np.zeros_like(along)])
-        force = law.wrench(task.desired.displaced(shift)).wrench[:, :3]
+        force = law.evaluate(task.desired.displaced(shift[None])).wrench.force[0]
         size = np.sum(force * along, axis=1)[steady]
-        expected = max(np.linalg.norm(base.wrench[steady][0, :3]) + 1.2e5 * depth, 0.0)
+        expected = max(np.linalg.norm(base[steady][0]) + 1.2e5 * depth, 0.0)
         np.testing.assert_allclose(size, expected, rtol=1e-6, atol=1e-9)
 
 
@@ -339,4 +339,4 @@ def test_every_process_answers_on_the_paths_time_axis(tmp_path):
     assert set(tables) == set(PROCESSES)
     for name, table in PROCESSES.items():
         process = table.model_validate(tables[name] | {"model": name}).process(task)
-        assert np.array_equal(process.wrench(task.desired).time, task.desired.time)
+        assert np.array_equal(process.evaluate(task.desired).wrench.time, task.desired.time)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.robot.robot import Mode
 
 
 def upright(points: np.ndarray) -> np.ndarray:
@@ -18,15 +19,13 @@ class SpringRobot:
     def __init__(self, compliance: np.ndarray) -> None:
         self.compliance = compliance  # (3, 3) or (n, 3, 3) [m/N]
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
-        give = np.einsum("...ij,...j->...i", self.compliance, wrench.wrench[:, :3])
-        return ToolPath(command.time, upright(command.q + give))
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        give = np.einsum("...ij,...j->...i", self.compliance, wrench.force[0])
+        return ToolPath(command.time, upright(command.q[0] + give))
 
 
 class SpringPlanner:
     """Its inverse kinematics."""
 
-    joint_count = 3
-
     def plan(self, path: ToolPath) -> JointPath:
-        return JointPath(path.time, path.position)
+        return JointPath(path.time, (path.position[0],))

@@ -15,6 +15,7 @@ from places import DOCS
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process import Answer
 from coupling.process.testing import check_process
 from coupling.run.study import run_coupling
 
@@ -56,7 +57,7 @@ def test_the_printed_process_has_about_twenty_lines(printed):
 def test_the_printed_case_couples_and_its_resolved_case_finds_the_process(printed, tmp_path):
     case = load_case(printed / "rubber_pad.toml")
     run = run_coupling(case)
-    assert run.converged, run.reason
+    assert run.correction.converged, run.correction.reason
     (tmp_path / "elsewhere").mkdir()
     resolved = tmp_path / "elsewhere" / "case.toml"
     resolved.write_text(tomli_w.dumps(case.resolved))
@@ -71,7 +72,7 @@ BAD_FILES = {
     "no table": (
         "class Table: pass",
         "own.py:Table",
-        "derived from coupling.files.toml_file.Schema",
+        "derived from coupling.process.ProcessTable",
     ),
     "broken": ("x = ", "own.py:Table", "own.py: cannot be imported: SyntaxError"),
     "neither": (None, "rubber", "'rubber'; known: .*or a class in a file of your own"),
@@ -99,20 +100,22 @@ def test_a_key_that_the_table_does_not_know_is_refused(printed):
 class _Forgetful:
     """A process that breaks one rule."""
 
+    identity = ""
+
     def __init__(self, rule: str) -> None:
         self.rule, self.calls = rule, 0
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
+    def evaluate(self, path: ToolPath) -> Answer:
         self.calls += 1
         time = path.time
         if self.rule == "time":
             time = path.time * 2.0
         if self.rule == "path":
-            path.pose[0, 0] += 1.0
+            path.pose[0, 0, 0] += 1.0
         force = np.zeros((len(time), 6))
         if self.rule == "memory":
             force += self.calls
-        return WrenchHistory(time, force)
+        return Answer(WrenchHistory(time, force))
 
 
 @pytest.mark.parametrize(

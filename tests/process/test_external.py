@@ -18,12 +18,16 @@ from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.histories import ToolPath
-from coupling.process import External, ExternalTable, MeasuredTable, Task
+from coupling.process import External, ExternalTable, MeasuredTable
 from coupling.process.measured import distance_along
+from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
 from coupling.run.study import run_coupling
-from coupling.solve.fixed_point import couple
-from coupling.solve.mirror import Compensation, Mirror, MirrorSettings
+from coupling.solve.correction import Correction
+from coupling.solve.fixed_point import Loop, couple
+from coupling.solve.mirror import Mirror
+from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Anderson
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 
 PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
@@ -50,8 +54,8 @@ def test_the_template_is_a_wall_on_springs_in_the_part_frame(tmp_path):
     """2e5 N/m times the depth below the sheet along the part's z axis, whatever the base frame."""
     process = external(tmp_path, SPRINGS)
     path = task().desired
-    wrench = process.wrench(path).wrench
-    depth = np.maximum(-PART.coordinates(path)[:, 2], 0.0)
+    wrench = process.evaluate(path).wrench.wrench[0]
+    depth = np.maximum(-PART.coordinates(path.position[0])[:, 2], 0.0)
     expected = np.outer(2e5 * depth, PART.rotation.apply([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(wrench[:, :3], expected, rtol=0, atol=1e-9)
     assert np.all(wrench[:, 3:] == 0.0)
@@ -59,8 +63,8 @@ def test_the_template_is_a_wall_on_springs_in_the_part_frame(tmp_path):
 
 def test_every_evaluation_has_a_fresh_folder(tmp_path):
     process, path = external(tmp_path, SPRINGS), task().desired
-    process.wrench(path)
-    process.wrench(path)
+    process.evaluate(path)
+    process.evaluate(path)
     left = sorted(str(f.relative_to(tmp_path)) for f in tmp_path.rglob("*") if f.is_file())
     names = ("output.txt", "path.csv", "wrench.csv")
     assert left == [f"evaluations/{n}/{name}" for n in ("0001", "0002") for name in names]
@@ -70,8 +74,8 @@ def test_every_evaluation_has_a_fresh_folder(tmp_path):
 def test_the_base_frame_is_passed_through(tmp_path):
     program = SPRINGS.replace('-path["z"]', '0.5 - path["z"]')
     path = task().desired
-    wrench = external(tmp_path, program, frame="base").wrench(path).wrench
-    expected = 2e5 * np.maximum(0.5 - path.position[:, 2], 0.0)
+    wrench = external(tmp_path, program, frame="base").evaluate(path).wrench.wrench[0]
+    expected = 2e5 * np.maximum(0.5 - path.position[0, :, 2], 0.0)
     np.testing.assert_allclose(wrench[:, 2], expected, rtol=0, atol=1e-9)
 
 
@@ -104,7 +108,7 @@ FAILURES = {
 def test_a_program_that_fails_is_quoted(tmp_path, name):
     program, words = FAILURES[name]
     with pytest.raises(ProcessError) as failure:
-        external(tmp_path, program).wrench(task().desired)
+        external(tmp_path, program).evaluate(task().desired)
     said = str(failure.value)
     assert said.startswith("evaluation 0001: ")
     assert [word for word in words if word not in said] == []
@@ -114,7 +118,7 @@ def test_a_program_that_fails_is_quoted(tmp_path, name):
 def test_times_may_be_printed_with_six_digits(tmp_path):
     program = SPRINGS.replace('path["time"]', 'np.round(path["time"] * 1.000001, 6)')
     assert np.array_equal(
-        external(tmp_path, program).wrench(task().desired).time, task().desired.time
+        external(tmp_path, program).evaluate(task().desired).wrench.time, task().desired.time
     )
 
 
@@ -128,7 +132,7 @@ def test_a_time_out_ends_the_program_and_its_children(tmp_path):
     )
     begin = time.monotonic()
     with pytest.raises(ProcessError, match=r"time limit of 1 s; its last lines:\nsolving"):
-        external(tmp_path, program, time_limit_s=1.0).wrench(task().desired)
+        external(tmp_path, program, time_limit_s=1.0).evaluate(task().desired)
     assert time.monotonic() - begin < 10.0
     ticks = tmp_path / "evaluations/0001/ticks"
     written = ticks.stat().st_size
@@ -139,17 +143,17 @@ def test_a_time_out_ends_the_program_and_its_children(tmp_path):
 def test_output_is_told_line_by_line(tmp_path, caplog):
     program = SPRINGS + "\nimport time; print('50 %', flush=True); time.sleep(0.3)\n"
     with caplog.at_level("INFO", logger="coupling.process"):
-        external(tmp_path, program).wrench(task().desired)
+        external(tmp_path, program).evaluate(task().desired)
     assert "50 %" in caplog.messages
 
 
 def test_an_earlier_answer_is_reused_for_the_same_path_only(tmp_path):
     path = task().desired
-    first = external(tmp_path / "a", SPRINGS).wrench(path)
+    first = external(tmp_path / "a", SPRINGS).evaluate(path)
     again = external(tmp_path / "b", "exit(1)", reuse=str(tmp_path / "a" / "evaluations"))
-    assert np.array_equal(again.wrench(path).wrench, first.wrench)
+    assert np.array_equal(again.evaluate(path).wrench.wrench[0], first.wrench)
     with pytest.raises(ProcessError, match="exit status 1"):
-        again.wrench(path.displaced(np.full((21, 6), 1e-12)))
+        again.evaluate(path.displaced(np.full(6, 1e-12)))
 
 
 def test_a_program_that_is_not_there_is_found_with_the_case(tmp_path):
@@ -197,24 +201,24 @@ def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, Extern
     process = ExternalTable.model_validate(
         {"model": "external", "command": ["{python}", "-c", counted(limit)], "time_limit_s": 30.0}
     ).process(Task(at_the_origin, desired, workspace=workspace))
-    return SpringRobot(5e-7 * np.eye(3)), desired, process
+    springs = Member("springs", AT_THE_ORIGIN, SpringRobot(5e-7 * np.eye(3)), SpringPlanner())
+    return Loop(Cell((springs,)), process, "quasistatic", Anderson(1.0)), desired
 
 
-def mirrored(workspace: Path, limit: int) -> Compensation:
-    """Return the compensation of that path."""
-    robot, desired, process = pressing(workspace, limit)
-    settings = MirrorSettings(tolerance=1e-5)
-    return Mirror(robot, process, SpringPlanner(), Anderson(1.0), settings).run(desired)
+def mirrored(workspace: Path, limit: int) -> Correction:
+    """Return the correction of that path."""
+    loop, desired = pressing(workspace, limit)
+    return Mirror(tolerance_m=1e-5).correct(loop, desired)
 
 
 def test_a_later_failure_of_a_coupling_is_a_result_with_what_was_computed(tmp_path):
-    robot, desired, process = pressing(tmp_path, 2)
-    result = couple(robot, process, SpringPlanner().plan(desired), Anderson(1.0))
-    assert not result.converged
+    loop, desired = pressing(tmp_path, 2)
+    result = couple(loop, loop.robot.plan(desired))
+    assert result.outcome is Outcome.PROCESS_FAILED
     assert result.reason.startswith("the process failed in evaluation 3: evaluation 0003")
     assert "licence lost" in result.reason
     answered = np.genfromtxt(tmp_path / "evaluations/0002/wrench.csv", delimiter=",", names=True)
-    assert np.array_equal(result.wrench.wrench[:, 2], answered["fz"])
+    assert np.array_equal(result.answer.wrench.force[0, :, 2], answered["fz"])
 
 
 def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
@@ -223,7 +227,7 @@ def test_a_failure_on_the_way_leaves_the_best_command(tmp_path):
     assert whole.converged
     for limit in (len(whole.passes[0].coupling) + 1, whole.evaluations - 1):
         result = mirrored(tmp_path / str(limit), limit)
-        assert not result.converged
+        assert result.outcome is Outcome.PROCESS_FAILED
         assert "licence lost" in result.reason
         assert result.evaluations <= limit
     assert "failed in the validation: evaluation" in result.reason
@@ -251,7 +255,7 @@ def test_calculix_plate_has_the_stiffness_of_the_clamped_square_plate(tmp_path):
     assert program != text
     time = np.linspace(0.0, 1.0, 3)
     path = PART.tool_path(time, np.outer(time, [0.0, 0.0, -1e-5]))
-    force = external(tmp_path, program).wrench(path).wrench[-1, :3]
+    force = external(tmp_path, program).evaluate(path).wrench.wrench[0][-1, :3]
     rigidity = 70e9 * 1e-3**3 / (12.0 * (1.0 - 0.33**2))
     expected = 1e-5 * rigidity / (0.00560 * 0.2**2)
     np.testing.assert_allclose(
@@ -269,9 +273,9 @@ def test_external_calculix_case_shortened_runs_by_name(tmp_path):
     case = tmp_path / "external_calculix.toml"
     case.write_text(text.replace("/../calculix_plunge.py", "/coarse.py"))
     run = run_coupling(load_case(case, tmp_path))
-    assert run.converged, run.reason
+    assert run.correction.converged, run.correction.reason
     # Commanded 2 mm, about 3.5 mm with the robot's sag; the linear plate has 29 N/mm.
-    assert 2.0 * 29.2 * 3.5 < run.wrench.peak_force < 8.0 * 29.2 * 3.5
+    assert 2.0 * 29.2 * 3.5 < run.correction.answer.wrench.peak_force < 8.0 * 29.2 * 3.5
 
 
 def measured(file: Path, text: str, **keys: object):
@@ -284,13 +288,13 @@ def test_a_record_in_tool_axes_turns_with_the_tool(tmp_path):
         tmp_path / "w.csv", "time,fx,fy,fz,mx,my,mz\n0,0,0,0,0,0,0\n1,10,20,30,1,2,3\n"
     )
     process, path = table.process(task()), task().desired
-    wrench = process.wrench(path).wrench
+    wrench = process.evaluate(path).wrench.wrench[0]
     expected = np.outer(path.time, [10.0, 20.0, 30.0])
-    np.testing.assert_allclose(wrench[:, :3], path.rotation.apply(expected), atol=1e-12)
-    turned = path.displaced(np.tile([0, 0, 0, 0.1, 0.2, 0.3], (21, 1)))
-    moments = process.wrench(turned).wrench[:, 3:]
+    np.testing.assert_allclose(wrench[:, :3], path.rotations[0].apply(expected), atol=1e-12)
+    turned = path.displaced(np.array([0, 0, 0, 0.1, 0.2, 0.3]))
+    moments = process.evaluate(turned).wrench.wrench[0][:, 3:]
     np.testing.assert_allclose(
-        moments, turned.rotation.apply(np.outer(path.time, [1.0, 2.0, 3.0])), atol=1e-12
+        moments, turned.rotations[0].apply(np.outer(path.time, [1.0, 2.0, 3.0])), atol=1e-12
     )
 
 
@@ -301,7 +305,7 @@ def test_a_record_over_distance_belongs_to_the_place(tmp_path):
     table = measured(
         tmp_path / "w.csv", f"distance,fx,fy,fz\n0,0,0,0\n{length},100,0,0\n", frame="base"
     )
-    wrench = table.process(task()).wrench(path).wrench
+    wrench = table.process(task()).evaluate(path).wrench.wrench[0]
     np.testing.assert_allclose(wrench[:, 0], 100.0 * distance_along(path) / length, atol=1e-10)
     assert np.all(wrench[:, 1:] == 0.0)
     middle = wrench[10, 0]
@@ -336,6 +340,6 @@ def test_a_measured_case_couples_in_two_evaluations(tmp_path):
     table[1, [0, 3]] = end, 200.0
     write_table(tmp_path / "record.csv", ("time", *WRENCH_COLUMNS), table)
     run = run_coupling(load_case(tmp_path / "case.toml"))
-    assert run.converged
-    assert run.process_evaluations == 2
-    assert run.wrench.peak_force == pytest.approx(200.0)
+    assert run.correction.converged
+    assert run.correction.evaluations == 2
+    assert run.correction.answer.wrench.peak_force == pytest.approx(200.0)

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError
-from coupling.process import MillingForceTable, Task
+from coupling.process import MillingForceTable
 from coupling.process.cutting_force import (
     Cut,
     Cutter,
@@ -22,7 +22,8 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.process.milling_force import ARCS
-from coupling.run.study import run_coupling
+from coupling.run.study import Deviations, run_coupling
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 
 ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
@@ -165,7 +166,7 @@ def in_cut(wrench: np.ndarray) -> np.ndarray:
 
 def test_steady_feed_gives_the_mean_force_in_the_parts_axes():
     of = task()
-    force = in_cut(milling(of, force="mean").wrench(of.desired).wrench)
+    force = in_cut(milling(of, force="mean").evaluate(of.desired).wrench.wrench[0])
     c, a, N, K = FEED * 60.0 / 20000.0 / 2.0, 3e-3, 2, ALUMINIUM
     expected = [
         -N * a * (K.K_rc * c / 4 + K.K_re / np.pi),
@@ -176,8 +177,8 @@ def test_steady_feed_gives_the_mean_force_in_the_parts_axes():
 
 def test_the_tooth_resolved_history_has_the_mean_force_and_the_tooth_frequency():
     of = task()
-    mean = in_cut(milling(of, force="mean").wrench(of.desired).wrench)[-1]
-    force = in_cut(milling(of).wrench(of.desired).wrench)[31:571]  # 36 teeth of 1.5 ms
+    mean = in_cut(milling(of, force="mean").evaluate(of.desired).wrench.wrench[0])[-1]
+    force = in_cut(milling(of).evaluate(of.desired).wrench.wrench[0])[31:571]  # 36 teeth of 1.5 ms
     np.testing.assert_allclose(force.mean(axis=0), mean, rtol=2e-3)
     spectrum = np.abs(np.fft.rfft(force[:, 1] - force[:, 1].mean()))
     assert np.argmax(spectrum) / (540 * 1e-4) == pytest.approx(20000.0 / 60.0 * 2.0)
@@ -188,7 +189,7 @@ def test_the_history_converges_with_the_time_resolution():
 
     def impulses(parts: int) -> np.ndarray:
         of = task(6e-4 / parts, duration=0.03)
-        force = in_cut(milling(of).wrench(of.desired).wrench)[1:, :2]
+        force = in_cut(milling(of).evaluate(of.desired).wrench.wrench[0])[1:, :2]
         return force.reshape(-1, parts, 2).mean(axis=1)
 
     fine = impulses(160)
@@ -204,7 +205,7 @@ def test_force_grows_with_the_actual_depth():
     deeper = of.desired.displaced(
         np.hstack([np.tile(PART.rotation.apply([0.0, 0.0, -3e-4]), (601, 1)), np.zeros((601, 3))])
     )
-    base, more = (process.wrench(path).wrench[50:, :3] for path in (of.desired, deeper))
+    base, more = (process.evaluate(path).wrench.force[0, 50:] for path in (of.desired, deeper))
     np.testing.assert_allclose(more, 1.1 * base, rtol=1e-9)
 
 
@@ -214,7 +215,7 @@ def test_no_force_in_the_air():
         [np.tile(PART.rotation.apply([0.0, 0.0, 3.1e-3]), (601, 1)), np.zeros((601, 3))]
     )
     for force in ("mean", "tooth-passing"):
-        wrench = milling(of, force=force).wrench(of.desired.displaced(high)).wrench
+        wrench = milling(of, force=force).evaluate(of.desired.displaced(high)).wrench.wrench[0]
         assert np.all(wrench == 0.0)
 
 
@@ -227,7 +228,8 @@ def test_chip_follows_the_actual_feed():
     )
     process = milling(of, force="mean", K_te_N_m=0.0, K_re_N_m=0.0, K_ae_N_m=0.0)
     base, more = (
-        process.wrench(path).wrench[50:, :3] for path in (of.desired, of.desired.displaced(ahead))
+        process.evaluate(path).wrench.force[0, 50:]
+        for path in (of.desired, of.desired.displaced(ahead))
     )
     np.testing.assert_allclose(more, 1.1 * base, rtol=1e-9)
 
@@ -241,11 +243,11 @@ def test_a_tool_nearer_to_the_material_cuts_wider(engagement, side):
     narrow = milling(of, engagement=engagement, radial_depth_m=4e-3)
     wide = milling(of, engagement=engagement, radial_depth_m=5e-3)
     moved, set_wider = (
-        narrow.wrench(of.desired.displaced(offset)).wrench,
-        wide.wrench(of.desired).wrench,
+        narrow.evaluate(of.desired.displaced(offset)).wrench.wrench[0],
+        wide.evaluate(of.desired).wrench.wrench[0],
     )
     np.testing.assert_allclose(moved[1:], set_wider[1:], rtol=0, atol=1e-6)
-    assert np.abs(set_wider - narrow.wrench(of.desired).wrench).max() > 10.0
+    assert np.abs(set_wider - narrow.evaluate(of.desired).wrench.wrench[0]).max() > 10.0
 
 
 def test_regeneration_a_wave_of_the_tooth_frequency_leaves_the_chip_alone():
@@ -256,14 +258,14 @@ def test_regeneration_a_wave_of_the_tooth_frequency_leaves_the_chip_alone():
     wave[:, :3] = PART.rotation.apply(np.column_stack([np.outer(sway, HEADING), np.zeros(601)]))
     process = milling(of)
     steady, moved = (
-        in_cut(process.wrench(path).wrench)[40:]
+        in_cut(process.evaluate(path).wrench.wrench[0])[40:]
         for path in (of.desired, of.desired.displaced(wave))
     )
     np.testing.assert_allclose(moved, steady, rtol=0, atol=1e-6 * np.abs(steady).max())
     half = np.zeros((601, 6))
     sway = 2e-5 * np.sin(2.0 * np.pi * of.desired.time / 3e-3)
     half[:, :3] = PART.rotation.apply(np.column_stack([np.outer(sway, HEADING), np.zeros(601)]))
-    changed = in_cut(process.wrench(of.desired.displaced(half)).wrench)[40:]
+    changed = in_cut(process.evaluate(of.desired.displaced(half)).wrench.wrench[0])[40:]
     assert np.abs(changed - steady).max() > 20.0
 
 
@@ -317,9 +319,9 @@ def test_doubled_speed_at_equal_feed_takes_37_percent_off_the_force_across_the_f
     across = []
     for speed in (20000, 40000):
         case = shortened(speed, tmp_path, mean, ("sample_s = 0.0001", "sample_s = 0.005"))
-        wrench = case.process.wrench(case.desired).wrench
-        depth = -case.part.coordinates(case.desired)[:, 2]
-        velocity = np.gradient(case.desired.position[:, 0], case.desired.time)
+        wrench = case.process.evaluate(case.desired).wrench.wrench[0]
+        depth = -case.task.part.coordinates(case.desired.position[0])[:, 2]
+        velocity = np.gradient(case.desired.position[0, :, 0], case.desired.time)
         steady = (depth > 3e-3 - 1e-9) & (velocity > 0.13333)
         assert np.count_nonzero(steady) > 20
         across.append(wrench[steady, 1].mean())
@@ -341,11 +343,11 @@ def test_milling_case_shortened_couples_through_the_dynamic_fmu(tmp_path, speed)
         ("[0.0, 0.0, 0.001]", "[0.0, 0.0, 0.0001]"),
     )
     run = run_coupling(case)
-    assert run.converged, run.reason
+    assert run.correction.converged, run.correction.reason
     assert case.settings.mode == "dynamic"
     # It sags by about 1.5 mm into the work, half as deep as the case's cut.
-    assert 100.0 < run.wrench.peak_force < 1000.0
-    assert run.shares.process.maximum > 1e-6
+    assert 100.0 < run.correction.answer.wrench.peak_force < 1000.0
+    assert Deviations.of(run).process.maximum > 1e-6
 
 
 def test_both_milling_cases_differ_in_the_speed_alone():

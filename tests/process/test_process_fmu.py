@@ -19,7 +19,8 @@ from scipy.spatial.transform import Rotation
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.fmu_export.process_fmu import build_process_fmu
-from coupling.process import ElasticWallTable, ProcessFmuTable, Task
+from coupling.process import ElasticWallTable, ProcessFmuTable
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 
 SOURCES = TESTS / "process" / "process_fmus"
@@ -78,8 +79,8 @@ def test_wall_fmu_is_the_wall_in_python(standard, request):
     """Every sample of an uneven path, turned from the part's axes to the base's."""
     wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
     path = task().desired
-    answer = process(request.getfixturevalue(standard)).wrench(path)
-    expected = wall.wrench(path).wrench
+    answer = process(request.getfixturevalue(standard)).evaluate(path).wrench
+    expected = wall.evaluate(path).wrench.wrench[0]
     assert np.abs(expected).max() > 300.0
     np.testing.assert_allclose(answer.wrench, expected, rtol=0, atol=1e-9)
 
@@ -89,14 +90,20 @@ def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
     wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
     path = task().desired
     file = build_process_fmu(wall, path, tmp_path / "Wall.fmu")
-    answer = process(
-        file,
-        frame="base",
-        inputs={name: f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
-        outputs={f"f{axis}": f"force.{axis}" for axis in "xyz"},
-        parameters={},
-    ).wrench(path)
-    np.testing.assert_allclose(answer.wrench, wall.wrench(path).wrench, rtol=0, atol=1e-9)
+    answer = (
+        process(
+            file,
+            frame="base",
+            inputs={name: f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
+            outputs={f"f{axis}": f"force.{axis}" for axis in "xyz"},
+            parameters={},
+        )
+        .evaluate(path)
+        .wrench
+    )
+    np.testing.assert_allclose(
+        answer.wrench, wall.evaluate(path).wrench.wrench[0], rtol=0, atol=1e-9
+    )
 
 
 def test_our_own_exported_process_may_refuse_many_times(tmp_path, run_host):
@@ -107,25 +114,25 @@ def test_our_own_exported_process_may_refuse_many_times(tmp_path, run_host):
 
 
 def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):
-    answer = process(fmi2, frame="base", inputs={"x": "height"}).wrench(task().desired)
+    answer = process(fmi2, frame="base", inputs={"x": "height"}).evaluate(task().desired).wrench
     assert np.array_equal(answer.wrench, np.zeros((41, 6)))  # x is about 1 m: never below the wall
 
 
 def test_unknown_names_are_answered_with_the_known_ones(fmi2):
     with pytest.raises(ProcessError, match=r"WallSlave.*has no variable hight; it has .*height"):
-        process(fmi2, inputs={"z": "hight"}).wrench(task().desired)
+        process(fmi2, inputs={"z": "hight"}).evaluate(task().desired)
 
 
 def test_an_fmu_that_refuses_a_step_is_an_error_with_its_reason(fmi2):
     deep = task().desired.displaced(np.tile([0.0, 0.0, -2.0, 0.0, 0.0, 0.0], (41, 1)))
     with pytest.raises(ProcessError, match=r"WallSlave\.fmu: .*a metre thick"):
-        process(fmi2).wrench(deep)
+        process(fmi2).evaluate(deep)
 
 
 def test_an_fmu_that_kills_its_host_is_an_error(fmi2):
     parameters = {"stiffness": STIFFNESS, "dies_at": 0.5}
     with pytest.raises(ProcessError, match="process that runs the FMU has ended"):
-        process(fmi2, parameters=parameters).wrench(task().desired)
+        process(fmi2, parameters=parameters).evaluate(task().desired)
 
 
 def test_what_is_no_fmu_is_refused(tmp_path):
@@ -134,7 +141,7 @@ def test_what_is_no_fmu_is_refused(tmp_path):
     broken = tmp_path / "broken.fmu"
     broken.write_text("no archive")
     with pytest.raises(ProcessError, match="not a readable FMU"):
-        process(broken).wrench(task().desired)
+        process(broken).evaluate(task().desired)
 
 
 def test_a_case_names_a_process_fmu_and_its_variables(fmi3, tmp_path):
@@ -149,7 +156,7 @@ def test_a_case_names_a_process_fmu_and_its_variables(fmi3, tmp_path):
     shutil.copy(fmi3, tmp_path / "Wall.fmu")
     (tmp_path / "case.toml").write_text(text.replace(wall, fmu))
     ours, theirs = (load_case(file) for file in (LINE_CASE, tmp_path / "case.toml"))
-    expected = ours.process.wrench(ours.desired).wrench
+    expected = ours.process.evaluate(ours.desired).wrench.wrench[0]
     assert np.abs(expected).max() > 300.0
-    answer = theirs.process.wrench(theirs.desired).wrench
+    answer = theirs.process.evaluate(theirs.desired).wrench.wrench[0]
     np.testing.assert_allclose(answer, expected, rtol=0, atol=1e-9)

@@ -15,12 +15,13 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
-from coupling.process import PROCESSES, Task
+from coupling.process import PROCESSES
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.friction import elastic_slip
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.state import SheetState
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
@@ -262,8 +263,8 @@ def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
         PROCESSES["sheet-fem"]
         .model_validate(data | {"friction_coefficient": mu})
         .process(Task(part, path))
-        .wrench(path)
-        .wrench
+        .evaluate(path)
+        .wrench.wrench
         for mu in (0.0, 0.2)
     ]
     sliding = (time > 1.5) & (time < 2.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,12 +16,14 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("numba")
 
 from coupling.errors import CaseError
+from coupling.events import Progress
 from coupling.path.histories import ToolPath
 from coupling.path.workpiece import Workpiece
-from coupling.process import PROCESSES, Task, Watchable
+from coupling.process import PROCESSES
 from coupling.run.stored_run import read_run
 from coupling.sheet_fem.schedule import schedule
 from coupling.sheet_fem.shape import PLASTIC_STRAIN, SPRINGBACK, THICKNESS
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 
 
@@ -47,31 +50,30 @@ UPRIGHT = Part(np.zeros(3), Rotation.identity())
 def pressed():
     path = stroke(UPRIGHT)
     process = table().process(Task(UPRIGHT, path))
-    return process, path, process.wrench(path)
+    return process, path, process.evaluate(path)
 
 
 def test_force_pushes_the_tool_off_the_sheet_and_only_in_contact(pressed):
-    _, path, history = pressed
-    fz = history.wrench[:, 2]
-    height = path.position[:, 2]
+    _, path, answer = pressed
+    fz = answer.wrench.wrench[0, :, 2]
+    height = path.position[0, :, 2]
     assert np.all(fz[(height < -3e-4)] > 10.0)
-    assert np.all(history.wrench[0] == 0.0)
-    assert np.all(history.wrench[-1] == 0.0)
+    assert np.all(answer.wrench.wrench[0, [0, -1]] == 0.0)
 
 
 def test_an_evaluation_starts_from_the_flat_sheet(pressed):
     """Twice the same, to the last bit: nothing is kept between evaluations."""
-    process, path, history = pressed
-    again = process.wrench(path)
-    assert np.array_equal(history.wrench, again.wrench)
+    process, path, answer = pressed
+    again = process.evaluate(path)
+    assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
 
 
 def test_a_moved_and_turned_part_turns_the_wrench(pressed):
     """Force and moment at the TCP are those of the same part elsewhere, in its axes."""
     part = Part(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
     path = stroke(part)
-    elsewhere = table().process(Task(part, path)).wrench(path).wrench
-    here = pressed[2].wrench
+    elsewhere = table().process(Task(part, path)).evaluate(path).wrench.wrench[0]
+    here = pressed[2].wrench.wrench[0]
     scale = np.max(np.abs(here[:, :3]))
     for columns, size in ((slice(0, 3), scale), (slice(3, 6), 5e-3 * scale)):
         back = part.rotation.inv().apply(elsewhere[:, columns])
@@ -80,7 +82,7 @@ def test_a_moved_and_turned_part_turns_the_wrench(pressed):
 
 def test_frictionless_force_has_no_moment_about_the_sphere(pressed):
     """The TCP is the sphere's lowest point: M = (centre - TCP) x F."""
-    wrench = pressed[2].wrench
+    wrench = pressed[2].wrench.wrench[0]
     lever = np.array([0.0, 0.0, 5e-3])
     np.testing.assert_allclose(wrench[:, 3:], np.cross(lever, wrench[:, :3]), atol=1e-12)
 
@@ -91,7 +93,7 @@ def test_touch_is_where_the_lowest_point_meets_the_upper_face():
         path = UPRIGHT.tool_path(
             np.arange(3.0), np.array([[0, 0, 1e-3], [0, 0, height], [0, 0, 1e-3]])
         )
-        wrench = table(element_m=0.002).process(Task(UPRIGHT, path)).wrench(path).wrench
+        wrench = table(element_m=0.002).process(Task(UPRIGHT, path)).evaluate(path).wrench.wrench[0]
         assert (wrench[1, 2] > 0.1) == touches
 
 
@@ -109,20 +111,19 @@ def test_window_agrees_with_the_whole_sheet():
     path = stroke(UPRIGHT)
     task = Task(UPRIGHT, path)
     size = {"sheet_size_m": [0.1, 0.1]}
-    whole = table(**size, global_every=1).process(task).wrench(path)
-    window = table(**size, global_every=100, window_m=0.02).process(task).wrench(path)
+    whole = table(**size, global_every=1).process(task).evaluate(path).wrench
+    window = table(**size, global_every=100, window_m=0.02).process(task).evaluate(path).wrench
     assert np.max(np.abs(whole.wrench - window.wrench)) > 0.0
     assert window.change_from(whole) < 0.03
 
 
 def test_progress_counts_up_to_the_end(pressed):
     process, path, _ = pressed
-    assert isinstance(process, Watchable)
-    seen: list[tuple[int, int]] = []
-    process.watched(lambda done, total: seen.append((done, total))).wrench(path)
-    assert seen[0][0] == 0
-    assert seen[-1][0] == seen[-1][1] == len(process.schedule.positions)
-    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    seen: list[Progress] = []
+    replace(process, watch=seen.append).evaluate(path)
+    assert seen[0].done == 0
+    assert seen[-1].done == seen[-1].total == len(process.schedule.positions)
+    assert [work.done for work in seen] == sorted(work.done for work in seen)
 
 
 def test_schedule_has_corners_spacing_and_whole_solutions_where_the_depth_changes():

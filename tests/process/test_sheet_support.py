@@ -14,15 +14,15 @@ pytest.importorskip("numba")
 
 from coupling.case import load_case
 from coupling.errors import CaseError
-from coupling.path.histories import ToolPath
-from coupling.process import PROCESSES, Task
+from coupling.process import PROCESSES, Answer
 from coupling.report.page import write_report
 from coupling.run.folder import write_run
-from coupling.run.stored_run import read_cell
+from coupling.run.stored_run import read_run
 from coupling.run.study import run_coupling
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
+from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 
@@ -135,8 +135,8 @@ def table(**changes):
     return PROCESSES["sheet-fem"].model_validate(data | small | {"window_m": 0.012} | changes)
 
 
-def stroke(height: float) -> tuple[Task, Support]:
-    """Return a stroke of 4 mm that is 0.4 mm deep, and a support 8 mm beside it at a height."""
+def stroke(height: float) -> Task:
+    """Return a stroke of 4 mm that is 0.4 mm deep, supported 8 mm beside it at a height."""
     at = np.linspace(0.0, 3.0, 31)
     corners = np.array(
         [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
@@ -144,69 +144,65 @@ def stroke(height: float) -> tuple[Task, Support]:
     points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
-    support = Support(UPRIGHT.support_path(at, back), down, 1e-3, 0.01)
-    return Task(UPRIGHT, UPRIGHT.tool_path(at, points)), support
+    forming = UPRIGHT.tool_path(at, points)
+    support = Support(forming, UPRIGHT.support_path(at, back), down, 1e-3, 0.01)
+    return Task(UPRIGHT, forming, support=support)
 
 
-def both(task: Task, support: Support) -> ToolPath:
-    return ToolPath.of_tools([task.desired, support.desired])
+def alone(task: Task) -> Answer:
+    """What the forming tool feels without the support."""
+    return table().process(replace(task, support=None)).evaluate(task.forming)
 
 
 def test_a_support_out_of_reach_changes_nothing():
     """To the last bit the answer of the forming tool alone, and no force on the support."""
-    task, support = stroke(height=-0.03)
-    alone = table().process(task).wrench(task.desired)
-    found = table().supported_process(task, support).wrench(both(task, support))
-    assert alone.peak_force > 50.0
-    assert np.array_equal(found.tools[0].wrench, alone.wrench)
-    assert np.all(found.tools[1].wrench == 0.0)
+    task = stroke(height=-0.03)
+    without, found = alone(task), table().process(task).evaluate(task.desired)
+    assert without.wrench.peak_force > 50.0
+    assert np.array_equal(found.wrench.wrench[0], without.wrench.wrench[0])
+    assert np.all(found.wrench.wrench[1] == 0.0)
     assert found.workpiece is not None
-    assert np.array_equal(found.workpiece.points, alone.workpiece.points)
+    assert np.array_equal(found.workpiece.points, without.workpiece.points)
 
 
 def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
     """Its force points off the sheet, at its centre; the forming tool has to press harder."""
-    task, support = stroke(height=-1e-3)
-    alone = table().process(task).wrench(task.desired)
-    found = table().supported_process(task, support).wrench(both(task, support))
+    task = stroke(height=-1e-3)
+    found = table().process(task).evaluate(task.desired).wrench
     forming, behind = (
-        UPRIGHT.rotation.inv().apply(tool.wrench.reshape(-1, 3)).reshape(-1, 6)
-        for tool in found.tools
+        UPRIGHT.rotation.inv().apply(wrench.reshape(-1, 3)).reshape(-1, 6)
+        for wrench in found.wrench
     )
-    deep = UPRIGHT.coordinates(task.desired)[:, 2] < -3e-4
+    deep = UPRIGHT.coordinates(task.forming.position[0])[:, 2] < -3e-4
     assert np.all(behind[deep, 2] < -10.0)
     assert np.all(forming[deep, 2] > 10.0)
-    assert found.tools[0].peak_force > 1.2 * alone.peak_force
+    assert found.tools[0].peak_force > 1.2 * alone(task).wrench.peak_force
     lever = np.array([0.0, 0.0, -5e-3])
     np.testing.assert_allclose(behind[:, 3:], np.cross(lever, behind[:, :3]), atol=1e-12)
 
 
 def test_a_part_turned_over_turns_the_forces_of_both_tools():
     """The same forces in the axes of the part, whose z now points down."""
-    task, support = stroke(height=-1e-3)
+    task = stroke(height=-1e-3)
     over = UPRIGHT.rotation * Rotation.from_euler("x", np.pi)
     turned = Part(UPRIGHT.position, over)
-    upper = table().supported_process(task, support).wrench(both(task, support))
-    points = [UPRIGHT.coordinates(path) for path in (task.desired, support.desired)]
+    upper = table().process(task).evaluate(task.desired).wrench
+    points = [UPRIGHT.coordinates(position) for position in task.desired.position]
     time = task.desired.time
-    below = turned.tool_path(time, points[0]), turned.support_path(time, points[1])
-    direction = over.apply(UPRIGHT.rotation.inv().apply(support.direction))
-    lower = table().supported_process(
-        replace(task, part=turned, desired=below[0]),
-        replace(support, desired=below[1], direction=direction),
-    )
-    found = lower.wrench(ToolPath.of_tools(below))
-    for here, there in zip(upper.tools, found.tools, strict=True):
-        forces = UPRIGHT.rotation.inv().apply(here.wrench[:, :3])
-        np.testing.assert_allclose(
-            over.inv().apply(there.wrench[:, :3]), forces, atol=1e-6 * upper.peak_force
-        )
+    forming, behind = turned.tool_path(time, points[0]), turned.support_path(time, points[1])
+    direction = over.apply(UPRIGHT.rotation.inv().apply(task.support.direction))
+    support = replace(task.support, forming=forming, desired=behind, direction=direction)
+    below = Task(turned, forming, support=support)
+    found = table().process(below).evaluate(below.desired).wrench
+    for here, there in zip(upper.force, found.force, strict=True):
+        forces = UPRIGHT.rotation.inv().apply(here)
+        np.testing.assert_allclose(over.inv().apply(there), forces, atol=1e-6 * upper.peak_force)
 
 
 def test_a_support_that_leaves_the_sheet_is_refused():
-    task, support = stroke(height=-1e-3)
+    task = stroke(height=-1e-3)
     with pytest.raises(CaseError, match="which the tool path spans"):
-        table(sheet_size_m=[0.04, 0.016], element_m=0.003).supported_process(task, support)
+        table(sheet_size_m=[0.04, 0.016], element_m=0.003).process(task)
 
 
 def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path):
@@ -224,14 +220,14 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
     file.write_text(text)
     case = load_case(file)
     run = run_coupling(case)
-    assert run.converged, run.reason
-    into_part = case.part.rotation.inv()
-    forming, behind = (into_part.apply(tool.wrench[:, :3]) for tool in run.wrench.tools)
+    assert run.correction.converged, run.correction.reason
+    into_part = case.task.part.rotation.inv()
+    forming, behind = (into_part.apply(force) for force in run.correction.answer.wrench.force)
     assert forming[:, 2].max() > 100.0
     assert behind[:, 2].min() < -50.0
     assert np.all(forming[:, 2] >= -1e-9)
     assert np.all(behind[:, 2] <= 1e-9)
     out.mkdir()
     write_run(out, case, run)
-    assert set(read_cell(out).workpieces) == {"actual"}
+    assert set(read_run(out).workpieces) == {"actual"}
     assert 'id="workpiece"' in write_report(out).read_text()

@@ -26,7 +26,8 @@ from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.inverse_kinematics import Planner
+from coupling.process import Answer
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.ssp import write_ssp
 from coupling.run.study import run_coupling
@@ -116,22 +117,22 @@ def test_co_simulated_pose_is_the_robots_under_the_force_of_two_steps_ago(system
     """Jacobi: one step for the process to answer, one for the robot to feel it; nothing else."""
     case = system.case
     time = case.desired.time
-    answered = case.process.wrench(
-        ToolPath(time, np.vstack([case.desired.pose[:1], poses[:, 1:8]]))
-    )
-    np.testing.assert_allclose(poses[1:, 8:], answered.wrench[1:-1], rtol=0, atol=1e-9)
-    felt = np.zeros_like(answered.wrench)
-    felt[3:] = answered.wrench[1:-2]
-    command = Planner(case.robot, case.home).plan(case.desired)
+    seen = ToolPath(time, np.vstack([case.desired.pose[0, :1], poses[:, 1:8]]))
+    answered = case.process.evaluate(seen).wrench.wrench[0]
+    np.testing.assert_allclose(poses[1:, 8:], answered[1:-1], rtol=0, atol=1e-9)
+    felt = np.zeros_like(answered)
+    felt[3:] = answered[1:-2]
+    (placed,) = case.robots
+    command = InverseKinematics(placed.description, placed.home).plan(case.desired)
     fmu = system.folder / "resources" / "ElasticRobot.fmu"
-    with RobotFmu(fmu, case.settings.torque_curve, case.settings.mode) as robot:
-        path = robot.simulate(command, WrenchHistory(time, felt))
+    with RobotFmu(fmu, placed.torque_curve) as robot:
+        path = robot.simulate(command, WrenchHistory(time, felt), case.mode)
     assert np.abs(felt).max() > 100.0
-    np.testing.assert_allclose(poses[:, 1:4], path.position[1:], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(poses[:, 1:4], path.position[0, 1:], rtol=0, atol=1e-12)
 
 
 def test_co_simulation_nears_the_weak_coupling_in_first_order(system, poses):
-    coupled = run_coupling(system.case).achieved
+    coupled = run_coupling(system.case).correction.achieved
     step = float(coupled.time[1])
     runs = [poses]
     for parts in (2, 4):
@@ -185,7 +186,7 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
     """Random poses about the desired path, in a process where the project cannot be imported."""
     case, rng = system.case, np.random.default_rng(3)
     time = case.desired.time
-    pose = case.desired.pose.copy()
+    pose = case.desired.pose[0].copy()
     pose[:, :3] += rng.normal(scale=1e-3, size=(len(time), 3))
     np.savez(tmp_path / "path.npz", time=time, pose=pose)
     code = """
@@ -221,7 +222,7 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
         text=True,
         capture_output=True,
     )
-    expected = case.process.wrench(ToolPath(time, pose)).wrench[:-1]
+    expected = case.process.evaluate(ToolPath(time, pose)).wrench.wrench[0][:-1]
     assert np.abs(expected).max() > 100.0, done.stderr
     np.testing.assert_allclose(np.load(tmp_path / "wrench.npy"), expected, rtol=0, atol=1e-9)
     assert "process: tcp.y is nan; needed is a finite number" in done.stderr
@@ -236,8 +237,10 @@ def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):
 class Remembering:
     """A process that is no function of time and position."""
 
-    def wrench(self, path: ToolPath) -> WrenchHistory:
-        return WrenchHistory.none(path.time)
+    identity = ""
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        return Answer(WrenchHistory.none(path.time))
 
 
 def test_a_process_with_memory_is_refused(system, tmp_path):
