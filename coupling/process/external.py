@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 from dataclasses import dataclass
@@ -158,4 +159,4 @@ class ExternalTable(ProcessTable):
 
     def own_files(self) -> list[Path]:
         """Return the files among the words of the command."""
-        return [file for word in self.command if (file := Path(word)).is_file()]
+        return [Path(word) for word in self.command if os.path.isfile(word)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
+from coupling.events import Event, Said
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.histories import ToolPath
 from coupling.process import External, ExternalTable, MeasuredTable
@@ -140,18 +142,18 @@ def test_a_time_out_ends_the_program_and_its_children(tmp_path):
     assert 0 < written == ticks.stat().st_size
 
 
-def test_output_is_told_line_by_line(tmp_path, caplog):
+def test_output_is_told_line_by_line(tmp_path):
     program = SPRINGS + "\nimport time; print('50 %', flush=True); time.sleep(0.3)\n"
-    with caplog.at_level("INFO", logger="coupling.process"):
-        external(tmp_path, program).evaluate(task().desired)
-    assert "50 %" in caplog.messages
+    told: list[Event] = []
+    replace(external(tmp_path, program), watch=told.append).evaluate(task().desired)
+    assert Said("50 %") in told
 
 
 def test_an_earlier_answer_is_reused_for_the_same_path_only(tmp_path):
     path = task().desired
     first = external(tmp_path / "a", SPRINGS).evaluate(path)
     again = external(tmp_path / "b", "exit(1)", reuse=str(tmp_path / "a" / "evaluations"))
-    assert np.array_equal(again.evaluate(path).wrench.wrench[0], first.wrench)
+    assert np.array_equal(again.evaluate(path).wrench.wrench, first.wrench.wrench)
     with pytest.raises(ProcessError, match="exit status 1"):
         again.evaluate(path.displaced(np.full(6, 1e-12)))
 

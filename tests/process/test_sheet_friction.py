@@ -264,7 +264,7 @@ def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
         .model_validate(data | {"friction_coefficient": mu})
         .process(Task(part, path))
         .evaluate(path)
-        .wrench.wrench
+        .wrench.wrench[0]
         for mu in (0.0, 0.2)
     ]
     sliding = (time > 1.5) & (time < 2.0)
