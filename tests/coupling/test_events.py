@@ -1,0 +1,47 @@
+"""What a run tells whoever watches: one function hears everything."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from places import LINE_CASE
+
+from coupling.case import load_case
+from coupling.events import Event, Progress
+from coupling.run.study import Run, RunBegins, run_compensation
+from coupling.solve.correction import Pass
+from coupling.solve.fixed_point import Evaluated
+
+
+@pytest.fixture(scope="module")
+def watched() -> tuple[Run, list[Event]]:
+    told: list[Event] = []
+    case = load_case(LINE_CASE, watch=told.append)
+    return run_compensation(case, told.append), told
+
+
+def test_every_evaluation_and_pass_is_told_in_its_order(watched):
+    run, told = watched
+    passes = [event for event in told if isinstance(event, Pass)]
+    assert passes == list(run.correction.passes)
+    evaluations = [event.evaluation for event in told if isinstance(event, Evaluated)]
+    assert evaluations == [e for entry in passes for e in entry.coupling]
+    assert isinstance(told[0], RunBegins)
+    ends = [k for k, event in enumerate(told) if isinstance(event, Pass)]
+    for entry, first, last in zip(passes, [0, *ends], ends, strict=False):
+        between = [event for event in told[first:last] if isinstance(event, Evaluated)]
+        assert len(between) == len(entry.coupling)
+
+
+def test_simulations_count_their_steps_up_to_the_end(watched):
+    """Each one ends with all steps done, and says which robot it simulates."""
+    run, told = watched
+    works = [event for event in told if isinstance(event, Progress)]
+    steps = len(run.desired.time) - 1
+    assert {work.total for work in works} == {steps}
+    whats = [what for what, _ in itertools.groupby(work.what for work in works)]
+    assert whats == ["simulating the quasistatic robot", "simulating the dynamic robot"]
+    finished = sum(work.done == work.total for work in works)
+    # One unloaded, one for each evaluation (the validation among them), one in dynamic mode.
+    assert finished == run.correction.evaluations + 2
