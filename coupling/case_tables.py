@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from build_fmu import KINDS
 from coupling.errors import CaseError
-from coupling.files.robot_file import Vector3
-from coupling.files.toml_file import Positive, Schema, nearest
+from coupling.files.toml_file import Positive, Schema, Vector3, nearest
 from coupling.process import Task
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance

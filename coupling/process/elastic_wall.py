@@ -8,8 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.robot_file import Vector3
-from coupling.files.toml_file import Schema
+from coupling.files.toml_file import Schema, Vector3
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import force_laws
 from coupling.process.base import Task
