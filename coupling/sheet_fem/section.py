@@ -40,11 +40,11 @@ def layer_resultants(
     """Sum the layers' stresses.
 
     Args:
-        material: Of the sheet.
-        thickness: At first [m].
+        material: Sheet metal.
+        thickness: First thickness [m].
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
         strain: e and kappa, (6,).
-        plastic: Of every layer before, (layers, 4).
+        plastic: Plastic strains of every layer before, (layers, 4).
         resultant: Written: conjugates of e and kappa [N/m, N], (6,).
         tangent: Written: its derivative, (6, 6).
         new_plastic: Written, (layers, 4).
@@ -206,12 +206,12 @@ def section(
     """Return the thickness stretch, and fill forces and moments per reference length.
 
     Args:
-        material: Of the sheet.
-        thickness: At first [m].
+        material: Sheet metal.
+        thickness: First thickness [m].
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
         a: First fundamental form a11, a22, a12, (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
-        plastic: Of every layer before, (layers, 4).
+        plastic: Plastic strains of every layer before, (layers, 4).
         resultant: Written: energy's derivative by (a/2, b) as vectors of six [N/m, N], (6,).
         tangent: Written: its derivative, symmetric, (6, 6).
         new_plastic: Written, (layers, 4).
