@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from build_fmu import KINDS
 from coupling.errors import CaseError
-from coupling.files.robot_file import Vector3, find_robot, load_robot
-from coupling.files.toml_file import Positive, Schema, nearest
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.files.toml_file import Positive, Schema, Vector3, nearest
 from coupling.robot.cell import Placement
 from coupling.robot.robot import Mode
 from coupling.solve.fixed_point import Tolerance

@@ -31,8 +31,8 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     """Read the named columns of a CSV file; others are ignored.
 
     Args:
-        file: With a header line.
-        columns: Names wanted.
+        file: CSV file with a header line.
+        columns: Wanted names.
         error: Exception class for every problem.
 
     Returns:

@@ -15,15 +15,13 @@ import numpy as np
 import pinocchio as pin
 from pydantic import Field
 
-from coupling.files.toml_file import Positive, Schema, load_toml, nearest, validate
-from coupling.files.urdf_file import UrdfChain, read_urdf
-from coupling.files.urdf_path import find_urdf
+from coupling.files.toml_file import Positive, Schema, Vector3, load_toml, nearest, validate
+from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
 
-Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 

@@ -32,6 +32,8 @@ class Schema(BaseModel):
 # A finite number above zero.
 Positive = Annotated[float, Field(gt=0.0)]
 
+Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
+
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 
 
@@ -66,12 +68,12 @@ def validate(
     """Validate parsed data against a schema.
 
     Args:
-        data: From `load_toml`, or a table of it.
-        schema: What it must contain.
+        data: Result of `load_toml`, or a table of it.
+        schema: Keys that it must have.
         error: Exception class for every problem; its message names the file, the place, the value
             found and what is needed.
-        where: What the message begins with, such as the file's name.
-        folder: Where relative paths begin; the working folder unless given.
+        where: Beginning of the message, such as the file's name.
+        folder: Folder in which relative paths begin; the working folder unless given.
 
     Returns:
         The validated content.

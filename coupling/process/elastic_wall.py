@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.robot_file import Vector3
+from coupling.files.toml_file import Vector3
 from coupling.process.base import MemorylessProcess, ProcessTable
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.task import Task

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.banded import GeneralBand, SymmetricBand
+from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Sphere, Surface, bear, press
 from coupling.sheet_fem.element import Shell, element
@@ -88,12 +88,12 @@ class Assembled(NamedTuple):
 
     Attributes:
         residual: Unbalanced forces [N], (3 n,), zero where held.
-        stiffness: Its derivative by the control points of the box [N/m].
+        stiffness: Derivative of the residual by the control points of the box [N/m].
         wrenches: Force on each sphere [N] and moment about its centre [N m], (spheres, 6).
     """
 
     residual: np.ndarray
-    stiffness: SymmetricBand | GeneralBand
+    stiffness: SymmetricBanded | GeneralBanded
     wrenches: np.ndarray
 
 
@@ -103,7 +103,7 @@ class Assembler:
     Args:
         shell: Elements.
         surface: Contact points.
-        elements: Of the sheet, in x and y.
+        elements: Numbers of elements in x and y.
         free: Which control points may move, (nx + 2, ny + 2, 3).
     """
 
@@ -146,8 +146,8 @@ class Assembler:
         Args:
             box: Control points that may move.
             before: The last equilibrium; its slip is that of the same spheres.
-            spheres: That press on the sheet.
-            after: With its control points; the history of the box's elements is written.
+            spheres: Tools that press on the sheet.
+            after: State with the new control points; the history of the box's elements is written.
         """
         x, y = self.elements_of(box)
         first, count = (x.start, y.start), (x.stop - x.start, y.stop - y.start)
@@ -172,6 +172,6 @@ class Assembler:
         residual = np.zeros(unknowns)
         _unknowns(box, self._free, first, count, force, index, residual)
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
-        band = GeneralBand if rubs else SymmetricBand
+        band = GeneralBanded if rubs else SymmetricBanded
         matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
         return Assembled(residual, matrix, wrenches)

@@ -14,7 +14,7 @@ _FIRST_SHIFT = 1e-4
 
 
 @dataclass(frozen=True)
-class SymmetricBand:
+class SymmetricBanded:
     """A symmetric matrix by its lower band.
 
     Attributes:
@@ -24,8 +24,8 @@ class SymmetricBand:
     lower: np.ndarray
 
     @classmethod
-    def of(cls, index: np.ndarray, stiffness: np.ndarray, size: int, width: int) -> SymmetricBand:
-        """Sum element matrices; arguments as of `GeneralBand.of`."""
+    def of(cls, index: np.ndarray, stiffness: np.ndarray, size: int, width: int) -> SymmetricBanded:
+        """Sum element matrices; arguments as of `GeneralBanded.of`."""
         lower = np.zeros((size, 1 + width))
         _place_lower(index, stiffness, lower)
         _hold(index, lower, 0)
@@ -54,7 +54,7 @@ class SymmetricBand:
 
 
 @dataclass(frozen=True)
-class GeneralBand:
+class GeneralBanded:
     """A matrix with as many diagonals below as above, with LAPACK's room for its factors.
 
     Attributes:
@@ -64,14 +64,14 @@ class GeneralBand:
     columns: np.ndarray
 
     @classmethod
-    def of(cls, index: np.ndarray, stiffness: np.ndarray, size: int, width: int) -> GeneralBand:
+    def of(cls, index: np.ndarray, stiffness: np.ndarray, size: int, width: int) -> GeneralBanded:
         """Sum element matrices.
 
         Args:
             index: Unknowns of the elements, -1 for what is held, (elements, 27).
-            stiffness: Of the elements, (elements, 27, 27).
-            size: n, of the matrix.
-            width: Its bandwidth.
+            stiffness: Matrices of the elements, (elements, 27, 27).
+            size: Number of unknowns, n.
+            width: Bandwidth, of each side.
         """
         columns = np.zeros((size, 1 + 3 * width))
         _place_general(index, stiffness, 2 * width, columns)

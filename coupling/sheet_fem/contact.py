@@ -15,13 +15,13 @@ class Sphere(NamedTuple):
     """The tool's hemispherical end.
 
     Attributes:
-        center: In the part frame [m], (3,).
-        radius: [m].
+        center: Centre in the sheet's frame [m], (3,).
+        radius: Radius [m].
         stiffness: Pressure per penetration [Pa/m].
         smoothing: Penetration over which the stiffness rises linearly from zero [m].
         friction: Coefficient mu of Coulomb's law.
         slip_length: Elastic slip at which the sheet slides [m].
-        moved: Since the last equilibrium, without turning [m], (3,).
+        moved: Move since the last equilibrium, without turning [m], (3,).
     """
 
     center: np.ndarray
@@ -37,11 +37,11 @@ class Surface(NamedTuple):
     """Where contact is integrated.
 
     Attributes:
-        basis: At the contact points of an element.
+        basis: Splines at the contact points of an element.
         half_thickness: Distance of the touched face from the midsurface [m].
-        supported: Whether a backing plate is below a contact point, (nx, ny, points).
+        supported: Mask of the contact points above the backing plate, (nx, ny, points).
         support: Pressure per penetration of the backing plate [Pa/m].
-        smoothing: Of that pressure [m].
+        smoothing: Penetration over which that pressure sets in [m].
     """
 
     basis: Basis
@@ -67,6 +67,24 @@ def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[fl
 
 
 @compiled
+def _spread(
+    N: np.ndarray,
+    thrust: np.ndarray,
+    tangent: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+) -> None:
+    """Add the force against a contact point, and its derivative by the point, to an element."""
+    for k in range(3):
+        for A in range(9):
+            force[3 * A + k] += N[A] * thrust[k]
+        for m in range(3):
+            for A in range(9):
+                for C in range(9):
+                    stiffness[3 * A + k, 3 * C + m] += N[A] * N[C] * tangent[k, m]
+
+
+@compiled
 def press(
     surface: Surface,
     sphere: Sphere,
@@ -88,10 +106,8 @@ def press(
     basis = surface.basis
     reach = sphere.radius + surface.half_thickness
     margin = 2.0 * np.sqrt(np.sum(basis.area))
-    apart = np.empty(3)
-    drift = np.empty(3)
-    drag = np.empty(3)
-    turn = np.empty((3, 3))
+    apart, thrust, drift, drag = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    tangent, turn = np.empty((3, 3)), np.empty((3, 3))
     for e in range(count[0] * count[1]):
         i, j = first[0] + e // count[1], first[1] + e % count[1]
         if sphere.friction > 0.0:
@@ -120,39 +136,31 @@ def press(
             slope *= basis.area[g]
             for k in range(3):
                 apart[k] /= distance
-                on_tool[k] += size * apart[k]
             for k in range(3):
-                for A in range(9):
-                    force[e, 3 * A + k] += N[A] * size * apart[k]
+                thrust[k] = size * apart[k]
                 for m in range(3):
-                    block = (slope + size / distance) * apart[k] * apart[m]
-                    if k == m:
-                        block -= size / distance
+                    tangent[k, m] = (slope + size / distance) * apart[k] * apart[m]
+                tangent[k, k] -= size / distance
+            if sphere.friction > 0.0:
+                for k in range(3):
+                    drift[k] = slip[i, j, g, k] - sphere.moved[k]
                     for A in range(9):
-                        for C in range(9):
-                            stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
-            if sphere.friction == 0.0:
-                continue
+                        x, y = i + A // 3, j + A % 3
+                        drift[k] += N[A] * (points[x, y, k] - before[x, y, k])
+                elastic_slip(drift, apart, distance, sphere.slip_length, new_slip[i, j, g], turn)
+                ratio = sphere.friction / sphere.slip_length
+                for k in range(3):
+                    drag[k] = ratio * size * new_slip[i, j, g, k]
+                    for m in range(3):
+                        tangent[k, m] += ratio * slope * new_slip[i, j, g, k] * apart[m]
+                        tangent[k, m] += ratio * size * turn[k, m]
+                for k in range(3):
+                    a, b = (k + 1) % 3, (k + 2) % 3
+                    thrust[k] += drag[k]
+                    on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
             for k in range(3):
-                drift[k] = slip[i, j, g, k] - sphere.moved[k]
-                for A in range(9):
-                    x, y = i + A // 3, j + A % 3
-                    drift[k] += N[A] * (points[x, y, k] - before[x, y, k])
-            elastic_slip(drift, apart, distance, sphere.slip_length, new_slip[i, j, g], turn)
-            ratio = sphere.friction / sphere.slip_length
-            for k in range(3):
-                drag[k] = ratio * size * new_slip[i, j, g, k]
-                on_tool[k] += drag[k]
-            for k in range(3):
-                a, b = (k + 1) % 3, (k + 2) % 3
-                on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
-                for A in range(9):
-                    force[e, 3 * A + k] += N[A] * drag[k]
-                for m in range(3):
-                    block = ratio * (slope * new_slip[i, j, g, k] * apart[m] + size * turn[k, m])
-                    for A in range(9):
-                        for C in range(9):
-                            stiffness[e, 3 * A + k, 3 * C + m] += N[A] * N[C] * block
+                on_tool[k] += thrust[k]
+            _spread(N, thrust, tangent, force[e], stiffness[e])
 
 
 @compiled
@@ -166,6 +174,7 @@ def bear(
 ) -> None:
     """Add the backing plate, on which the flat sheet lies, to the elements."""
     basis = surface.basis
+    thrust, tangent = np.zeros(3), np.zeros((3, 3))
     for e in range(count[0] * count[1]):
         i, j = first[0] + e // count[1], first[1] + e % count[1]
         for g in range(basis.area.shape[0]):
@@ -176,7 +185,7 @@ def bear(
             for A in range(9):
                 height += N[A] * points[i + A // 3, j + A % 3, 2]
             size, slope = pressure(-height, surface.support, surface.smoothing)
-            for A in range(9):
-                force[e, 3 * A + 2] -= N[A] * size * basis.area[g]
-                for C in range(9):
-                    stiffness[e, 3 * A + 2, 3 * C + 2] += N[A] * N[C] * slope * basis.area[g]
+            if slope == 0.0:
+                continue
+            thrust[2], tangent[2, 2] = -size * basis.area[g], slope * basis.area[g]
+            _spread(N, thrust, tangent, force[e], stiffness[e])

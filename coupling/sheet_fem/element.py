@@ -16,10 +16,10 @@ class Shell(NamedTuple):
     """What the elements need besides the state.
 
     Attributes:
-        material: Of the sheet.
-        thickness: At first [m].
+        material: Sheet metal.
+        thickness: First thickness [m].
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
-        basis: At the integration points.
+        basis: Splines at the integration points.
     """
 
     material: Material
@@ -49,9 +49,9 @@ def element(
     with g = N,c a^c and t = m^ij (N,ij - Gamma^c_ij N,c).
 
     Args:
-        shell: What all elements share.
+        shell: Data that all elements share.
         points: Control points [m], (9, 3).
-        plastic: Before, (points, layers, 4).
+        plastic: Plastic strains before, (points, layers, 4).
         force: Written: internal forces [N], (27,).
         stiffness: Written: their derivative [N/m], (27, 27).
         new_plastic: Written, (points, layers, 4).

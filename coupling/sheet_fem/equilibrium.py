@@ -16,10 +16,10 @@ class Equilibrium:
     """A converged state.
 
     Attributes:
-        state: Of the sheet.
-        forces: On the spheres [N], (spheres, 3).
-        moments: On them about their centres, by friction [N m], (spheres, 3).
-        iterations: Of Newton's method.
+        state: Shape and history of the sheet.
+        forces: Forces on the spheres [N], (spheres, 3).
+        moments: Moments on them about their centres, by friction [N m], (spheres, 3).
+        iterations: Number of Newton's iterations.
     """
 
     state: SheetState
@@ -34,8 +34,8 @@ class NewtonSettings:
 
     Attributes:
         tolerance: Largest unbalanced force at a control point that may move [N].
-        largest_step: Displacements of an iteration are scaled down to this [m].
-        max_iterations: Then the load step is cut.
+        largest_step: Displacement down to which those of an iteration are scaled [m].
+        max_iterations: Number of iterations after which the load step is cut.
     """
 
     tolerance: float
@@ -55,10 +55,10 @@ def find_equilibrium(
 
     Args:
         assemble: Residual and stiffness.
-        state: Before, with the slip of the same spheres; not changed.
+        state: State before, with the slip of the same spheres; not changed.
         spheres: Tools at their new places.
         box: Control points that may move.
-        settings: Of Newton's method.
+        settings: Limits of Newton's method.
         start: Control points of the first iteration; those of the state unless given.
     """
     after = SheetState(

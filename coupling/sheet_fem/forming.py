@@ -44,7 +44,7 @@ class SheetSettings:
     Attributes:
         layers: Gauss points over the thickness.
         window: Half side of the square about a tool in which control points may move [m].
-        opening_radius: Of the backing plate under the sheet [m]; None: no plate.
+        opening_radius: Radius of the hole in the backing plate under the sheet [m]; None: no plate.
         friction: Coefficient between tools and sheet; the plate is frictionless.
     """
 
@@ -59,7 +59,7 @@ class SheetModel:
 
     Args:
         mesh: Grid of the sheet.
-        material: Of the sheet.
+        material: Sheet metal.
         settings: Fineness and support.
         free: Control points that may move, (nx + 2, ny + 2, 3); all edges clamped unless given.
     """
@@ -163,7 +163,7 @@ class SheetModel:
         """Return the equilibrium after the tools moved in a straight line; cut into parts if needed.
 
         Args:
-            state: Before; not changed.
+            state: State before; not changed.
             before: Tools where `state` is in equilibrium.
             after: Tools where they go; as many.
             box: Control points that may move.

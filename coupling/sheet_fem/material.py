@@ -20,11 +20,11 @@ class Material(NamedTuple):
     meets Hooke's line as eps_0: see `hollomon_prestrain`.
 
     Attributes:
-        youngs_modulus: E [Pa].
-        poisson_ratio: nu.
-        strength: K [Pa].
-        prestrain: eps_0.
-        exponent: n; 0 is an ideally plastic metal of yield stress K.
+        youngs_modulus: Young's modulus, E [Pa].
+        poisson_ratio: Poisson's ratio, nu.
+        strength: Yield stress at a total strain of 1, K [Pa].
+        prestrain: Strain that the metal brings along, eps_0.
+        exponent: Hardening exponent, n; 0 is an ideally plastic metal of yield stress K.
     """
 
     youngs_modulus: float
@@ -82,7 +82,7 @@ def plane_stress(
     Vectors are (11, 22, 12); strains carry the engineering shear 2 eps_12.
 
     Args:
-        material: Of the sheet.
+        material: Sheet metal.
         strain: Logarithmic strain, (3,).
         plastic: Plastic strain and equivalent plastic strain before, (4,).
         stress: Written [Pa], (3,).

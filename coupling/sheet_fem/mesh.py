@@ -22,7 +22,7 @@ class Basis(NamedTuple):
         value: (points, 9).
         d1, d2: Slopes along x and y [1/m], (points, 9).
         d11, d22, d12: Second derivatives [1/m2], (points, 9).
-        area: That a point stands for [m2], (points,).
+        area: Area that a point stands for [m2], (points,).
     """
 
     value: np.ndarray
@@ -39,7 +39,7 @@ def basis(rule: tuple[np.ndarray, np.ndarray], size: tuple[float, float]) -> Bas
 
     Args:
         rule: Points 0..1 and weights of one direction; the same in both.
-        size: Of an element in x and y [m].
+        size: Sides of an element in x and y [m].
 
     Example:
         >>> basis(gauss(1), (1.0, 1.0)).value[0, :3]
@@ -82,9 +82,9 @@ class SheetMesh:
     """Grid over a rectangle about the origin of the part's x-y plane.
 
     Attributes:
-        size: Of the sheet in x and y [m].
-        elements: In x and y.
-        thickness: [m].
+        size: Sides of the sheet in x and y [m].
+        elements: Numbers of elements in x and y.
+        thickness: First thickness [m].
 
     Example:
         >>> mesh = SheetMesh((0.1, 0.1), (10, 10), 1e-3)

@@ -20,7 +20,7 @@ class Schedule:
 
     Attributes:
         positions: Indices of samples, rising, (m,).
-        everywhere: Whether the whole sheet is solved there, not only a window, (m,).
+        everywhere: Mask of the positions where the whole sheet is solved, not only a window, (m,).
         arc: Arc length at all samples [m], (n,), to interpolate along.
     """
 
@@ -41,8 +41,8 @@ def schedule(points: np.ndarray, spacing: float, global_every: int) -> Schedule:
 
     Args:
         points: Desired TCP in the part frame [m], (n, 3).
-        spacing: [m].
-        global_every: 1 for every position.
+        spacing: Distance of positions [m].
+        global_every: Number of positions from one solution of the whole sheet to the next.
 
     Example:
         >>> line = np.column_stack([np.linspace(0.0, 0.01, 11), np.zeros(11), np.zeros(11)])

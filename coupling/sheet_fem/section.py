@@ -18,20 +18,12 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.logarithm import divided_differences
+from coupling.sheet_fem.eigenbasis import eigenbasis, turn, turn_blocks
 from coupling.sheet_fem.material import Material, plane_stress
 
-
-@compiled
-def _rotation(c: float, s: float, strain: np.ndarray) -> None:
-    """Fill the rotation of (11, 22, 2*12) strain vectors into axes turned by (cos, sin), (3, 3)."""
-    strain[0, 0] = strain[1, 1] = c * c
-    strain[0, 1] = strain[1, 0] = s * s
-    strain[0, 2] = c * s
-    strain[1, 2] = -c * s
-    strain[2, 0] = -2.0 * c * s
-    strain[2, 1] = 2.0 * c * s
-    strain[2, 2] = c * c - s * s
+# Derivatives by (a11, a22, a12, b11, b22, b12), times these, are those by the vectors of six.  Those of
+# the functions below, D, are by the former, and in the eigenbasis of a.
+_BY_STRAIN = np.array([2.0, 2.0, 1.0, 1.0, 1.0, 0.5])
 
 
 @compiled
@@ -48,11 +40,11 @@ def layer_resultants(
     """Sum the layers' stresses.
 
     Args:
-        material: Of the sheet.
-        thickness: At first [m].
+        material: Sheet metal.
+        thickness: First thickness [m].
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
         strain: e and kappa, (6,).
-        plastic: Of every layer before, (layers, 4).
+        plastic: Plastic strains of every layer before, (layers, 4).
         resultant: Written: conjugates of e and kappa [N/m, N], (6,).
         tangent: Written: its derivative, (6, 6).
         new_plastic: Written, (layers, 4).
@@ -82,17 +74,56 @@ def layer_resultants(
 
 
 @compiled
+def _curvature(F: np.ndarray, stretch: float, b: np.ndarray, dk: np.ndarray) -> None:
+    """Fill `dk`, (7, 3), with D k for k = 2 Df(a)[b], which lacks the thickness stretch of kappa.
+
+    Row 6 is kappa itself.
+    """
+    dk[:, :] = 0.0
+    dk[0, 0] = 4.0 * F[3, 0] * b[0]
+    dk[2, 0] = 4.0 * F[2, 1] * b[2]
+    dk[1, 1] = 4.0 * F[0, 3] * b[1]
+    dk[2, 1] = 4.0 * F[1, 2] * b[2]
+    dk[0, 2] = 4.0 * F[2, 1] * b[2]
+    dk[1, 2] = 4.0 * F[1, 2] * b[2]
+    dk[2, 2] = 4.0 * (F[2, 1] * b[0] + F[1, 2] * b[1])
+    dk[3, 0] = 2.0 * F[2, 0]
+    dk[4, 1] = 2.0 * F[0, 2]
+    dk[5, 2] = 4.0 * F[1, 1]
+    for j in range(3):
+        dk[6, j] = stretch * dk[3 + j, j] * b[j]
+
+
+@compiled
+def _gradient(F: np.ndarray, stretch: float, dk: np.ndarray, G: np.ndarray) -> None:
+    """Fill G, (6, 6), with D (e, kappa)."""
+    G[:, :] = 0.0
+    G[0, 0] = F[2, 0]
+    G[1, 1] = F[0, 2]
+    G[2, 2] = 2.0 * F[1, 1]
+    for j in range(3):
+        for i in range(6):
+            G[3 + j, i] = stretch * dk[i, j]
+        # The thickness stretch has the logarithm -tr f(a).
+        G[3 + j, 0] -= dk[6, j] * F[2, 0]
+        G[3 + j, 1] -= dk[6, j] * F[0, 2]
+
+
+@compiled
 def _geometric(
-    n: np.ndarray,
-    m: np.ndarray,
-    b: np.ndarray,
-    dk: np.ndarray,
-    dt: np.ndarray,
-    stretch: float,
     F: np.ndarray,
+    stretch: float,
+    dk: np.ndarray,
+    b: np.ndarray,
+    stress: np.ndarray,
     H: np.ndarray,
 ) -> None:
-    """Fill H with n : D2 e + m : D2 kappa over (da11, da22, da12, db11, db22, db12), eigenbasis."""
+    """Fill H, (6, 6), with n : D2 e + m : D2 kappa for the resultants (n, m).
+
+    The shear of dk is an engineering shear, that of m a stress: both belong together.
+    """
+    n, m = stress[:3], stress[3:]
+    dt = (F[2, 0], F[0, 2])
     H[:, :] = 0.0
     m_k = 0.0
     # D2 of the thickness stretch, whose logarithm is -tr f(a), is drawn into n.
@@ -143,6 +174,24 @@ def _geometric(
 
 
 @compiled
+def _pull_back(
+    G: np.ndarray, stress: np.ndarray, modulus: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> None:
+    """Fill `first`, (6,), with G^T stress, and add G^T modulus G to `second`, (6, 6)."""
+    product = np.zeros((6, 6))
+    for i in range(6):
+        for k in range(6):
+            for j in range(6):
+                product[i, j] += modulus[i, k] * G[k, j]
+    first[:] = 0.0
+    for k in range(6):
+        for i in range(6):
+            first[i] += G[k, i] * stress[k]
+            for j in range(6):
+                second[i, j] += G[k, i] * product[k, j]
+
+
+@compiled
 def section(
     material: Material,
     thickness: float,
@@ -157,133 +206,42 @@ def section(
     """Return the thickness stretch, and fill forces and moments per reference length.
 
     Args:
-        material: Of the sheet.
-        thickness: At first [m].
+        material: Sheet metal.
+        thickness: First thickness [m].
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
         a: First fundamental form a11, a22, a12, (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
-        plastic: Of every layer before, (layers, 4).
+        plastic: Plastic strains of every layer before, (layers, 4).
         resultant: Written: energy's derivative by (a/2, b) as vectors of six [N/m, N], (6,).
         tangent: Written: its derivative, symmetric, (6, 6).
         new_plastic: Written, (layers, 4).
     """
-    mean, half = 0.5 * (a[0] + a[1]), 0.5 * (a[0] - a[1])
-    radius = np.sqrt(half * half + a[2] * a[2])
-    x1, x2 = mean + radius, mean - radius
-    c, s = 1.0, 0.0
-    if radius > 0.0:
-        angle = 0.5 * np.arctan2(a[2], half)
-        c, s = np.cos(angle), np.sin(angle)
-    F = np.empty((5, 5))
-    divided_differences(x1, x2, F)
-    turn = np.empty((3, 3))
-    _rotation(c, s, turn)
-    stretch = 1.0 / np.sqrt(x1 * x2)
+    basis = eigenbasis(a)
+    F, into, out = basis.F, basis.into, basis.out
+    stretch = 1.0 / np.sqrt(basis.x1 * basis.x2)
+    curvature, dk = np.empty(3), np.empty((7, 3))
+    turn(into, b, curvature)
+    _curvature(F, stretch, curvature, dk)
 
-    # Second fundamental form in the eigenbasis of the first.
-    be = np.empty(3)
-    be[0] = c * c * b[0] + s * s * b[1] + 2.0 * c * s * b[2]
-    be[1] = s * s * b[0] + c * c * b[1] - 2.0 * c * s * b[2]
-    be[2] = c * s * (b[1] - b[0]) + (c * c - s * s) * b[2]
+    # In material axes, in which the layers keep their plastic strains.
+    strain, stress, modulus = np.empty(6), np.empty(6), np.empty((6, 6))
+    e1, e2 = 0.5 * np.log(basis.x1), 0.5 * np.log(basis.x2)
+    turn(out, np.array((e1, e2, 0.0, dk[6, 0], dk[6, 1], dk[6, 2])), strain)
+    layer_resultants(material, thickness, layers, strain, plastic, stress, modulus, new_plastic)
 
-    # k = 2 Df(a)[b] (without the thickness stretch) and its derivatives; row 6 is kappa itself.
-    dk = np.zeros((7, 3))
-    dk[0, 0] = 4.0 * F[3, 0] * be[0]
-    dk[2, 0] = 4.0 * F[2, 1] * be[2]
-    dk[1, 1] = 4.0 * F[0, 3] * be[1]
-    dk[2, 1] = 4.0 * F[1, 2] * be[2]
-    dk[0, 2] = 4.0 * F[2, 1] * be[2]
-    dk[1, 2] = 4.0 * F[1, 2] * be[2]
-    dk[2, 2] = 4.0 * (F[2, 1] * be[0] + F[1, 2] * be[1])
-    dk[3, 0] = 2.0 * F[2, 0]
-    dk[4, 1] = 2.0 * F[0, 2]
-    dk[5, 2] = 4.0 * F[1, 1]
-    dk[6, 0] = stretch * 2.0 * F[2, 0] * be[0]
-    dk[6, 1] = stretch * 2.0 * F[0, 2] * be[1]
-    dk[6, 2] = stretch * 4.0 * F[1, 1] * be[2]
-    dt = np.array([F[2, 0], F[0, 2]])
+    # In the eigenbasis.
+    conjugate, conjugate_modulus = np.empty(6), np.empty((6, 6))
+    turn(into, stress, conjugate)
+    turn_blocks(into, modulus, conjugate_modulus)
+    G, first, second = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
+    _gradient(F, stretch, dk, G)
+    _geometric(F, stretch, dk, curvature, conjugate, second)
+    _pull_back(G, conjugate, conjugate_modulus, first, second)
 
-    # Strains in material axes; `turn` transposed carries stress vectors back, its rows strains.
-    strain = np.empty(6)
-    e1, e2 = 0.5 * np.log(x1), 0.5 * np.log(x2)
-    strain[0] = c * c * e1 + s * s * e2
-    strain[1] = s * s * e1 + c * c * e2
-    strain[2] = 2.0 * c * s * (e1 - e2)
-    strain[3] = c * c * dk[6, 0] + s * s * dk[6, 1] - c * s * dk[6, 2]
-    strain[4] = s * s * dk[6, 0] + c * c * dk[6, 1] + c * s * dk[6, 2]
-    strain[5] = 2.0 * c * s * (dk[6, 0] - dk[6, 1]) + (c * c - s * s) * dk[6, 2]
-
-    inner = np.empty(6)
-    modulus = np.empty((6, 6))
-    layer_resultants(material, thickness, layers, strain, plastic, inner, modulus, new_plastic)
-
-    # Derivatives of (e, kappa) by (da11, da22, da12, db11, db22, db12), eigenbasis.
-    G = np.zeros((6, 6))
-    G[0, 0] = F[2, 0]
-    G[1, 1] = F[0, 2]
-    G[2, 2] = 2.0 * F[1, 1]
+    turn(out, first, resultant)
+    turn_blocks(out, second, tangent)
     for i in range(6):
-        for j in range(3):
-            G[3 + j, i] = stretch * dk[i, j]
-    for i in range(2):
-        for j in range(3):
-            G[3 + j, i] -= dk[6, j] * dt[i]
-
-    # Resultants in the eigenbasis: strains there = turn * strains, so stresses = turn^-T * stresses.
-    n = np.empty(3)
-    m = np.empty(3)
-    for part, target in ((0, n), (3, m)):
-        target[0] = c * c * inner[part] + s * s * inner[part + 1] + 2.0 * c * s * inner[part + 2]
-        target[1] = s * s * inner[part] + c * c * inner[part + 1] - 2.0 * c * s * inner[part + 2]
-        target[2] = c * s * (inner[part + 1] - inner[part]) + (c * c - s * s) * inner[part + 2]
-    H = np.empty((6, 6))
-    # The shear of dk is an engineering shear, that of m a stress: both belong together.
-    _geometric(n, m, be, dk, dt, stretch, F, H)
-
-    # From (da, db) in the eigenbasis to the vectors of six in material axes: a matrix of two
-    # blocks J; (e, kappa) in material axes are then back G J, again by blocks.
-    J = np.empty((2, 3, 3))
-    for i in range(3):
-        for j in range(3):
-            J[0, i, j] = turn[i, j] * (1.0 if i == 2 else 2.0)
-            J[1, i, j] = turn[i, j] * (0.5 if i == 2 else 1.0)
-    back = np.empty((3, 3))
-    _rotation(c, -s, back)
-    L = np.empty((6, 6))
-    HJ = np.empty((6, 6))
-    row = np.empty(6)
-    for i in range(6):
-        for block in range(2):
-            for j in range(3):
-                at = 3 * block + j
-                row[at] = 0.0
-                HJ[i, at] = 0.0
-                for k in range(3):
-                    row[at] += G[i, 3 * block + k] * J[block, k, j]
-                    HJ[i, at] += H[i, 3 * block + k] * J[block, k, j]
+        resultant[i] *= _BY_STRAIN[i]
         for j in range(6):
-            G[i, j] = row[j]
-    for i in range(3):
-        for j in range(6):
-            L[i, j] = back[i, 0] * G[0, j] + back[i, 1] * G[1, j] + back[i, 2] * G[2, j]
-            L[3 + i, j] = back[i, 0] * G[3, j] + back[i, 1] * G[4, j] + back[i, 2] * G[5, j]
-    for i in range(6):
-        resultant[i] = 0.0
-        for k in range(6):
-            resultant[i] += L[k, i] * inner[k]
-    for i in range(6):
-        for j in range(6):
-            row[j] = 0.0
-            for k in range(6):
-                row[j] += modulus[i, k] * L[k, j]
-        for j in range(6):
-            modulus[i, j] = row[j]
-    for i in range(6):
-        for j in range(6):
-            total = 0.0
-            for k in range(6):
-                total += L[k, i] * modulus[k, j]
-            for k in range(3):
-                total += J[i // 3, k, i % 3] * HJ[3 * (i // 3) + k, j]
-            tangent[i, j] = total
+            tangent[i, j] *= _BY_STRAIN[i] * _BY_STRAIN[j]
     return stretch

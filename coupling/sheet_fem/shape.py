@@ -22,9 +22,9 @@ def formed_sheet(mesh: SheetMesh, loaded: SheetState, unloaded: SheetState) -> W
     over it.
 
     Args:
-        mesh: Of the sheet.
-        loaded: With the tool at its last contact.
-        unloaded: After it.
+        mesh: Grid of the sheet.
+        loaded: State with the tool at its last contact.
+        unloaded: State after it.
     """
     corners, before = _corners(unloaded.points), _corners(loaded.points)
     nx, ny = mesh.elements

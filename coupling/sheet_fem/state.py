@@ -16,8 +16,8 @@ class SheetState:
         plastic: Plastic strain 11, 22, 2*12 and equivalent plastic strain of every layer at every
             integration point, (nx, ny, points, layers, 4).
         stretch: Thickness over first thickness, (nx, ny, points).
-        slip: For each tool with friction, its elastic slip at the contact points [m],
-            (nx, ny, contact points, 3), zero out of contact; empty for one without.
+        slip: Elastic slip of each tool with friction at the contact points [m],
+            (nx, ny, contact points, 3), zero out of contact; empty for one without friction.
     """
 
     points: np.ndarray

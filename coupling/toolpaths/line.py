@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.robot_file import Vector3
-from coupling.files.toml_file import Positive
+from coupling.files.toml_file import Positive, Vector3
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.motion import follow, polyline
 from coupling.toolpaths.part import Part

@@ -14,8 +14,8 @@ class Segment:
     """A smooth curve.
 
     Attributes:
-        length: [m].
-        point: Maps arc lengths (k,) to points (k, 3) [m].
+        length: Arc length [m].
+        point: Function from arc lengths (k,) to points (k, 3) [m].
     """
 
     length: float
@@ -54,10 +54,10 @@ def follow(
     speed.  Durations are rounded up to whole periods, so that every corner is a sample.
 
     Args:
-        segments: Joined end to end.
-        feed: [m/s].
-        blend: [s].
-        period: Of the samples [s].
+        segments: Curves joined end to end.
+        feed: Speed between the corners [m/s].
+        blend: Duration of a start or stop [s].
+        period: Time between samples [s].
 
     Returns:
         Time [s], (n,), and points [m], (n, 3).

@@ -39,7 +39,7 @@ def test_robot_from_urdf_deviates_by_the_compliance_of_pinocchios_own_model():
     import pinocchio as pin
 
     from coupling.files.robot_file import load_robot
-    from coupling.files.urdf_path import find_urdf
+    from coupling.files.urdf import find_urdf
     from coupling.robot.inverse_kinematics import InverseKinematics
 
     names = runpy.run_path(str(EXAMPLES / "robot_from_urdf.py"))

@@ -18,13 +18,14 @@ CCX = shutil.which("ccx")
 
 @dataclass(frozen=True)
 class Plate:
-    """What is pressed, and how finely it is divided.
+    """A plate under a sphere, and its division into elements.
 
     Attributes:
-        side, thickness, radius: Of the plate and of the sphere [mm].
-        plunge: Of the sphere from first touch [mm].
-        elements: Along half a side, growing outwards.
-        layers: Over the thickness.
+        side, thickness: Sides of the plate and its thickness [mm].
+        radius: Radius of the sphere [mm].
+        plunge: Depth of the sphere from first touch [mm].
+        elements: Number along half a side, growing outwards.
+        layers: Number over the thickness.
         finest: Side of the elements in the middle [mm].
     """
 
@@ -43,9 +44,9 @@ def plunge_force(plate: Plate, curve: list[tuple[float, float]], E: float, nu: f
     Args:
         plate: Geometry and fineness.
         curve: Yield stress [MPa] over equivalent plastic strain.
-        E: [MPa].
+        E: Young's modulus [MPa].
         nu: Poisson's ratio.
-        folder: Where the deck is written and run.
+        folder: Folder in which the deck is written and run.
     """
     (folder / "plate.inp").write_text(_deck(plate, curve, E, nu), encoding="ascii")
     done = subprocess.run(

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("numba")
 
 from coupling.sheet_fem.assembly import Assembler
-from coupling.sheet_fem.banded import SymmetricBand
+from coupling.sheet_fem.banded import SymmetricBanded
 from coupling.sheet_fem.contact import Surface
 from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
@@ -125,7 +125,7 @@ def moved(sheet: SheetModel, points: np.ndarray, *spheres) -> SheetState:
     return replace(sheet.flat(), points=points, slip=slip)
 
 
-def residual(sheet: SheetModel, points: np.ndarray, *spheres) -> tuple[np.ndarray, SymmetricBand]:
+def residual(sheet: SheetModel, points: np.ndarray, *spheres) -> tuple[np.ndarray, SymmetricBanded]:
     """Return unbalanced forces and the stiffness of the whole sheet from its flat state."""
     flat = moved(sheet, sheet.flat().points, *spheres)
     after = moved(sheet, points, *spheres)
