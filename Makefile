@@ -1,11 +1,18 @@
 # make run   the cone: robot, forming force, coupling, compensation, report   (results/cone)
 # make test  style, types and tests
+# make docs  every page and picture that runs write
 
 PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test emulators figures comparison milling two-robots performance masters masters-table sheet-fem clean
+# What runs write into docs/, and the scripts that do: all of it takes about an hour, one is make milling.
+PAGES = figures comparison milling two-robots sheet-fem masters-table performance
+script = docs/scripts/make_$(subst -,_,$@).py
+performance: script = benchmarks/iso_path.py --page docs/performance.md
+
+.PHONY: run test emulators docs $(PAGES) masters clean
+.NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
 	rm -rf results/cone
@@ -22,29 +29,15 @@ emulators: .venv/installed
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -e .[native]
 	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_native_fmu.py tests/native/test_native_fmi3.py tests/fmu/test_python_host.py -k "emulator or wine or platforms"
 
-figures: .venv/installed
-	.venv/bin/python docs/scripts/make_figures.py
+docs: run $(PAGES)
 
-comparison: .venv/installed
-	.venv/bin/python docs/scripts/make_comparison.py
+$(PAGES): .venv/installed
+	.venv/bin/python $(script)
 
-milling: .venv/installed
-	.venv/bin/python docs/scripts/make_milling.py
-
-two-robots: .venv/installed
-	.venv/bin/python docs/scripts/make_two_robots.py
-
-performance: .venv/installed
-	.venv/bin/python benchmarks/iso_path.py --page docs/performance.md
-
-sheet-fem: .venv/installed
-	.venv/bin/python docs/scripts/make_sheet_fem.py
+masters-table: masters
 
 # The co-simulation masters that the FMU is tried in; their tests are skipped without them.
 masters: .venv/masters
-
-masters-table: .venv/masters
-	.venv/bin/python docs/scripts/make_masters_table.py
 
 .venv/masters: .venv/installed requirements-masters.lock requirements-cofmupy.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-masters.lock

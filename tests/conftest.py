@@ -53,7 +53,7 @@ def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory)
 
 @pytest.fixture
 def run_fmu(tmp_path: Path):
-    """Run jobs of tests/fmu_host.py in one fresh process that has not imported the project."""
+    """Run jobs of tests/fmu/fmu_host.py in one fresh process that has not imported the project."""
 
     def run(fmu: Path, *jobs: dict) -> list[dict]:
         order = tmp_path / "jobs.json"
@@ -84,7 +84,7 @@ def run_fmu(tmp_path: Path):
 
 @pytest.fixture
 def run_host(tmp_path: Path):
-    """Run a script of tests/hosts in a process that has not imported the project; return stderr."""
+    """Run a script of tests/fmu/hosts in a process that has not imported the project; return stderr."""
 
     def run(script: str, *arguments: object, succeeds: bool = True) -> str:
         done = subprocess.run(

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterable, Mapping
 
 from coupling.path.histories import ToolPath
+from docs.scripts.page import table
 from examples.compare_implementations import (
     CURVES,
     LOAD,
@@ -25,19 +26,13 @@ from examples.compare_implementations import (
 _UM, _MM = 1e6, 1e3
 
 
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    lines = [list(head)]
-    lines += [["---"] * len(lines[0]), *(list(row) for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def statics() -> str:
     """Return the differences of kinematics and rest between the implementations."""
     cases = [("(a) neither gravity nor load", kinematics())]
     for curve, name in CURVES.items():
         cases.append((f"(b) gravity, {name}", at_rest(robot, curve, NO_LOAD)))
         cases.append((f"(b) gravity and load, {name}", at_rest(robot, curve, LOAD)))
-    return _table(
+    return table(
         ("largest difference over ten postures", "position [m]", "orientation [rad]"),
         ((name, f"{both.distance.max():.1e}", f"{both.angle.max():.1e}") for name, both in cases),
     )
@@ -52,7 +47,7 @@ def sag_and_settling(falls: Mapping[str, Both]) -> str:
         sags = [f"{_MM * (path.position[0, 2] - height):.6f}" for path in (rest.ours, rest.mujoco)]
         times = [f"{settling_time(path):.3f}" for path in (fall.ours, fall.mujoco)]
         rows.append((CURVES[curve], *sags, *times))
-    return _table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)
+    return table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)
 
 
 def between_implementations(paths: Mapping[str, Both]) -> str:
@@ -70,7 +65,7 @@ def between_implementations(paths: Mapping[str, Both]) -> str:
             )
         )
     head = ("", "max [m]", "rms [m]", "MuJoCo with half the step, max [m]", "that step [ms]")
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def between_torque_curves(paths: Mapping[str, Both]) -> str:
@@ -89,4 +84,4 @@ def between_torque_curves(paths: Mapping[str, Both]) -> str:
     for (one, first), (other, second) in itertools.combinations(paths.items(), 2):
         pairs = ((first.ours, second.ours), (first.mujoco, second.mujoco))
         rows.append(row(f"{CURVES[one]} / {CURVES[other]}", pairs))
-    return _table(("between", "max [um]", "by MuJoCo", "rms [um]", "by MuJoCo"), rows)
+    return table(("between", "max [um]", "by MuJoCo", "rms [um]", "by MuJoCo"), rows)

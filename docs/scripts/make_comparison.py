@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from importlib.metadata import version
-from pathlib import Path
 
 from docs.scripts import comparison_figures as figures
 from docs.scripts import comparison_tables as tables
 from docs.scripts.comparison_figures import Window
-from docs.scripts.screenshot import NoBrowserError, save_side_by_side
+from docs.scripts.page import fill, finish
+from docs.scripts.pictures import save
 from examples.compare_implementations import (
     BLEND,
     CURVES,
@@ -27,9 +27,6 @@ from examples.compare_implementations import (
     release,
 )
 
-DOCS = Path(__file__).parents[1]
-TEMPLATE, PAGE = DOCS / "scripts" / "comparison.md.in", DOCS / "comparison.md"
-PICTURES = DOCS / "figures"
 WHOLE = Window("", 0.0, 0.0, 0.225)
 CORNER = Window("A", -0.1986, 0.1992, 0.0022)
 SMALL = Window("B", 0.001, 0.0, 0.025)
@@ -50,20 +47,24 @@ def draw(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> None:
         figures.mark_mujoco(detail, paths, part, window, every)
         detail.update_layout(title={"text": f"<b>{window.name}</b>", "x": 0.02})
         details.append(detail)
-    save_side_by_side([overall], PICTURES / "comparison_path.png")
-    save_side_by_side(details, PICTURES / "comparison_details.png")
-    save_side_by_side([figures.differences(paths)], PICTURES / "comparison_differences.png")
-    save_side_by_side([figures.released(falls, _SHOWN)], PICTURES / "comparison_release.png")
+    save("comparison_path", overall)
+    save("comparison_details", *details)
+    save("comparison_differences", figures.differences(paths))
+    save("comparison_release", figures.released(falls, _SHOWN))
 
 
-def page(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> str:
-    """Return the page: the template with its tables and figures."""
+def write() -> None:
+    """Run everything, and write page and pictures."""
+    paths = {curve: iso_path(curve).both() for curve in CURVES}
+    falls = {curve: release(curve).both() for curve in CURVES}
+    draw(paths, falls)
     sharp = iso_path("backlash", blend=SENSITIVE_BLEND)
     rounded = iso_path("spline", blend=SENSITIVE_BLEND)
     parted = sharp.both()
     half = len(parted.distance) // 2
     coarse = sharp.mujoco(2.0 * STEPS["backlash"])
-    return TEMPLATE.read_text(encoding="utf-8").format(
+    fill(
+        "comparison",
         mujoco=version("mujoco"),
         pin=version("pin"),
         tolerance=TOLERANCE,
@@ -86,19 +87,5 @@ def page(paths: Mapping[str, Both], falls: Mapping[str, Both]) -> str:
     )
 
 
-def main() -> int:
-    """Write page and pictures; return the exit status."""
-    paths = {curve: iso_path(curve).both() for curve in CURVES}
-    falls = {curve: release(curve).both() for curve in CURVES}
-    try:
-        draw(paths, falls)
-    except NoBrowserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    PAGE.write_text(page(paths, falls), encoding="utf-8")
-    print(f"{PAGE}: written")
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(finish(write))

@@ -7,11 +7,10 @@ import plotly.graph_objects as go
 
 from coupling.report import figures
 from coupling.run.stored_run import read_run
-from docs.scripts.screenshot import NoBrowserError, save_side_by_side
+from docs.scripts.page import finish
+from docs.scripts.pictures import save
 
-DOCS = Path(__file__).parents[1]
-RESULT = DOCS.parent / "results" / "cone"
-PICTURE = DOCS / "figures" / "cone.png"
+RESULT = Path(__file__).parents[2] / "results" / "cone"
 HEIGHT = 460
 
 
@@ -40,16 +39,5 @@ def cone() -> list[go.Figure]:
     return [space, along]
 
 
-def main() -> int:
-    """Write the picture; return the exit status."""
-    try:
-        save_side_by_side(cone(), PICTURE)
-    except NoBrowserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(f"{PICTURE}: drawn")
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(finish(lambda: save("cone", *cone())))

@@ -1,33 +1,28 @@
 """Write the tables and pictures of docs/sheet_fem.md anew: make sheet-fem.
 
-With names, only those parts: python docs/make_sheet_fem.py window example.  CalculiX runs where it is
-installed.
+With names, only those parts: python docs/scripts/make_sheet_fem.py window example.  CalculiX runs
+where it is installed.
 """
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
-from coupling.case import Case, load_case
+from coupling.case import Case
 from coupling.report import workpiece_figures
-from coupling.run.folder import runs_of_robots
-from coupling.run.study import Run, run_compensation
+from coupling.run.study import Run
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
-from docs.scripts.screenshot import NoBrowserError, save_side_by_side
-from docs.scripts.sheet_studies import header, row
-
-DOCS = Path(__file__).parents[1]
-PAGE = DOCS / "sheet_fem.md"
-PICTURE = DOCS / "figures" / "cone_fem.png"
+from docs.scripts.page import finish, replace, table
+from docs.scripts.pictures import save
+from docs.scripts.runs import compensated, example, gap_ranges, of_robots, workpieces
 
 
-def example() -> str:
+def cone() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
-    case = load_case(sheet_case_studies.EXAMPLE)
-    run = run_compensation(case)
+    case = example("cone_fem")
+    run = compensated(case)
     _draw(run)
     return _verdict(run) + "\n" + _contours(case, run)
 
@@ -60,39 +55,39 @@ def _contours(case: Case, run: Run) -> str:
         "F_r": -np.sum(force * outward, axis=1),
         "F_t": -np.sum(force * ahead, axis=1),
     }
-    return header("depth", *[f"{depth:.0f} mm" for depth in deep]) + "".join(
-        row(name, [values[flat].mean() for flat in within]) for name, values in components.items()
+    return table(
+        ("depth", *(f"{depth:.0f} mm" for depth in deep)),
+        (
+            (name, *(f"{values[flat].mean():.0f}" for flat in within))
+            for name, values in components.items()
+        ),
     )
 
 
 def _draw(run: Run) -> None:
     """Draw the formed sheet before and after compensation."""
-    assert run.workpiece_before is not None
-    assert run.wrench.workpiece is not None
-    pieces = {"before": run.workpiece_before, "after": run.wrench.workpiece}
+    pieces = workpieces(run)
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
     cut.update_layout(width=500, height=420)
     fields.update_layout(width=900, height=420)
     fields.layout.updatemenus = ()
-    save_side_by_side([cut, fields], PICTURE)
+    save("cone_fem", cut, fields)
 
 
 def cell() -> str:
     """Run the cell with a sheet between two tools, and return its figures."""
-    case = load_case(sheet_case_studies.CELL)
-    run = run_compensation(case)
-    text = header("", "before, max", "after, max", "peak force")
-    for name, own in runs_of_robots(case, run).items():
-        text += (
-            f"| {name} tool | {1e6 * own.before.maximum:.0f} um | {1e6 * own.after.maximum:.1f} um"
-        )
-        text += f" | {own.wrench.peak_force:.0f} N |\n"
-    assert run.gap is not None
-    gap = {name: 1e3 * value for name, value in run.gap.as_dict().items()}
-    text += f"| gap | {gap['narrowest_before']:.3f} to {gap['widest_before']:.3f} mm"
-    text += f" | {gap['narrowest_after']:.3f} to {gap['widest_after']:.3f} mm | |\n"
+    case = example("two_robots_fem")
+    run = compensated(case)
+    rows = []
+    for name, own in of_robots(case, run).items():
+        figures = (f"{1e6 * own.before.maximum:.0f} um", f"{1e6 * own.after.maximum:.1f} um")
+        rows.append((f"{name} tool", *figures, f"{own.wrench.peak_force:.0f} N"))
+    rows.append(("gap", *gap_ranges(run), ""))
     each = run.durations["compensate"] / run.process_evaluations
-    return f"{text}\nVerdict: {run.reason}; {run.process_evaluations} evaluations, {each:.0f} s each.\n"
+    return (
+        table(("", "before, max", "after, max", "peak force"), rows)
+        + f"\n\nVerdict: {run.reason}; {run.process_evaluations} evaluations, {each:.0f} s each."
+    )
 
 
 PARTS = {
@@ -103,28 +98,20 @@ PARTS = {
     "fineness": sheet_cone_studies.fineness_table,
     "friction": sheet_cone_studies.friction_table,
     "window": sheet_case_studies.window_table,
-    "example": example,
+    "example": cone,
     "cell": cell,
     "gap": sheet_case_studies.gap_table,
 }
 
 
-def main(names: list[str]) -> int:
-    """Fill parts of the page, each between its two marks; return the exit status."""
-    for name in names or list(PARTS):
-        print(name, flush=True)
-        try:
-            text = PARTS[name]()
-        except NoBrowserError as error:
-            print(f"error: {error}", file=sys.stderr)
-            return 2
-        page = PAGE.read_text(encoding="utf-8")
-        before, begin, rest = page.partition(f"<!-- {name} -->\n")
-        _, end, after = rest.partition(f"<!-- end of {name} -->")
-        assert end, f"{PAGE}: needed is a pair of marks of {name!r}"
-        PAGE.write_text(before + begin + text + end + after, encoding="utf-8")
-    return 0
+def write(parts: list[str]) -> None:
+    """Fill parts of the page, each between its two marks."""
+    unknown = [part for part in parts if part not in PARTS]
+    if unknown:
+        sys.exit(f"expected parts out of {', '.join(PARTS)}, got {', '.join(unknown)}")
+    for part in parts:
+        replace("sheet_fem", part, PARTS[part]())
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(finish(lambda: write(sys.argv[1:] or list(PARTS))))

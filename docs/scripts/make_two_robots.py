@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.case import Case, load_case
-from coupling.process.double_sided import SupportedForming
+from coupling.case import Case
 from coupling.report.figures import AFTER, BEFORE, DESIRED
-from coupling.run.folder import runs_of_robots
-from coupling.run.study import Run, run_compensation
-from docs.scripts.picture_style import styled
-from docs.scripts.screenshot import NoBrowserError, save_side_by_side
+from coupling.run.study import Run
+from docs.scripts.page import fill, finish, table
+from docs.scripts.pictures import save, styled
+from docs.scripts.runs import compensated, example, gap_ranges, of_robots
 
-DOCS = Path(__file__).parents[1]
-CASE = DOCS.parent / "examples" / "cases" / "two_robots.toml"
-TEMPLATE, PAGE = DOCS / "scripts" / "two_robots.md.in", DOCS / "two_robots.md"
-PICTURES = DOCS / "figures"
 _UM, _MM = 1e6, 1e3
 # Deviations below this are not told apart in the figure [um].
 _FLOOR = 1e-2
@@ -29,9 +23,8 @@ _NEAR = 1e-9
 
 def tools(case: Case) -> go.Figure:
     """Draw both spheres where contours begin, in the plane of the part's x and z axes."""
-    assert case.support is not None
     forming, supporting = (case.part.coordinates(tool) for tool in case.desired.tools)
-    diameter = case.support.tool_diameter  # the same of both tools in this case
+    diameter = case.resolved["support"]["tool_diameter_m"]  # the same of both tools in this case
     figure = go.Figure()
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
     circle = 0.5 * diameter * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -86,53 +79,41 @@ def deviations(robots: dict[str, Run]) -> go.Figure:
     return styled(figure, 520, 420)
 
 
-def table(run: Run, robots: dict[str, Run]) -> str:
+def figure_table(run: Run, robots: dict[str, Run]) -> str:
     """Return deviations of both robots and the gap, as Markdown."""
     assert run.gap is not None
-    rows = [
-        "| | before, max | after, max | after, dynamic, max | peak force |",
-        "|---|---|---|---|---|",
-    ]
+    rows = []
     for name, own in robots.items():
         assert own.shares.dynamic is not None
-        rows.append(
-            f"| {name} tool | {_UM * own.before.maximum:.0f} um | {_UM * own.after.maximum:.1f} um"
-            f" | {_UM * own.shares.dynamic.maximum:.0f} um | {own.wrench.peak_force:.0f} N |"
+        dynamic = f"{_UM * own.shares.dynamic.maximum:.0f} um"
+        figures = (
+            f"{_UM * own.before.maximum:.0f} um",
+            f"{_UM * own.after.maximum:.1f} um",
+            dynamic,
         )
-    figures = {name: _MM * value for name, value in run.gap.as_dict().items()}
-    rows.append(
-        f"| gap, commanded {figures['commanded']:.3f} mm"
-        f" | {figures['narrowest_before']:.3f} to {figures['widest_before']:.3f} mm"
-        f" | {figures['narrowest_after']:.3f} to {figures['widest_after']:.3f} mm | | |"
-    )
-    return "\n".join(rows)
+        rows.append((f"{name} tool", *figures, f"{own.wrench.peak_force:.0f} N"))
+    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), "", ""))
+    return table(("", "before, max", "after, max", "after, dynamic, max", "peak force"), rows)
 
 
-def main() -> int:
-    """Write page and pictures; return the exit status."""
-    case = load_case(CASE)
-    run = run_compensation(case)
-    robots = runs_of_robots(case, run)
-    try:
-        save_side_by_side([tools(case)], PICTURES / "two_robots_tools.png")
-        save_side_by_side([gap(run), deviations(robots)], PICTURES / "two_robots_gap.png")
-    except NoBrowserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    assert isinstance(case.process, SupportedForming)
-    text = TEMPLATE.read_text(encoding="utf-8").format(
-        share=case.process.share,
-        stiffness=1e-3 * case.process.stiffness,
-        curve=case.settings.torque_curve,
+def write() -> None:
+    """Run the case, and write page and pictures."""
+    case = example("two_robots")
+    run = compensated(case)
+    robots = of_robots(case, run)
+    save("two_robots_tools", tools(case))
+    save("two_robots_gap", gap(run), deviations(robots))
+    fill(
+        "two_robots",
+        share=case.resolved["process"]["support_share"],
+        stiffness=1e-3 * case.resolved["process"]["pinch_stiffness_N_m"],
+        curve=case.resolved["robot"]["torque_curve"],
         evaluations=run.process_evaluations,
-        table=table(run, robots),
+        table=figure_table(run, robots),
         verdict=f"Verdict: {run.reason}.",
         gravity=_UM * run.shares.gravity.maximum,
     )
-    PAGE.write_text(text, encoding="utf-8")
-    print(f"{PAGE}: written")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(finish(write))

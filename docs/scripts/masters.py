@@ -60,7 +60,9 @@ class Master:
     def version(self) -> str | None:
         """Version that is installed here, or None."""
         path = sys.path if self.overlay is None else [str(self.overlay)]
-        found = next(importlib.metadata.distributions(name=self.distribution, path=path), None)
+        found = next(
+            iter(importlib.metadata.distributions(name=self.distribution, path=path)), None
+        )
         return None if found is None else found.version
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.forming import SheetSettings
 from coupling.sheet_fem.material import tensile_strength
-from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, Press, header, row
+from docs.scripts.page import table
+from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, Press
 
 WALL = np.deg2rad(45.0)
 
@@ -50,31 +51,34 @@ def aerens() -> tuple[float, float]:
 
 def cone_table() -> str:
     """Return mean forces of the third contour of a small cone over the mesh, beside Aerens' law."""
-    text = header("", "F_z", "F_r", "positions", "CPU s / position")
+    rows = []
     for elements in (16, 20, 24):
         press = Press.above(0.08, elements, 0.02)
         start = time.process_time()
         *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
         seconds = (time.process_time() - start) / press.solutions
-        text += f"| elements of {80.0 / elements:.3g} mm | {axial:.0f} | {radial:.0f}"
-        text += f" | {press.solutions} | {seconds:.2f} |\n"
+        figures = (f"{axial:.0f}", f"{radial:.0f}", f"{press.solutions}", f"{seconds:.2f}")
+        rows.append((f"elements of {80.0 / elements:.3g} mm", *figures))
     axial, radial = aerens()
     strength = 1e-6 * tensile_strength(ALUMINIUM)
-    return text + f"| Aerens' law, R_m {strength:.0f} MPa | {axial:.0f} | {radial:.0f} | | |\n"
+    law = f"Aerens' law, R_m {strength:.0f} MPa"
+    rows.append((law, f"{axial:.0f}", f"{radial:.0f}", "", ""))
+    return table(("", "F_z", "F_r", "positions", "CPU s / position"), rows)
 
 
 def friction_table() -> str:
     """Return mean forces of the third contour of a small cone over the coefficient of friction."""
-    text = header("mu", "F_z", "F_r", "F_t", "(F_t - F_t without) / F_z")
+    rows = []
     without = 0.0
     for friction in (0.0, 0.05, 0.1, 0.2):
         press = Press.above(0.08, 20, 0.02, SheetSettings(window=0.02, friction=friction))
         *_, (axial, radial, tangential) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
         if friction == 0.0:
             without = tangential
-        text += f"| {friction:g} | {axial:.0f} | {radial:.1f} | {tangential:.0f}"
-        text += f" | {(tangential - without) / axial:.3f} |\n"
-    return text
+        share = (tangential - without) / axial
+        figures = (f"{axial:.0f}", f"{radial:.1f}", f"{tangential:.0f}", f"{share:.3f}")
+        rows.append((f"{friction:g}", *figures))
+    return table(("mu", "F_z", "F_r", "F_t", "(F_t - F_t without) / F_z"), rows)
 
 
 # Of the study of the radial force: depth of contours to show [mm], all being 1 mm deep.
@@ -84,7 +88,7 @@ STEPS = (1, 2, 3, 5, 7, 9, 11)
 def radial_table() -> str:
     """Return axial and radial force over the depth, free sheet and backing plate."""
     depths = 1e-3 * np.arange(1, STEPS[-1] + 1)
-    text = header("", *[f"{depth} mm" for depth in STEPS])
+    rows = []
     for name, opening, friction in (
         ("free sheet", None, 0.0),
         ("plate, hole of 24 mm radius", 0.024, 0.0),
@@ -96,26 +100,26 @@ def radial_table() -> str:
         for force in contours(press, 0.02, depths):
             found.append([force[0], force[1], np.rad2deg(press.steepest())])
         axial, radial, slope = np.array(found)[np.array(STEPS) - 1].T
-        text += row(f"{name}: F_z", axial) + row("F_r", radial)
-        text += row("atan(F_r/F_z) [deg]", np.rad2deg(np.arctan2(radial, axial)))
-        text += row("steepest slope of the sheet [deg]", slope)
+        for title, values in (
+            (f"{name}: F_z", axial),
+            ("F_r", radial),
+            ("atan(F_r/F_z) [deg]", np.rad2deg(np.arctan2(radial, axial))),
+            ("steepest slope of the sheet [deg]", slope),
+        ):
+            rows.append((title, *(f"{value:.0f}" for value in values)))
     axial, radial = aerens()
     angle = np.rad2deg(np.arctan2(radial, axial))
-    return (
-        text
-        + f"| Aerens' law: F_z {axial:.0f}, F_r {radial:.0f}, {angle:.0f} deg"
-        + " |" * 8
-        + "\n"
-    )
+    law = f"Aerens' law: F_z {axial:.0f}, F_r {radial:.0f}, {angle:.0f} deg"
+    return table(("", *(f"{depth} mm" for depth in STEPS)), [*rows, (law, *[""] * len(STEPS))])
 
 
 def fineness_table() -> str:
     """Return the third contour's forces on the plate over elements and positions."""
-    text = header("elements", "positions", "F_z", "F_r")
+    rows = []
     for elements, spacing in ((20, 3e-3), (20, 7.5e-4), (24, 3e-3), (32, 3e-3)):
         settings = SheetSettings(window=0.02, opening_radius=0.024)
         press = Press.above(0.08, elements, 0.02, settings)
         *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3), spacing)
-        name = f"{80.0 / elements:.3g} mm | {1e3 * spacing:g} mm"
-        text += row(name, [axial, radial])
-    return text
+        fineness = (f"{80.0 / elements:.3g} mm", f"{1e3 * spacing:g} mm")
+        rows.append((*fineness, f"{axial:.0f}", f"{radial:.0f}"))
+    return table(("elements", "positions", "F_z", "F_r"), rows)

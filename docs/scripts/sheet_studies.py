@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,10 +14,10 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
+from docs.scripts.page import DOCS, table
 
-DOCS = Path(__file__).parents[1]
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
-from calculix_plate import CCX, Plate, plunge_force  # noqa: E402
+from calculix_plate import CCX, Plate, plunge_force
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -94,33 +93,28 @@ def calculix_curve() -> np.ndarray | None:
     return np.interp(SHALLOW, depths, forces)
 
 
-def header(*names: str) -> str:
-    """Return the first two lines of a table."""
-    cells = "".join(f" {name} |" if name else " |" for name in names)
-    return f"|{cells}\n" + "|---" * len(names) + "|\n"
-
-
-def row(name: str, values: Iterable[float], digits: int = 0) -> str:
-    """Return a line of a table."""
-    return f"| {name} | " + " | ".join(f"{value:.{digits}f}" for value in values) + " |\n"
-
-
 def shallow_table() -> str:
     """Return forces of a shallow plunge over the mesh, and CalculiX."""
-    text = header("", *[f"{d} mm" for d in SHALLOW])
-    for elements in (10, 20, 30, 40):
-        name = f"elements of {50.0 / elements:.3g} mm"
-        text += row(name, plunge_curve(0.05, elements, SHALLOW), 1)
+    curves = {
+        f"elements of {50.0 / elements:.3g} mm": plunge_curve(0.05, elements, SHALLOW)
+        for elements in (10, 20, 30, 40)
+    }
     solid = calculix_curve()
-    return text + ("" if solid is None else row("**CalculiX**, C3D8I solids", solid, 1))
+    if solid is not None:
+        curves["**CalculiX**, C3D8I solids"] = solid
+    return table(
+        ("", *(f"{depth} mm" for depth in SHALLOW)),
+        ((name, *(f"{force:.1f}" for force in forces)) for name, forces in curves.items()),
+    )
 
 
 def deep_table() -> str:
     """Return forces of a deep plunge over the mesh, and the time."""
-    text = header("", *[f"{d:g} mm" for d in DEEP], "s")
+    rows = []
     for elements in (20, 30, 40):
         start = time.process_time()
         forces = plunge_curve(0.1, elements, DEEP)
         seconds = time.process_time() - start
-        text += row(f"elements of {100.0 / elements:.3g} mm", np.append(forces, seconds))
-    return text
+        figures = (f"{value:.0f}" for value in (*forces, seconds))
+        rows.append((f"elements of {100.0 / elements:.3g} mm", *figures))
+    return table(("", *(f"{depth:g} mm" for depth in DEEP), "s"), rows)

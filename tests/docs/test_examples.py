@@ -14,7 +14,7 @@ from coupling.path.histories import ToolPath
 
 
 @pytest.mark.parametrize("case", sorted(file.name for file in (EXAMPLES / "cases").glob("*.toml")))
-def test_case_is_valid(case):
+def test_every_case_is_read_and_has_a_path(case):
     assert len(load_case(EXAMPLES / "cases" / case).desired.time) > 10
 
 
@@ -102,7 +102,7 @@ def test_both_implementations_start_alike_along_the_path(comparison, curve, limi
     assert np.linalg.norm(np.ptp(both.ours.position[0], axis=0)) > 0.05
 
 
-def test_settling_time_of_a_decay(comparison):
+def test_a_decay_has_settled_after_ln_20_time_constants(comparison):
     """exp(-t) falls below 5 % at ln 20."""
     time = np.linspace(0.0, 40.0, 4001)
     pose = np.zeros((4001, 7))

@@ -1,4 +1,4 @@
-/* The FMU's variables: the table of elastic_robot/interface.py, in the order of its value references. */
+/* The FMU's variables: the table of elastic_robot/fmi/interface.py, in the order of its value references. */
 #ifndef ER_INTERFACE_H
 #define ER_INTERFACE_H
 

@@ -1,0 +1,84 @@
+"""Where the pages meet the coupling: cases, as they stand or changed, and what their runs leave."""
+
+from __future__ import annotations
+
+import tempfile
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from coupling.case import Case, load_case
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.workpiece import Workpiece
+from coupling.process import Process
+from coupling.run.folder import runs_of_robots
+from coupling.run.study import Run, run_compensation, run_coupling
+
+CASES = Path(__file__).parents[2] / "examples" / "cases"
+
+
+def example(name: str, **changes: Mapping[str, Any]) -> Case:
+    """Return a case of the examples with keys of its tables changed."""
+    data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
+    for section, keys in changes.items():
+        data[section].update(keys)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "case.toml")
+        file.write_text(tomli_w.dumps(data), encoding="utf-8")
+        return load_case(file)
+
+
+def coupled(case: Case) -> Run:
+    """Couple a case's robots with its process.
+
+    Raises:
+        RuntimeError: If that does not converge.
+    """
+    return _converged(run_coupling(case))
+
+
+def compensated(case: Case) -> Run:
+    """Correct a case's command.
+
+    Raises:
+        RuntimeError: If that does not converge.
+    """
+    return _converged(run_compensation(case))
+
+
+def _converged(run: Run) -> Run:
+    if not run.converged:
+        raise RuntimeError(run.reason)
+    return run
+
+
+def of_robots(case: Case, run: Run) -> dict[str, Run]:
+    """Return the run of a cell as told for each of its robots, by name."""
+    return runs_of_robots(case, run)
+
+
+def evaluated(process: Process, path: ToolPath) -> tuple[WrenchHistory, Workpiece | None]:
+    """Return a process's wrench along a path, and the workpiece that it leaves."""
+    history = process.wrench(path)
+    return history, history.workpiece
+
+
+def gap_ranges(run: Run) -> tuple[str, str]:
+    """Return from where to where the gap between a cell's tools goes, before and after, in words."""
+    assert run.gap is not None
+    gap = {name: 1e3 * value for name, value in run.gap.as_dict().items()}
+    before, after = (
+        f"{gap[f'narrowest_{state}']:.3f} to {gap[f'widest_{state}']:.3f} mm"
+        for state in ("before", "after")
+    )
+    return before, after
+
+
+def workpieces(run: Run) -> dict[str, Workpiece]:
+    """Return the workpieces of a corrected run."""
+    assert run.workpiece_before is not None
+    assert run.wrench.workpiece is not None
+    return {"before": run.workpiece_before, "after": run.wrench.workpiece}

@@ -1,0 +1,67 @@
+"""Pages that runs write: what is written goes where it belongs, and nothing else changes."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+from places import DOCS
+
+from docs.scripts import page, runs
+from docs.scripts.pictures import NoBrowserError
+
+SCRIPTS = sorted(file.stem for file in (DOCS / "scripts").glob("make_*.py"))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder in the place of docs/, with a page and a template."""
+    monkeypatch.setattr(page, "DOCS", tmp_path)
+    (tmp_path / "page.md").write_text("before\n<!-- a -->\nold\n<!-- end of a -->\nafter\n")
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "scripts" / "filled.md.in").write_text("{size:.1f} mm\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_every_script_of_a_page_finds_what_it_imports(script):
+    if script == "make_comparison":
+        pytest.importorskip(
+            "mujoco", reason="needs the package mujoco, which is in the extra 'test'"
+        )
+    assert importlib.import_module(f"docs.scripts.{script}").__doc__
+
+
+def test_a_part_is_replaced_as_often_as_it_is_made(folder):
+    for _ in range(2):
+        page.replace("page", "a", page.table(("", "x"), [("row", "1"), ("none", "")]))
+        assert (folder / "page.md").read_text() == (
+            "before\n<!-- a -->\n| | x |\n|---|---|\n| row | 1 |\n| none | |\n<!-- end of a -->\nafter\n"
+        )
+
+
+def test_a_part_without_marks_is_refused(folder):
+    with pytest.raises(AssertionError, match="a pair of marks of 'b'"):
+        page.replace("page", "b", "new")
+
+
+def test_a_template_is_filled(folder):
+    page.fill("filled", size=1.25)
+    assert (folder / "filled.md").read_text() == "1.2 mm\n"
+
+
+def test_without_a_browser_the_status_is_that_of_bad_input(capsys):
+    def write() -> None:
+        raise NoBrowserError("no browser")
+
+    assert page.finish(write) == 2
+    assert capsys.readouterr().err == "error: no browser\n"
+
+
+def test_a_changed_example_differs_in_the_changed_key_only():
+    case, changed = runs.example("cone"), runs.example("cone", tool_path={"depth_m": 0.005})
+    assert changed.resolved["tool_path"].pop("depth_m") == 0.005
+    case.resolved["tool_path"].pop("depth_m")
+    assert changed.resolved == case.resolved
+    assert np.min(changed.part.coordinates(changed.desired)[:, 2]) == pytest.approx(-0.005)
