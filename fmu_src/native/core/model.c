@@ -98,8 +98,8 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
     return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
 }
 
-/* Has the trajectory of some options in the model, with the samples of `print` unless that is 0. */
-static bool require_trajectory(er_model *model, const char *path, uint64_t print,
+/* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
+static bool require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
                                er_failure *failure)
 {
     bool there = strcmp(path, model->loaded_path) == 0;
@@ -108,7 +108,7 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t print
         return true;
     if (!there && !read_trajectory(model, path, &read, failure))
         return false;
-    if (print != 0 && print != (there ? &model->trajectory : &read)->print) {
+    if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
         if (!there)
             er_trajectory_free(&read);
         return er_fail(failure, "trajectory %.500s holds another motion than when the state was"
@@ -150,8 +150,8 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
     er_drives drives;
     if (!require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
-    memory->trajectory_print =
-        memory->options.trajectory[0] != '\0' ? model->trajectory.print : 0;
+    memory->trajectory_fingerprint =
+        memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     drives = drives_of(model, time, command);
     if (!hold(&drives, time, wrench, &memory->held, failure))
@@ -217,7 +217,7 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
 {
     if (computed && !require_trajectory(model, memory->options.trajectory,
-                                        memory->trajectory_print, failure))
+                                        memory->trajectory_fingerprint, failure))
         return false;
     model->memory = *memory;
     if (computed)

@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     er_options options;
     er_parameters parameters;
-    uint64_t trajectory_print; /* hash of the trajectory's samples; 0: none */
+    uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
     er_state state;
 } er_memory;

@@ -22,8 +22,7 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         good = er_fail(failure, "the GUID is %.80s; this FMU's resources belong to %.80s; needed is"
                        " the GUID of its modelDescription.xml", guid, robot->guid);
     if (good) {
-        size_t size = sizeof(er_saved_state);
-        instance->print = er_hash(&size, sizeof size, er_hash(robot, sizeof *robot, ER_HASH_START));
+        instance->fingerprint = er_hash(robot, sizeof *robot, ER_HASH_START);
         er_layout_of(robot, &instance->layout);
         instance->model = er_model_create(robot);
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
@@ -64,7 +63,7 @@ void er_instance_reset(er_instance *instance)
     er_model *model = instance->model;
     memset(&instance->inputs, 0, sizeof instance->inputs);
     memset(&instance->progress, 0, sizeof instance->progress);
-    memset(&instance->departure, 0, sizeof instance->departure);
+    memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
     model->memory.options.curve = ER_BACKLASH;
@@ -76,9 +75,6 @@ void er_instance_reset(er_instance *instance)
 bool er_instance_setup(er_instance *instance, double start, double tolerance)
 {
     char number[ER_NUMBER_TEXT];
-    if (instance->progress.started)
-        return er_fail(&instance->failure, "the experiment is set up after initialisation; needed is"
-                       " to do so before");
     if (!isfinite(start))
         return er_fail(&instance->failure, "the start time is %s s; needed is a finite number",
                        er_shown(start, number));
@@ -93,15 +89,22 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance)
     return true;
 }
 
-static void depart(er_instance *instance, const er_state *state, double end, bool stepped)
+static void keep_step_start(er_instance *instance, const er_state *state, double end, bool stepped)
 {
-    er_departure *departure = &instance->departure;
-    departure->state = *state;
-    departure->command = instance->inputs.command;
-    memcpy(departure->wrench, instance->inputs.wrench, sizeof departure->wrench);
-    departure->end = end;
-    departure->stepped = stepped;
+    er_step_start *start = &instance->step_start;
+    start->state = *state;
+    start->command = instance->inputs.command;
+    memcpy(start->wrench, instance->inputs.wrench, sizeof start->wrench);
+    start->end = end;
+    start->stepped = stepped;
     instance->columns = 0;
+}
+
+/* Whether the parameters that were set can be those of a robot. */
+static bool require_parameters(er_instance *instance)
+{
+    return er_require_parameters(&instance->layout, &instance->model->robot,
+                                 &instance->inputs.parameters, &instance->failure);
 }
 
 bool er_instance_initialise(er_instance *instance)
@@ -109,13 +112,13 @@ bool er_instance_initialise(er_instance *instance)
     er_model *model = instance->model;
     if (instance->progress.computed)
         return true;
-    if (!er_instance_require_parameters(instance))
+    if (!require_parameters(instance))
         return false;
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
                         instance->inputs.wrench, &instance->failure))
         return false;
-    depart(instance, &model->memory.state, instance->progress.time, false);
+    keep_step_start(instance, &model->memory.state, instance->progress.time, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
     instance->fresh = 0;
@@ -126,7 +129,7 @@ bool er_instance_start(er_instance *instance)
 {
     if (!er_instance_initialise(instance))
         return false;
-    instance->progress.started = true;
+    instance->progress.phase = ER_RUNNING;
     return true;
 }
 
@@ -137,7 +140,7 @@ static bool move(er_instance *instance, double end)
     if (!er_model_step(model, end, &instance->inputs.command, instance->inputs.wrench,
                        &instance->failure))
         return false;
-    depart(instance, &before, end, true);
+    keep_step_start(instance, &before, end, true);
     return true;
 }
 
@@ -147,7 +150,7 @@ static bool move_with_new_parameters(er_instance *instance, double end)
     er_model *model = instance->model;
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
-    if (!er_instance_require_parameters(instance))
+    if (!require_parameters(instance))
         return false;
     er_model_take_parameters(model, &instance->inputs.parameters);
     if (move(instance, end)) {
@@ -164,9 +167,6 @@ bool er_instance_step(er_instance *instance, double start, double size)
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end = start + size;
-    if (!progress->started)
-        return er_fail(&instance->failure, "a step is asked for before initialisation has ended;"
-                       " needed is to end it first");
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
                        er_shown(size, number));

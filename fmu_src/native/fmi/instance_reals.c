@@ -2,19 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "instance.h"
-
-/* One value of a block of parameters by its place, NULL if it is not a parameter. */
-static double *parameter(er_instance *instance, er_parameters *parameters, er_block block, int k)
-{
-    switch (block) {
-    case ER_GRAVITY: return &parameters->gravity[k];
-    case ER_STIFFNESS: return &parameters->stiffness[k];
-    case ER_DAMPING: return &parameters->damping[k];
-    case ER_BACKLASH_WIDTH: return &parameters->backlash[instance->layout.twist[k]];
-    default: return NULL;
-    }
-}
+#include "instance_variables.h"
 
 /* An input or parameter by its value reference; NULL for an output. */
 static double *settable(er_instance *instance, int reference)
@@ -26,26 +14,8 @@ static double *settable(er_instance *instance, int reference)
     case ER_Q_CMD: return &instance->inputs.command.q[k];
     case ER_QD_CMD: return &instance->inputs.command.qd[k];
     case ER_QDD_CMD: return &instance->inputs.command.qdd[k];
-    default: return parameter(instance, &instance->inputs.parameters, block, k);
+    default: return er_parameter(&instance->layout, &instance->inputs.parameters, block, k);
     }
-}
-
-bool er_instance_require_parameters(er_instance *instance)
-{
-    const er_layout *layout = &instance->layout;
-    for (int reference = layout->first[ER_STIFFNESS]; reference < layout->first[ER_STRINGS];
-         reference++) {
-        bool stiffness = layout->block[reference] == ER_STIFFNESS;
-        double value = *settable(instance, reference);
-        if (stiffness ? !(value > 0.0) : !(value >= 0.0)) {
-            char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
-            er_variable_name(layout, &instance->model->robot, reference, name);
-            return er_fail(&instance->failure, "%s is %s %s; needed is a number %s", name,
-                           er_shown(value, number),
-                           er_variable_unit(layout, reference), stiffness ? "> 0" : ">= 0");
-        }
-    }
-    return true;
 }
 
 static bool compute_block(er_instance *instance, er_block block)
@@ -133,7 +103,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
         if (!er_is_input((er_block)instance->layout.block[references[i]]))
             instance->progress.parameters_changed = true;
     }
-    if (!instance->progress.started && count > 0) {
+    if (instance->progress.phase < ER_RUNNING && count > 0) {
         instance->progress.computed = false;
         instance->fresh = 0;
     }

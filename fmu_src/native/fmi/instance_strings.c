@@ -1,7 +1,7 @@
 /* String variables of an instance: what is fixed when initialisation ends. */
 #include <string.h>
 
-#include "instance.h"
+#include "instance_variables.h"
 
 static const char *const curves[] = {"linear", "backlash", "spline"};
 static const char *const modes[] = {"dynamic", "quasistatic"};
@@ -65,9 +65,6 @@ bool er_instance_set_string(er_instance *instance, unsigned reference, const cha
         return false;
     if (value == NULL)
         return er_fail(&instance->failure, "a string is set to nothing; needed is a text");
-    if (instance->progress.started)
-        return er_fail(&instance->failure,
-                       "strings are fixed; set them before initialisation ends");
     switch (which) {
     case ER_TRAJECTORY:
         if (!set_trajectory(instance, value))

@@ -105,3 +105,33 @@ const char *er_variable_unit(const er_layout *layout, int reference)
     default: return "rad";
     }
 }
+
+double *er_parameter(const er_layout *layout, er_parameters *parameters, er_block block, int k)
+{
+    switch (block) {
+    case ER_GRAVITY: return &parameters->gravity[k];
+    case ER_STIFFNESS: return &parameters->stiffness[k];
+    case ER_DAMPING: return &parameters->damping[k];
+    case ER_BACKLASH_WIDTH: return &parameters->backlash[layout->twist[k]];
+    default: return NULL;
+    }
+}
+
+bool er_require_parameters(const er_layout *layout, const er_robot *robot,
+                           const er_parameters *parameters, er_failure *failure)
+{
+    er_parameters given = *parameters;
+    for (int reference = layout->first[ER_STIFFNESS]; reference < er_real_count(layout);
+         reference++) {
+        er_block block = (er_block)layout->block[reference];
+        double value = *er_parameter(layout, &given, block, reference - layout->first[block]);
+        if (block == ER_STIFFNESS ? !(value > 0.0) : !(value >= 0.0)) {
+            char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
+            er_variable_name(layout, robot, reference, name);
+            return er_fail(failure, "%s is %s %s; needed is a number %s", name,
+                           er_shown(value, number), er_variable_unit(layout, reference),
+                           block == ER_STIFFNESS ? "> 0" : ">= 0");
+        }
+    }
+    return true;
+}

@@ -64,4 +64,11 @@ void er_variable_name(const er_layout *layout, const er_robot *robot, int refere
                       char name[ER_VARIABLE_TEXT]);
 const char *er_variable_unit(const er_layout *layout, int reference);
 
+/* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
+double *er_parameter(const er_layout *layout, er_parameters *parameters, er_block block, int k);
+
+/* Refuses parameters that cannot be those of a robot, with the name of the first. */
+bool er_require_parameters(const er_layout *layout, const er_robot *robot,
+                           const er_parameters *parameters, er_failure *failure);
+
 #endif
