@@ -1,4 +1,4 @@
-"""Robot -> the text that the C core reads (`fmu_src/native/robot_data.c`): data, not code, per robot."""
+"""Robot -> the text that the C core reads (`native/core/robot_data.c`): data, not code, per robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pinocchio as pin
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.errors import RobotFileError
 
-VERSION = 1
+VERSION = 2
 # What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
@@ -29,7 +29,7 @@ def robot_text(robot: Robot, guid: str) -> str:
         >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
         >>> joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link, stiffness=1e5)
         >>> print(robot_text(Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0)), "{x}"))
-        elastic-robot 1
+        elastic-robot 2
         guid {x}
         gravity 0.0 0.0 -9.81
         tcp 1.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0

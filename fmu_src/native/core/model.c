@@ -38,8 +38,6 @@ er_model *er_model_create(const er_robot *robot)
     ((void **)model)[-1] = memory;
     model->robot = *robot;
     model->memory.parameters = robot->parameters;
-    model->memory.options.curve = ER_BACKLASH;
-    model->memory.options.tolerance = 1e-6;
     model->kernel = er_best_kernel();
     return model;
 }

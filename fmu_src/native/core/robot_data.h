@@ -6,9 +6,7 @@
 #ifndef ER_ROBOT_DATA_H
 #define ER_ROBOT_DATA_H
 
-#include <stdbool.h>
-
-#include "../io/failure.h"
+#include "../io/lines.h"
 
 /* A robot larger than this is refused when it is read; so no array depends on the robot. */
 #define ER_MAX_JOINTS 12
@@ -65,10 +63,7 @@ typedef struct {
     er_parameters parameters;         /* start values */
 } er_robot;
 
-/* Reads the text that `coupling.fmu_export.robot_text` writes. */
-bool er_robot_parse(er_robot *robot, const char *text, er_failure *failure);
-
-/* Reads it from a file. */
-bool er_robot_read(er_robot *robot, const char *path, er_failure *failure);
+/* Reads the lines that `coupling.fmu_export.robot_text` writes, up to `end`. */
+bool er_robot_parse(er_robot *robot, er_lines *lines);
 
 #endif

@@ -16,8 +16,8 @@ enum { WRENCH_COLUMNS = 6, OF_WRENCH = 1, OF_COMMAND = 2 };
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
 {
-    return reference < (unsigned)er_real_count(&instance->layout) &&
-           kind((er_block)instance->layout.block[reference]);
+    return reference < (unsigned)instance->interface.reals &&
+           kind((er_block)instance->interface.block[reference]);
 }
 
 static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
@@ -35,6 +35,15 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
             return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);
     }
     return true;
+}
+
+/* The column of an input: of the wrench first, then of q, q' and q'' of all drives. */
+static int column_of(const er_instance *instance, unsigned reference)
+{
+    const er_interface *interface = &instance->interface;
+    int block = interface->block[reference], k = (int)reference - interface->first[block];
+    return block == ER_WRENCH
+               ? k : WRENCH_COLUMNS + (block - ER_Q_CMD) * instance->model->robot.joints + k;
 }
 
 /* The column's unit change of what is held at the present time. */
@@ -101,7 +110,7 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
     const er_sensitivity *sensitivity = &instance->model->sensitivity;
     memset(change, 0, sizeof *change);
     for (size_t j = 0; j < count; j++) {
-        int column = (int)knowns[j];
+        int column = column_of(instance, knowns[j]);
         if (seed[j] == 0.0)
             continue;
         if (!require_columns(instance, column < WRENCH_COLUMNS ? OF_WRENCH : OF_COMMAND))
@@ -148,9 +157,9 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         !find_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
-        er_block block = (er_block)instance->layout.block[unknowns[i]];
+        er_block block = (er_block)instance->interface.block[unknowns[i]];
         if ((there & 1u << block) == 0 &&
-            !block_along(instance, block, &change, along + instance->layout.first[block]))
+            !block_along(instance, block, &change, along + instance->interface.first[block]))
             return false;
         there |= 1u << block;
         sensitivity[i] = along[unknowns[i]];

@@ -110,7 +110,7 @@ fmi3Status fmi3Reset(fmi3Instance c)
 
 static bool is_time(const er_component *c, fmi3ValueReference reference)
 {
-    return reference == (unsigned)c->robot->layout.first[ER_BLOCKS];
+    return reference == er_time_reference(&c->robot->interface);
 }
 
 /* Checks that there is one value for each element of some variables. */
@@ -119,7 +119,7 @@ static bool require_count(er_component *c, const fmi3ValueReference references[]
 {
     size_t elements = 0;
     for (size_t i = 0; i < count; i++) {
-        int size = is_time(c, references[i]) ? 1 : er_array_size(&c->robot->layout, references[i]);
+        int size = is_time(c, references[i]) ? 1 : er_array_size(&c->robot->interface, references[i]);
         if (size == 0)
             return er_fail(&c->robot->failure, "the value reference %u is asked for as a Float64"
                            " variable; this FMU has none there", references[i]);
@@ -135,7 +135,7 @@ static bool require_count(er_component *c, const fmi3ValueReference references[]
 static size_t elements_of(const er_component *c, fmi3ValueReference reference, unsigned *elements)
 {
     size_t size = is_time(c, reference)
-                      ? 1 : (size_t)er_array_size(&c->robot->layout, reference);
+                      ? 1 : (size_t)er_array_size(&c->robot->interface, reference);
     for (size_t k = 0; k < size; k++)
         elements[k] = reference + (unsigned)k;
     return size;
@@ -150,7 +150,7 @@ static bool expand(er_component *c, const fmi3ValueReference references[], size_
         return false;
     if (values > ER_MAX_REALS)
         return er_fail(&c->robot->failure, "%lu values are given in one call; this FMU has %d",
-                       (unsigned long)values, er_real_count(&c->robot->layout));
+                       (unsigned long)values, c->robot->interface.reals);
     for (size_t i = 0; i < count; i++)
         known += elements_of(c, references[i], elements + known);
     return true;

@@ -1,14 +1,32 @@
 #include "instance.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "../io/hash.h"
+#include "../io/text_file.h"
 
-#define DEFAULT_TOLERANCE 1e-6
 /* A communication step may start this far [s] from where the last one ended (rounding of sums). */
 #define TIME_SLACK 1e-9
+
+/* The file holds the robot and, behind it, the variables. */
+static bool read_file(er_instance *instance, er_robot *robot, const char *file)
+{
+    size_t size;
+    char *text = er_read_file(file, &size);
+    er_lines lines;
+    bool good;
+    if (text == NULL)
+        return er_fail(&instance->failure, "the robot's data %s cannot be read: %s", file,
+                       strerror(errno));
+    er_lines_start(&lines, text, &instance->failure);
+    good = er_robot_parse(robot, &lines) &&
+           er_interface_parse(&instance->interface, robot, &lines);
+    free(text);
+    return good;
+}
 
 static bool read_robot(er_instance *instance, const char *file, const char *guid)
 {
@@ -17,13 +35,12 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
     bool good;
     if (robot == NULL)
         return er_fail(failure, "the robot does not fit into memory");
-    good = er_robot_read(robot, file, failure);
+    good = read_file(instance, robot, file);
     if (good && strcmp(robot->guid, guid) != 0)
         good = er_fail(failure, "the GUID is %.80s; this FMU's resources belong to %.80s; needed is"
                        " the GUID of its modelDescription.xml", guid, robot->guid);
     if (good) {
         instance->fingerprint = er_hash(robot, sizeof *robot, ER_HASH_START);
-        er_layout_of(robot, &instance->layout);
         instance->model = er_model_create(robot);
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }
@@ -60,14 +77,17 @@ void er_instance_free(er_instance *instance)
 
 void er_instance_reset(er_instance *instance)
 {
+    const er_interface *interface = &instance->interface;
     er_model *model = instance->model;
     memset(&instance->inputs, 0, sizeof instance->inputs);
     memset(&instance->progress, 0, sizeof instance->progress);
     memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
-    model->memory.options.curve = ER_BACKLASH;
-    model->memory.options.tolerance = DEFAULT_TOLERANCE;
+    model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
+    model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
+    model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
+    model->memory.options.tolerance = interface->tolerance;
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
     instance->fresh = 0;
 }
@@ -80,7 +100,7 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance)
                        er_shown(start, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
         return er_fail(&instance->failure, "the tolerance is %s m; needed is a number > 0, or 0 for"
-                       " %g m", er_shown(tolerance, number), DEFAULT_TOLERANCE);
+                       " %g m", er_shown(tolerance, number), instance->interface.tolerance);
     instance->progress.time = start;
     if (tolerance > 0.0)
         instance->model->memory.options.tolerance = tolerance;
@@ -103,8 +123,8 @@ static void keep_step_start(er_instance *instance, const er_state *state, double
 /* Whether the parameters that were set can be those of a robot. */
 static bool require_parameters(er_instance *instance)
 {
-    return er_require_parameters(&instance->layout, &instance->model->robot,
-                                 &instance->inputs.parameters, &instance->failure);
+    return er_require_parameters(&instance->interface, &instance->inputs.parameters,
+                                 &instance->failure);
 }
 
 bool er_instance_initialise(er_instance *instance)

@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct {
     er_model *model;
-    er_layout layout;
+    er_interface interface;
     uint64_t fingerprint; /* hash of the robot's data */
     er_inputs inputs;
     er_progress progress;
