@@ -17,6 +17,7 @@ import numpy as np
 from elastic_robot import collocation as gauss
 from elastic_robot.crossings import Boundaries, Crossing
 from elastic_robot.errors import IntegrationError
+from elastic_robot.settings import SETTINGS, Settings
 
 STAGE_ROWS = slice(0, gauss.STAGES)
 END_ROW = slice(gauss.STAGES, gauss.STAGES + 1)
@@ -138,35 +139,19 @@ class GaussStepper:
 
     Args:
         tolerance: Limit of the local error estimate, in the coordinates' unit.
-        longest: Longest step [s].
-        first: Length of the first step, and limit of the first after a kink [s].
+        settings: Numbers of the stepper.
     """
 
-    # A coordinate changes its law this part of the tolerance beyond the boundary.
-    SLACK = 1e-2
-    # Newton's method may leave this part of the tolerance.
-    ITERATION = 1e-3
-    # Shortest step relative to the longest, before the integration is given up.
-    SHORTEST = 1e-9
-    # The matrices of a step serve steps that differ by this ratio.
-    SAME_LENGTH = 0.02
-    # A step may exceed the proposed length by this ratio where that takes it to its target.
-    STRETCH = 1.05
-    MAX_NEWTON = 8
-    # A step that takes more passes than this has its matrices rebuilt for the next.
-    USUAL_PASSES = 2
-    MAX_LANDINGS = 20
-
-    def __init__(self, tolerance: float, longest: float, first: float) -> None:
+    def __init__(self, tolerance: float, settings: Settings = SETTINGS) -> None:
         self.tolerance = tolerance
-        self.longest = longest
-        self.first = first
+        self._settings = settings
+        self._shortest = settings.shortest_step * settings.longest_step
         self._operator = _StageOperator()
         self._boundaries: Boundaries | None = None
 
     def start(self, time: float, x: np.ndarray, v: np.ndarray, region: np.ndarray) -> State:
         """Return the state at the beginning of an integration."""
-        return State(time, x, v, region, self.first)
+        return State(time, x, v, region, self._settings.first_step)
 
     def advance(
         self, system: System, state: State, end: float, watch: Watch | None = None
@@ -183,8 +168,19 @@ class GaussStepper:
             IntegrationError: If the motion grows beyond all bounds or needs too short steps.
         """
         # What is left after a crossing just before the end may be less than any step.
-        negligible = max(self.SHORTEST * self.longest, 8.0 * float(np.spacing(abs(end))))
+        negligible = max(self._shortest, 8.0 * float(np.spacing(abs(end))))
+        settings, steps = self._settings, 0
+        most = settings.most_steps + settings.most_steps_per_longest * (
+            (end - state.time) / settings.longest_step
+        )
+        started = state.time
         while end - state.time > negligible:
+            if steps > most:
+                raise IntegrationError(
+                    f"the motion from t = {started:.9g} s needs more than {most:.0f} steps to"
+                    f" {end:.9g} s; it is unstable or the load is not physical"
+                )
+            steps += 1
             after, step = self._step(system, state, end)
             if watch is not None:
                 watch(state, step)
@@ -196,26 +192,27 @@ class GaussStepper:
         kink = system.next_kink(state.time)
         target = end if end <= kink else kink
         left = target - state.time
-        wanted = min(state.step, self.longest)
+        wanted = min(state.step, self._settings.longest_step)
         # One step a little longer, or two equal ones, rather than one full and a sliver.
-        h = left if left <= self.STRETCH * wanted else min(wanted, 0.5 * left)
+        h = left if left <= self._settings.stretch * wanted else min(wanted, 0.5 * left)
         reaches_target = h == left
         boundaries = self._boundaries_of(system, state)
         guess = self._guess(state, h)
         while True:
-            if h < self.SHORTEST * self.longest and not reaches_target:
+            if h < self._shortest and not reaches_target:
                 raise IntegrationError(
                     f"the motion at t = {state.time:.6g} s needs steps below"
-                    f" {self.SHORTEST * self.longest:.1g} s; it is unstable or the load is not physical"
+                    f" {self._shortest:.1g} s; it is unstable or the load is not physical"
                 )
-            step = self._solve(system, state, h, guess, self.ITERATION * self.tolerance)
+            step = self._solve(system, state, h, guess, self._settings.iteration * self.tolerance)
             crossing = None
             if step is None:
-                h = 0.25 * h
+                h = self._settings.cut_after_failure * h
                 guess = self._guess(state, h)
             else:
                 crossing = boundaries.first_crossing(step.rows, h)
-                factor = 0.9 * (self.tolerance / max(step.error, 1e-300)) ** _ERROR_EXPONENT
+                ratio = self.tolerance / max(step.error, 1e-300)
+                factor = self._settings.safety * ratio**_ERROR_EXPONENT
                 if crossing is not None:
                     landed = self._land(system, state, step, crossing, boundaries.landing)
                     if landed is not None and landed.error <= self.tolerance:
@@ -224,23 +221,23 @@ class GaussStepper:
                 elif step.error <= self.tolerance:
                     break
                 else:
-                    shorter = h * max(0.2, factor)
+                    shorter = h * max(self._settings.strongest_cut, factor)
                 guess = gauss.interpolation(0.0, shorter / h) @ step.rows[2:]
                 h = shorter
             wanted, reaches_target = h, False
         # A step cut short by the target says little about the step that the error would allow; a
         # small gain in length is not worth new matrices.
-        proposal = h * min(3.0, factor)
+        proposal = h * min(self._settings.fastest_growth, factor)
         if h < wanted:
             proposal = max(proposal, wanted)
-        elif factor < 1.2:
+        elif factor < self._settings.smallest_growth:
             proposal = h * min(1.0, factor)
         after = State(
             target if reaches_target else state.time + h,
             step.end[0],
             step.end[1],
             state.region,
-            min(proposal, self.longest),
+            min(proposal, self._settings.longest_step),
             step.rows[2:],
             h,
             step.newton,
@@ -254,7 +251,7 @@ class GaussStepper:
             or known.region is not state.region
             or known.half_width is not system.half_width
         ):
-            known = Boundaries(system.half_width, state.region, self.SLACK * self.tolerance)
+            known = Boundaries(system.half_width, state.region, self.tolerance, self._settings)
             self._boundaries = known
         return known
 
@@ -272,7 +269,7 @@ class GaussStepper:
             step.end[0],
             step.end[1],
             region,
-            min(self.first, state.step),
+            min(self._settings.first_step, state.step),
             # The acceleration is continuous across the boundary, its derivative is not.
             np.repeat(step.end[2:], gauss.STAGES, axis=0),
             step.length,
@@ -283,10 +280,12 @@ class GaussStepper:
     ) -> Step | None:
         """Shorten the step until it ends on the boundary; None if that does not succeed."""
         h, k, newton = crossing.fraction * step.length, crossing.coordinate, state.newton
-        for _ in range(self.MAX_LANDINGS):
+        for _ in range(self._settings.most_landings):
             guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
             start = state if newton is state.newton else replace(state, newton=newton)
-            landed = self._solve(system, start, h, guess, 0.1 * allowed)
+            landed = self._solve(
+                system, start, h, guess, self._settings.landing_iteration * allowed
+            )
             if landed is None:
                 return None
             beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)
@@ -313,7 +312,7 @@ class GaussStepper:
         """
         system.begin(state.time + h * _TIMES, state.region)
         newton = state.newton
-        if newton is None or abs(newton.step - h) > self.SAME_LENGTH * h:
+        if newton is None or abs(newton.step - h) > self._settings.same_length * h:
             newton = NewtonMatrix.build(h, *system.matrices(state.x, gauss.STAGES // 2))
         inverse = newton.stages
         stages, end = self._operator.of(h)
@@ -321,8 +320,8 @@ class GaussStepper:
         a = rows[2:]
         # An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
         # time scale of the motion later; the longest step stands for the latter.
-        target, last = accuracy / (h * max(h, self.longest)), 0.0
-        for passes in range(1, self.MAX_NEWTON + 1):
+        target, last = accuracy / (h * max(h, self._settings.longest_step)), 0.0
+        for passes in range(1, self._settings.most_passes + 1):
             motion = stages.dot(rows).reshape(3, gauss.STAGES, -1)
             residual = system.residual(motion, STAGE_ROWS)
             correction = inverse.dot(residual.ravel())
@@ -344,7 +343,9 @@ class GaussStepper:
         # (as in Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x.
         defect = newton.end.dot(system.residual(ending[:, None], END_ROW)[0])
         error = h * h * sqrt(defect.dot(defect))
-        return Step(h, rows, ending, error, newton if passes <= self.USUAL_PASSES else None)
+        return Step(
+            h, rows, ending, error, newton if passes <= self._settings.usual_passes else None
+        )
 
 
 class _StageOperator:

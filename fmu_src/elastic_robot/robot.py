@@ -29,6 +29,7 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
+from elastic_robot.settings import SETTINGS
 from elastic_robot.snapshot import Held, Snapshot
 from elastic_robot.static_sensitivity import (
     StaticSensitivities,
@@ -37,19 +38,6 @@ from elastic_robot.static_sensitivity import (
 )
 from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
-
-# The error of the TCP [m] over a long path per allowed local error [rad].  On the ISO 9283 path of
-# the example robot 0.003 without and 4 with backlash, where the path enlarges errors several hundred
-# times; the rest is room for other robots and longer paths.
-_TCP_PER_LOCAL_ERROR = 0.1
-_TCP_PER_LOCAL_ERROR_WITH_PLAY = 20.0
-# Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
-# gear changes flank [s]: the scale of the fastest oscillation (235 Hz).
-_LONGEST_STEP = 0.02
-_FIRST_STEP = 1e-3
-# A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
-# by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at the jump.
-_JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
 
 
 class ElasticRobot:
@@ -90,11 +78,9 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        without_play = self._curve_class is LinearCurve
-        self._local_error = tolerance / (
-            _TCP_PER_LOCAL_ERROR if without_play else _TCP_PER_LOCAL_ERROR_WITH_PLAY
-        )
-        self._stepper = GaussStepper(self._local_error, _LONGEST_STEP, _FIRST_STEP)
+        play = self._curve_class is not LinearCurve
+        self._local_error = SETTINGS.local_error(tolerance, play)
+        self._stepper = GaussStepper(self._local_error)
         self._state: State | None = None
         self.parameters = Parameters.of(robot)
 
@@ -112,7 +98,7 @@ class ElasticRobot:
             self._dynamics,
             self._curve,
             parameters.damping,
-            _JUMP_PER_LOCAL_ERROR * self._local_error,
+            SETTINGS.jump(self._local_error),
         )
         if self._state is not None:
             region = self._curve.region(self._state.x)
