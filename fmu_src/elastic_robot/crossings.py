@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
 from elastic_robot.settings import Settings
 
 

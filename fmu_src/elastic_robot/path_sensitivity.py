@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
+from elastic_robot.collocation import State, Step
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.integrator import State, Step
 from elastic_robot.motion import Drives
 from elastic_robot.parameter_names import ByParameter, parameter_names
 from elastic_robot.residual import OperatingPoint, residual_derivatives

@@ -9,10 +9,11 @@ import numpy as np
 import pinocchio as pin
 
 from elastic_robot.chain import build_chain
+from elastic_robot.collocation import State
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import ParameterError
-from elastic_robot.integrator import GaussStepper, State
+from elastic_robot.integrator import GaussStepper
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives

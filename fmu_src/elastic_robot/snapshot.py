@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.integrator import NewtonMatrix, State
+from elastic_robot.collocation import NewtonMatrix, State
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 

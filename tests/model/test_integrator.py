@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
 from elastic_robot.errors import IntegrationError
 from elastic_robot.integrator import GaussStepper
 from elastic_robot.settings import SETTINGS
