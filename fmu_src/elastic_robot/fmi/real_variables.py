@@ -58,10 +58,6 @@ class RealVariables:
         """Return the number of variables."""
         return len(self._names)
 
-    def slice(self, first: str, last: str | None = None) -> slice:
-        """Return where the values of a block are, or those from one block to another."""
-        return slice(self._slices[first].start, self._slices[last or first].stop)
-
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""
         return self.values[self._slices[key]]
