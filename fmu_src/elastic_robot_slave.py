@@ -77,7 +77,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._reals = RealVariables(table)
         self._strings = {variable.name: variable.start for variable in strings}
         self._string_names = list(self._strings)
-        self._twists = build_chain(self._robot).twists
+        self._torsions = build_chain(self._robot).torsions
         self._model = None  # None: to be computed from the present inputs and parameters
         self._trajectory = None
         self._time = 0.0
@@ -281,7 +281,7 @@ class ElasticRobotSlave(Fmi2Slave):
             reals.require_at_least_zero(key, above)
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
-        backlash[self._twists] = reals.block("backlash")
+        backlash[self._torsions] = reals.block("backlash")
         return Parameters(
             gravity=reals.block("gravity").copy(),
             stiffness=reals.block("stiffness").copy(),

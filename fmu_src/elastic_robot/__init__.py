@@ -19,7 +19,7 @@ Wrench
 Small rotations
     Rotation vectors in base axes: R = exp(r) R_reference.
 Joints
-    R_i = Rot(axis, q_i + e_i) Rot(tilt_1, a_i) Rot(tilt_2, b_i): q is the drive, e the elastic twist,
+    R_i = Rot(axis, q_i + e_i) Rot(tilt_1, a_i) Rot(tilt_2, b_i): q is the drive, e the elastic torsion,
     a and b the tilts; a rigid joint has no e.
 Coordinates
     theta: one angle per rotation of the chain, base to tool (12 for the example robot).

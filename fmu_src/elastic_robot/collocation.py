@@ -141,8 +141,8 @@ class Collocation:
         """Solve the collocation equations of a step; None if Newton's method fails.
 
         Args:
-            system: What is integrated.
-            state: Where the step starts.
+            system: The equations of motion.
+            state: State at its start.
             h: Its length [s].
             guess: Stage accelerations to start from, (4, m).
             accuracy: Error that the iteration may leave in x.

@@ -65,7 +65,7 @@ def interpolation(start: float, ratio: float) -> np.ndarray:
     """Return the weights of a step's stage accelerations for those at other nodes, (4, 4).
 
     Args:
-        start: Where the other nodes' step starts, in lengths of the step: 1 for the following one.
+        start: Start of the other nodes' step, in lengths of the step: 1 for the following one.
         ratio: Length of the other step over that of the step.
     """
     weights: np.ndarray = ((start + ratio * NODES)[:, None] ** _POWERS).dot(_FROM_NODES)

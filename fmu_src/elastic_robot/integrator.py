@@ -47,8 +47,8 @@ class GaussStepper:
         """Integrate to a time.
 
         Args:
-            system: What is integrated.
-            state: Where to start.
+            system: The equations of motion.
+            state: State at the start.
             end: [s].
             watch: Told of every step taken: the state before it, and the step.
 

@@ -25,7 +25,7 @@ def parameter_names(chain: Chain) -> tuple[str, ...]:
         *(f"gravity.{axis}" for axis in "xyz"),
         *(f"{name}.stiffness" for name in elastic),
         *(f"{name}.damping" for name in elastic),
-        *(f"{elastic[row]}.backlash" for row in chain.twists),
+        *(f"{elastic[row]}.backlash" for row in chain.torsions),
     )
 
 
@@ -34,7 +34,7 @@ class ByParameter:
     """Derivatives of a quantity with respect to every parameter.
 
     Attributes:
-        names: From `parameter_names`, p of them.
+        names: Names of the parameters, p of them, as `parameter_names` has them.
         values: One column for each name, (..., p); the quantity's unit per unit of the parameter:
             m/s^2 (gravity), N m/rad (stiffness), N m s/rad (damping), rad (backlash).
 

@@ -131,7 +131,7 @@ class ElasticRobot:
         Args:
             time: [s].
             drives: Motion of the drives.
-            wrench: On the robot at the TCP, base axes, (6,).
+            wrench: Wrench on the robot at the TCP, base axes, (6,).
             undeflected: Start with x = 0 instead of the equilibrium under gravity and wrench.
 
         Raises:
@@ -170,7 +170,7 @@ class ElasticRobot:
         Args:
             times: Rising [s], (k,); the first is the present time.
             drives: Motion of the drives.
-            wrench: On the robot at the TCP, base axes; row k is held over the step that ends at
+            wrench: Wrench on the robot at the TCP, base axes; row k is held over the step that ends at
                 times[k], (k, 6).
 
         Raises:

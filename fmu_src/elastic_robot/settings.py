@@ -88,7 +88,7 @@ class Settings:
 
         Args:
             tolerance: Error allowed at the TCP over a path [m].
-            play: Whether gears have play; with a rounded dead band they do.
+            play: Play of the gears, sharp or rounded, is modelled.
         """
         return tolerance / (
             self.tcp_per_local_error_with_play if play else self.tcp_per_local_error

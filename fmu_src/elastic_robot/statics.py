@@ -29,7 +29,7 @@ def equilibrium(
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes, (6,).
 
     Returns:
         x [rad], (m,).

@@ -37,7 +37,7 @@ class RealVariables:
         table: The blocks of real variables, in the order of their value references.
 
     Attributes:
-        values: In the order of the value references.
+        values: All values, in the order of the value references.
     """
 
     def __init__(self, table: Mapping[str, Block]) -> None:
