@@ -1,7 +1,7 @@
 """The robot as data: frozen dataclasses that cannot hold a robot that is not physical.
 
 Nothing but NumPy is imported here, because this module also runs inside the FMU, where the robot
-arrives as JSON.  Reading robot.toml is the task of `coupling.files.robot_file`.
+arrives as JSON; robot.toml is read before.
 """
 
 from __future__ import annotations

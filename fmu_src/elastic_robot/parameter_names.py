@@ -13,12 +13,7 @@ from elastic_robot.errors import ParameterError
 def parameter_names(chain: Chain) -> tuple[str, ...]:
     """Return gravity.x .y .z, then every stiffness, every damping and every backlash.
 
-    Example:
-        >>> from elastic_robot.chain import build_chain
-        >>> from coupling.files.robot_file import load_robot, shipped_robots
-        >>> names = parameter_names(build_chain(load_robot(shipped_robots()["icme2008"])))
-        >>> len(names), names[2], names[4], names[-1]
-        (30, 'gravity.z', 'joint[1].tilt[1].stiffness', 'joint[5].backlash')
+    For instance joint[1].stiffness, joint[1].tilt[1].damping and joint[1].backlash.
     """
     elastic = chain.elastic_names
     return (
