@@ -1,4 +1,4 @@
-"""FMI variables <-> a force law without memory: the process FMU of `coupling.fmu_export.process_fmu`.
+"""FMI variables <-> a force law without memory: a process FMU.
 
 Beside this file the FMU's resources hold forces.py (the formulas), law.json (which one, and its
 constants) and, where the law follows a desired path, desired.npy (time, x, y, z).  All three are

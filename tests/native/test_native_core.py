@@ -13,7 +13,7 @@ from places import REFERENCE
 from random_robots import hardly_loaded, make_robot
 
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError, RobotFileError

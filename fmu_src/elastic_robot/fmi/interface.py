@@ -275,7 +275,7 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
             elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
         ),
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
-        "backlash": tunable([backlash[k] for k in chain.twists]),
+        "backlash": tunable([backlash[k] for k in chain.torsions]),
         "strings": Block(
             "parameter",
             "fixed",
