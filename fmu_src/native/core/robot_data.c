@@ -111,6 +111,32 @@ static bool read_body(er_robot *robot, er_lines *lines)
     return true;
 }
 
+/* A setting is a number above zero. */
+static bool read_setting(er_robot *robot, er_lines *lines)
+{
+#define ER_PLACE_SETTING(name) {#name, &robot->settings.name},
+    const struct {
+        const char *name;
+        double *value;
+    } settings[] = {ER_EACH_SETTING(ER_PLACE_SETTING)};
+    er_lines_word(lines);
+    for (size_t k = 0; k < sizeof settings / sizeof *settings; k++)
+        if (strcmp(lines->word, settings[k].name) == 0)
+            return er_lines_numbers(lines, 1, settings[k].value) &&
+                   (*settings[k].value > 0.0 || er_lines_refuse(lines, "a setting above zero"));
+    return er_lines_refuse(lines, "the name of a setting");
+}
+
+static bool require_settings(const er_robot *robot, er_lines *lines)
+{
+#define ER_REQUIRE_SETTING(name)                                                                    \
+    if (!(robot->settings.name > 0.0))                                                              \
+        return er_fail(lines->failure, "the robot's data have no setting " #name "; expected each"  \
+                       " once: build the FMU again");
+    ER_EACH_SETTING(ER_REQUIRE_SETTING)
+    return true;
+}
+
 static bool read_line(er_robot *robot, er_lines *lines)
 {
     if (strcmp(lines->word, "guid") == 0)
@@ -120,10 +146,12 @@ static bool read_line(er_robot *robot, er_lines *lines)
     if (strcmp(lines->word, "tcp") == 0)
         return er_lines_numbers(lines, 3, robot->tool_position) &&
                er_lines_numbers(lines, 9, robot->tool_rotation);
+    if (strcmp(lines->word, "setting") == 0)
+        return read_setting(robot, lines);
     if (strcmp(lines->word, "joint") == 0)
         return read_joint(robot, lines);
     if (robot->joints == 0)
-        return er_lines_refuse(lines, "guid, gravity, tcp or joint");
+        return er_lines_refuse(lines, "guid, gravity, tcp, setting or joint");
     if (strcmp(lines->word, "spring") == 0)
         return read_spring(robot, lines);
     if (strcmp(lines->word, "table") == 0)
@@ -149,5 +177,5 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
             return false;
     if (robot->joints == 0)
         return er_fail(lines->failure, "the robot's data have no joint; needed is at least one");
-    return true;
+    return require_settings(robot, lines);
 }

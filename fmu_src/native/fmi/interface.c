@@ -79,12 +79,12 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
 /* What the robot makes of the blocks must be what the model has. */
 static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    int n = robot->joints, m = robot->elastics, twists = 0;
+    int n = robot->joints, m = robot->elastics, torsions = 0;
     for (int k = 0; k < m; k++)
         if (robot->elastic_tilt[k] == 0)
-            in->twist[twists++] = k;
+            in->torsion[torsions++] = k;
     {
-        const int size[ER_BLOCKS] = {6, n, n, n, 7, 3, 7, 6, 6, m, 3, m, m, twists};
+        const int size[ER_BLOCKS] = {6, n, n, n, 7, 3, 7, 6, 6, m, 3, m, m, torsions};
         for (int block = 0; block < ER_BLOCKS; block++)
             if (in->size[block] != size[block])
                 return er_fail(lines->failure, "the robot's data have %d variables of the block %s;"
@@ -120,7 +120,7 @@ double *er_parameter(const er_interface *interface, er_parameters *parameters, e
     case ER_GRAVITY: return &parameters->gravity[k];
     case ER_STIFFNESS: return &parameters->stiffness[k];
     case ER_DAMPING: return &parameters->damping[k];
-    case ER_BACKLASH_WIDTH: return &parameters->backlash[interface->twist[k]];
+    case ER_BACKLASH_WIDTH: return &parameters->backlash[interface->torsion[k]];
     default: return NULL;
     }
 }

@@ -50,7 +50,7 @@ typedef struct {
     int reals;
     int first[ER_BLOCKS];        /* value reference of each block's first variable */
     int size[ER_BLOCKS];         /* its number of variables */
-    int twist[ER_MAX_JOINTS];    /* entry of x of each backlash */
+    int torsion[ER_MAX_JOINTS];    /* entry of x of each backlash */
     unsigned char block[ER_MAX_REALS]; /* of each real */
     unsigned char array[ER_MAX_REALS]; /* elements of the FMI 3.0 variable that starts there, or 0 */
     char name[ER_MAX_REALS][ER_NAME];  /* of each real */
