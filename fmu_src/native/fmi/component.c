@@ -187,8 +187,10 @@ bool er_component_free_state(er_component *c, void **state)
 
 bool er_component_state_size(er_component *c, const void *state, size_t *size)
 {
+    if (!require_state(c, state))
+        return false;
     *size = ER_SERIALISED_SIZE;
-    return require_state(c, state);
+    return true;
 }
 
 bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size)

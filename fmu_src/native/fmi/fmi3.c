@@ -278,10 +278,11 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
     er_component *c = instance;
     bool good = er_component_step(c, time, size);
     (void)no_set_state;
-    *event = fmi3False;
-    *terminate = fmi3False;
-    *early = fmi3False;
-    if (c != NULL)
+    if (c != NULL) {
+        *event = fmi3False;
+        *terminate = fmi3False;
+        *early = fmi3False;
         *last_time = c->robot->progress.time;
+    }
     return status(good);
 }
