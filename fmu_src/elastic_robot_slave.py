@@ -40,13 +40,12 @@ from elastic_robot.fmi.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLER
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.shared_values import SharedValues
 from elastic_robot.trajectory import HeldCommand, read_trajectory
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
-# The value reference 2^32 - 1 as PythonFMU's binary passes it on.
-_SHARED_REFERENCE = -1
+# Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
+_UPPER = np.triu_indices(3)
 
 
 def _reported(method):
@@ -78,15 +77,14 @@ class ElasticRobotSlave(Fmi2Slave):
         self._reals = RealVariables(table)
         self._strings = {variable.name: variable.start for variable in strings}
         self._string_names = list(self._strings)
-        self._twists = build_chain(self._robot).twists
+        self._torsions = build_chain(self._robot).torsions
         self._model = None  # None: to be computed from the present inputs and parameters
         self._trajectory = None
         self._time = 0.0
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._shared = SharedValues(self._reals, table)
-        self._told_where = False
+        self._computed = set()  # blocks of outputs whose values are those of the present state
         self._wrench = self._reals.block("wrench")
         self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
@@ -120,14 +118,13 @@ class ElasticRobotSlave(Fmi2Slave):
         if tolerance:
             self._tolerance = tolerance
         self._model = None
-        self._shared.forget_outputs()
+        self._computed.clear()
 
     @_reported
     def exit_initialization_mode(self):
         """Compute the initial state from the inputs and parameters set by now."""
         self._initialise()
         self._stepped = True
-        self._shared.let_inputs_be_set(self._stepped)
 
     def do_step(self, current_time, step_size):
         """Move on by a communication step; inputs are held over it."""
@@ -143,7 +140,7 @@ class ElasticRobotSlave(Fmi2Slave):
             else:
                 self._model.step(end, self._drives(), wrench)
             self._time = end
-            self._shared.renew_outputs(self._model)
+            self._computed.clear()
             return True
         except BaseException as error:  # as `_reported`, without its call
             self._report(error)
@@ -173,11 +170,12 @@ class ElasticRobotSlave(Fmi2Slave):
         if not vrs:
             return []
         places = self._reals.places(vrs)
-        for key in places.outputs:
-            if not self._shared.is_computed(key):
-                self._initialise()
-                self._shared.compute(key, self._model)
-            self._shared.mark_read(key)
+        if places.outputs:
+            self._initialise()
+        for key in places.outputs - self._computed:
+            value = getattr(self._model, key)()
+            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
+            self._computed.add(key)
         return self._reals.get(vrs, places)
 
     @_reported
@@ -189,7 +187,7 @@ class ElasticRobotSlave(Fmi2Slave):
             self._parameters_changed = True
         if not self._stepped:
             self._model = None
-            self._shared.forget_outputs()
+            self._computed.clear()
 
     @_reported
     def set_string(self, vrs, values):
@@ -199,14 +197,11 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError("strings are fixed; set them before initialisation ends")
         self._strings.update(zip(names, values, strict=True))
         self._model = None
-        self._shared.forget_outputs()
+        self._computed.clear()
 
     @_reported
     def get_string(self, vrs):
         """Return the fixed parameters."""
-        if vrs == [_SHARED_REFERENCE] and not self._told_where:
-            self._told_where = True
-            return [self._shared.place()]
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
     @_reported
@@ -254,7 +249,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
         model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
-        self._shared.forget_outputs()
+        self._computed.clear()
         self._parameters_changed = False
         self._model = model
 
@@ -286,7 +281,7 @@ class ElasticRobotSlave(Fmi2Slave):
             reals.require_at_least_zero(key, above)
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
-        backlash[self._twists] = reals.block("backlash")
+        backlash[self._torsions] = reals.block("backlash")
         return Parameters(
             gravity=reals.block("gravity").copy(),
             stiffness=reals.block("stiffness").copy(),
@@ -337,8 +332,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._time, self._tolerance = state.time, state.tolerance
         self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
         self._reals.values[:] = state.values
-        self._shared.forget_outputs()
-        self._shared.let_inputs_be_set(self._stepped)
+        self._computed.clear()
 
     @staticmethod
     def _fmu_state_to_bytes(state):

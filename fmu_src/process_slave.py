@@ -1,4 +1,4 @@
-"""FMI variables <-> a force law without memory: the process FMU of `coupling.fmu_export.process_fmu`.
+"""FMI variables <-> a force law without memory: a process FMU.
 
 Beside this file the FMU's resources hold force_laws.py (the formulas), law.json (which one, and its
 constants) and, where the law follows a desired path, desired.npy (time, x, y, z).  All three are
@@ -87,6 +87,7 @@ def _module(file):
     name = f"force laws of {file.parent}"
     spec = importlib.util.spec_from_file_location(name, file)
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up by name
+    sys.modules[name] = module  # dataclasses look their module up by name while they are made
     spec.loader.exec_module(module)
+    del sys.modules[name]
     return module

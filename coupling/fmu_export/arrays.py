@@ -5,45 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from elastic_robot.fmi.interface import Block, Variable
-
-_POSITION = "Position of {}: x, y, z in base axes"
-_ORIENTATION = "Unit quaternion of {}: x, y, z, w; tool axes to base axes"
-_ELASTIC, _RIGID = "the elastic robot's TCP", "the TCP with undeflected joints"
-# Name and text of a block's arrays; of two, the first has three elements (er_array_size of interface.c).
-_ARRAYS: dict[str, tuple[tuple[str, str], ...]] = {
-    "wrench": (
-        ("force", "Force on the tool at the TCP: x, y, z in base axes"),
-        ("moment", "Moment on the tool at the TCP: x, y, z in base axes"),
-    ),
-    "q_cmd": (("q_cmd", "Angles of the drives at the step's start"),),
-    "qd_cmd": (("qd_cmd", "Rates of the drives at the step's start"),),
-    "qdd_cmd": (("qdd_cmd", "Accelerations of the drives, held over the step"),),
-    "tcp": (
-        ("tcp.position", _POSITION.format(_ELASTIC)),
-        ("tcp.orientation", _ORIENTATION.format(_ELASTIC)),
-    ),
-    "velocity": (("tcp.velocity", "Velocity of the TCP: x, y, z in base axes"),),
-    "rigid": (
-        ("rigid.position", _POSITION.format(_RIGID)),
-        ("rigid.orientation", _ORIENTATION.format(_RIGID)),
-    ),
-    "deviation": (
-        ("deviation.position", "TCP minus rigid TCP: x, y, z in base axes"),
-        (
-            "deviation.rotation",
-            "Rotation vector from the rigid to the elastic tool: x, y, z in base axes",
-        ),
-    ),
-    "compliance": (
-        (
-            "compliance",
-            "Static compliance of the TCP in base axes, displacement by force: xx, xy, xz, yy, yz, zz",
-        ),
-    ),
-    "deflection": (("deflection", "Elastic angles, in the order of the stiffness parameters"),),
-    "gravity": (("gravity", "Gravity: x, y, z in base axes"),),
-}
+from elastic_robot.fmi.interface import Array, Block, Variable
 
 
 @dataclass(frozen=True)
@@ -72,7 +34,9 @@ def array_variables(blocks: Mapping[str, Block]) -> dict[str, tuple[ArrayVariabl
         >>> axes = tuple(Variable(f"gravity.{c}", "m/s2", "Gravity", 0.0) for c in "xyz")
         >>> mode = Variable("mode", "", "Mode", "dynamic")
         >>> table = {
-        ...     "gravity": Block("parameter", "tunable", axes),
+        ...     "gravity": Block(
+        ...         "parameter", "tunable", axes, arrays=(Array("gravity", "Gravity", 3),)
+        ...     ),
         ...     "strings": Block("parameter", "fixed", (mode,)),
         ... }
         >>> found = array_variables(table)
@@ -82,20 +46,14 @@ def array_variables(blocks: Mapping[str, Block]) -> dict[str, tuple[ArrayVariabl
     found: dict[str, tuple[ArrayVariable, ...]] = {}
     reference = 0
     for name, block in blocks.items():
-        arrays = _ARRAYS.get(name, ())
-        split = 3 if len(arrays) == 2 else len(block.variables)
-        parts = (block.variables[:split], block.variables[split:])
-        if arrays:
-            starts = (reference, reference + split)
-            found[name] = tuple(
-                ArrayVariable(array, text, start, part, is_scalar=False)
-                for (array, text), start, part in zip(arrays, starts, parts, strict=False)
-                if part
-            )
-        else:
-            found[name] = tuple(
-                ArrayVariable(v.name, v.text, k, (v,), is_scalar=True)
-                for k, v in enumerate(block.variables, start=reference)
-            )
-        reference += len(block.variables)
+        scalars = tuple(Array(v.name, v.text, 1) for v in block.variables)
+        first, joined = 0, []
+        for array in block.arrays or scalars:
+            part = block.variables[first : first + array.size]
+            if part:
+                place = reference + first
+                joined.append(ArrayVariable(array.name, array.text, place, part, not block.arrays))
+            first += array.size
+        reference += first
+        found[name] = tuple(joined)
     return found

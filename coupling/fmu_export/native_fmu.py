@@ -17,10 +17,11 @@ from coupling.fmu_export.compiler import (
 )
 from coupling.fmu_export.identity import about_robot, license_text
 from coupling.fmu_export.index_html import index_html
+from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.native_standards import STANDARDS, Standard
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, Block, blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
@@ -80,12 +81,17 @@ def build_native_fmu(
     about = about_robot(robot, "native", date, standard.capabilities)
     # Description and robot are part of the content that the GUID stands for.
     draft = standard.describe(about, table, "", source_files)
-    robot_data = robot_text(robot, guid="").encode()
-    guid = content_guid({**entries, "modelDescription.xml": draft, ROBOT_ENTRY: robot_data})
+    data = robot_data(robot, table, guid="")
+    guid = content_guid({**entries, "modelDescription.xml": draft, ROBOT_ENTRY: data})
     entries["modelDescription.xml"] = standard.describe(about, table, guid, source_files)
-    entries[ROBOT_ENTRY] = robot_text(robot, guid).encode()
+    entries[ROBOT_ENTRY] = robot_data(robot, table, guid)
     write_fmu(file, entries, date)
     return file
+
+
+def robot_data(robot: Robot, table: Mapping[str, Block], guid: str) -> bytes:
+    """Return the file that the C core reads: the robot, then the FMU's variables."""
+    return f"{robot_text(robot, guid)}\n{interface_text(table)}\n".encode()
 
 
 def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 
 import pinocchio as pin
 
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.settings import SETTINGS
 
-VERSION = 1
+VERSION = 2
 # What the C core's arrays hold (ER_MAX_JOINTS and ER_MAX_KNOTS in robot_data.h).
 MOST_JOINTS = 12
 MOST_TABLE_POINTS = 64
 
 
 def robot_text(robot: Robot, guid: str) -> str:
-    """Return the robot as lines of a key and numbers with all their digits.
+    r"""Return the robot as lines of a key and numbers with all their digits.
 
     Args:
         robot: The robot.
@@ -28,8 +30,10 @@ def robot_text(robot: Robot, guid: str) -> str:
     Example:
         >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
         >>> joint = Joint(origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), body=link, stiffness=1e5)
-        >>> print(robot_text(Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0)), "{x}"))
-        elastic-robot 1
+        >>> robot = Robot("pendulum", joints=(joint,), tcp_position=(1.0, 0.0, 0.0))
+        >>> lines = robot_text(robot, "{x}").splitlines()
+        >>> print(*(line for line in lines if not line.startswith("setting")), sep="\n")
+        elastic-robot 2
         guid {x}
         gravity 0.0 0.0 -9.81
         tcp 1.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0
@@ -48,6 +52,7 @@ def robot_text(robot: Robot, guid: str) -> str:
         f"guid {guid}",
         _line("gravity", robot.gravity),
         _line("tcp", [*robot.tcp_position, *rotation.ravel().tolist()]),
+        *(_line(f"setting {name}", [value]) for name, value in asdict(SETTINGS).items()),
     ]
     for number, joint in enumerate(robot.joints, start=1):
         lines += _joint_lines(number, joint)

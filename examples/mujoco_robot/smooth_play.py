@@ -10,14 +10,14 @@ import mujoco
 import numpy as np
 
 
-def rounded_relief(twist: float, stiffness: float, backlash: float) -> float:
+def rounded_relief(torsion: float, stiffness: float, backlash: float) -> float:
     """Return k x - S(x) [N m], S the dead band with rounded corners.
 
     S is 0 up to B/2, k (|x| - B/2)^2 / (2 B) up to 3B/2, then k (|x| - B): the default of the
     torque curve `spline` (docs/model.md), here as a formula instead of Akima's pieces.
 
     Args:
-        twist: x [rad].
+        torsion: x [rad].
         stiffness: k [N m/rad].
         backlash: B, half width of the play [rad], > 0.
 
@@ -25,13 +25,13 @@ def rounded_relief(twist: float, stiffness: float, backlash: float) -> float:
         >>> [round(rounded_relief(x, 1e6, 1e-4), 9) for x in (5e-5, 1e-4, -3e-4)]
         [50.0, 87.5, -100.0]
     """
-    size = abs(twist)
+    size = abs(torsion)
     beyond = size - 0.5 * backlash
     if beyond >= backlash:
-        return copysign(stiffness * backlash, twist)
+        return copysign(stiffness * backlash, torsion)
     if beyond <= 0.0:
-        return stiffness * twist
-    return copysign(stiffness * (size - beyond * beyond / (2.0 * backlash)), twist)
+        return stiffness * torsion
+    return copysign(stiffness * (size - beyond * beyond / (2.0 * backlash)), torsion)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ The joints of the robot give way under load: every joint may twist about its own
 backlash) and tilt about up to two further axes; the links are rigid.  The motion of the drives is
 prescribed, a wrench acts at the tool centre point (TCP), and the model answers with the TCP's pose.
 
-Conventions, used everywhere in this package, in the FMU and in `coupling`:
+Conventions, used everywhere in this package, in the FMU and by those who use it:
 
 Units
     SI in every array: m, kg, s, rad, N, N m.  Other units appear only as the suffix of a key in a
@@ -19,7 +19,7 @@ Wrench
 Small rotations
     Rotation vectors in base axes: R = exp(r) R_reference.
 Joints
-    R_i = Rot(axis, q_i + e_i) Rot(tilt_1, a_i) Rot(tilt_2, b_i): q is the drive, e the elastic twist,
+    R_i = Rot(axis, q_i + e_i) Rot(tilt_1, a_i) Rot(tilt_2, b_i): q is the drive, e the elastic torsion,
     a and b the tilts; a rigid joint has no e.
 Coordinates
     theta: one angle per rotation of the chain, base to tool (12 for the example robot).

@@ -29,7 +29,7 @@ class Chain:
         drive: Index in theta of each joint's own rotation, (n,).
         elastic: Index in theta of each elastic coordinate, (m,).
         elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
-        elastic_tilt: 0 for the twist about the joint's axis, 1 or 2 for its tilts, (m,).
+        elastic_tilt: 0 for the torsion about the joint's axis, 1 or 2 for its tilts, (m,).
     """
 
     model: pin.Model
@@ -60,7 +60,7 @@ class Chain:
         return tuple(f"joint[{i}].tilt[{k}]" if k else f"joint[{i}]" for i, k in pairs)
 
     @cached_property
-    def twists(self) -> np.ndarray:
+    def torsions(self) -> np.ndarray:
         """The elastic coordinates that may have backlash: all but the tilts."""
         return np.flatnonzero(self.elastic_tilt == 0)
 

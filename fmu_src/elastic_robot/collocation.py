@@ -1,72 +1,220 @@
-"""Coefficients of the four-stage Gauss collocation method for second-order equations.
-
-The accelerations a_i at the Gauss points c_i give, for a step of length h from x_0, v_0,
-
-    x_i = x_0 + c_i h v_0 + h^2 sum_j A2_ij a_j,      v_i = v_0 + h sum_j A1_ij a_j,
-
-with A1 of the Gauss method for first-order equations and A2 = A1 A1, so that the method is A-stable,
-symplectic and of order 8 at the step's end (Hairer, Lubich, Wanner 2006, sec. II.1; docs/references.md).
-Integrating the cubic through the a_i twice instead would give another A2, of a method that is unstable
-for stiff springs; between the ends of a step that quintic is good enough to find crossings.
-"""
+"""The collocation equations of one step, solved by simplified Newton iteration."""
 
 from __future__ import annotations
 
-from math import comb
+from dataclasses import dataclass
+from math import sqrt
+from typing import Protocol
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
-STAGES = 4
-NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(STAGES)[0]
+from elastic_robot import gauss
+from elastic_robot.errors import IntegrationError
+from elastic_robot.settings import Settings
 
-
-def _lagrange(i: int) -> Polynomial:
-    others = np.delete(NODES, i)
-    return Polynomial.fromroots(others) / np.prod(NODES[i] - others)
+STAGE_ROWS = slice(0, gauss.STAGES)
+END_ROW = slice(gauss.STAGES, gauss.STAGES + 1)
 
 
-_BASIS = [_lagrange(i) for i in range(STAGES)]
-_ONCE = [basis.integ(1) for basis in _BASIS]
-_TWICE = [basis.integ(2) for basis in _BASIS]
+class System(Protocol):
+    """What is integrated: residual(x, v, a) = 0 with dr/da = M, dr/dv ~ D, dr/dx ~ K."""
 
-# Values at the nodes (stage i, weight of a_j), and at the end of the step.
-A1 = np.array([[polynomial(c) for polynomial in _ONCE] for c in NODES])
-A2 = A1 @ A1
-B1 = np.array([polynomial(1.0) for polynomial in _ONCE])
-B2 = np.array([polynomial(1.0) for polynomial in _TWICE])
-# Acceleration polynomial at the end of the step.
-B0 = np.array([basis(1.0) for basis in _BASIS])
+    @property
+    def half_width(self) -> np.ndarray:
+        """The law of coordinate k changes where |x_k| passes half_width[k]; infinite: never."""
+        ...
 
-# Modulus of the eigenvalues of A1 that lie nearest to the real axis: time scale, in steps, of a pole
-# of the method.
-GAMMA = float(min(np.linalg.eigvals(A1), key=lambda value: abs(value.imag)).__abs__())
+    def next_kink(self, time: float) -> float:
+        """Return the first time after `time` at which the forcing is not smooth, or infinity."""
+        ...
 
-# Power coefficients 1, s, .. of x(s) from the rows x_0, h v_0, h^2 a_1, .. h^2 a_4.
-DEGREE = STAGES + 1
-POWER = np.zeros((DEGREE + 1, DEGREE + 1))
-POWER[0, 0] = POWER[1, 1] = 1.0
-for _j, _polynomial in enumerate(_TWICE):
-    POWER[: len(_polynomial.coef), 2 + _j] = _polynomial.coef
+    def begin(self, times: np.ndarray, region: np.ndarray) -> None:
+        """Fix the times of the following residuals, one per row, and the branch of the law."""
+        ...
 
-# The same polynomial in the Bernstein basis, whose coefficients enclose its values on [0, 1].
-_BERNSTEIN_FROM_POWER = np.array(
-    [[comb(i, k) / comb(DEGREE, k) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)]
-)
-BERNSTEIN = _BERNSTEIN_FROM_POWER @ POWER
+    def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
+        """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of these rows."""
+        ...
+
+    def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return M (m, m), the diagonal of D (m,) and the diagonal of K (m,) at the time of a row."""
+        ...
 
 
-# Power coefficients in s of the acceleration from its values at the nodes.
-_POWERS = np.arange(STAGES)
-_FROM_NODES = np.linalg.inv(NODES[:, None] ** _POWERS)
+@dataclass(frozen=True)
+class NewtonMatrix:
+    """Inverses of the matrices of the simplified Newton iteration.
+
+    Attributes:
+        step: Length of the step that they belong to [s].
+        mass, damping, stiffness: M (m, m) and the diagonals of D and K, (m,), they are made of.
+        stages: Inverse for all stages, (4 m, 4 m).
+        end: Inverse that filters the error estimate, (m, m).
+    """
+
+    step: float
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    stages: np.ndarray
+    end: np.ndarray
+
+    @classmethod
+    def build(
+        cls, step: float, mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
+    ) -> NewtonMatrix:
+        """Return the matrices of a step."""
+        m, h = len(mass), step
+        matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
+        stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
+        matrix[stage, :, stage, :] = mass
+        matrix[:, diagonal, :, diagonal] += np.multiply.outer(
+            h * damping, gauss.A1
+        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
+        g = gauss.GAMMA * h
+        end = mass.copy()
+        end[diagonal, diagonal] += g * damping + g * g * stiffness
+        try:
+            stages = np.linalg.inv(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
+            return cls(step, mass, damping, stiffness, stages, np.linalg.inv(end))
+        except np.linalg.LinAlgError as error:
+            raise IntegrationError("the mass matrix is singular or not finite") from error
 
 
-def interpolation(start: float, ratio: float) -> np.ndarray:
-    """Return the weights of a step's stage accelerations for those at other nodes, (4, 4).
+@dataclass(frozen=True)
+class State:
+    """State of an integration; all of it, so that a copy continues identically.
+
+    Attributes:
+        time: [s].
+        x, v: Coordinates and rates, (m,).
+        region: Branch of each coordinate's law: -1, 0, 1, (m,).
+        step: Length proposed for the next step [s].
+        predictor: Stage accelerations of the last step, (4, m); None at the start.
+        predictor_step: Length of that step [s].
+        newton: Matrices of the last step, kept while they serve; None: to be built.
+    """
+
+    time: float
+    x: np.ndarray
+    v: np.ndarray
+    region: np.ndarray
+    step: float
+    predictor: np.ndarray | None = None
+    predictor_step: float = 1.0
+    newton: NewtonMatrix | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """A solved step.
+
+    Attributes:
+        length: h [s].
+        rows: x, v at its start and the stage accelerations, (6, m).
+        end: x, v and the polynomial's acceleration at its end, (3, m).
+        error: Estimate of the local error of x at its end.
+        newton: Matrices it was solved with; None if they should be built anew for the next.
+    """
+
+    length: float
+    rows: np.ndarray
+    end: np.ndarray
+    error: float
+    newton: NewtonMatrix | None
+
+
+class Collocation:
+    """Solves single steps.
 
     Args:
-        start: Where the other nodes' step starts, in lengths of the step: 1 for the following one.
-        ratio: Length of the other step over that of the step.
+        settings: Numbers of the iteration.
     """
-    weights: np.ndarray = ((start + ratio * NODES)[:, None] ** _POWERS).dot(_FROM_NODES)
-    return weights
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._operator = _StageOperator()
+
+    def solve(
+        self, system: System, state: State, h: float, guess: np.ndarray, accuracy: float
+    ) -> Step | None:
+        """Solve the collocation equations of a step; None if Newton's method fails.
+
+        Args:
+            system: The equations of motion.
+            state: State at its start.
+            h: Its length [s].
+            guess: Stage accelerations to start from, (4, m).
+            accuracy: Error that the iteration may leave in x.
+        """
+        system.begin(state.time + h * _TIMES, state.region)
+        newton = state.newton
+        if newton is None or abs(newton.step - h) > self._settings.same_length * h:
+            newton = NewtonMatrix.build(h, *system.matrices(state.x, gauss.STAGES // 2))
+        inverse = newton.stages
+        stages, end = self._operator.of(h)
+        rows = np.concatenate([state.x[None], state.v[None], guess])
+        a = rows[2:]
+        # An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
+        # time scale of the motion later; the longest step stands for the latter.
+        target, last = accuracy / (h * max(h, self._settings.longest_step)), 0.0
+        for passes in range(1, self._settings.most_passes + 1):
+            motion = stages.dot(rows).reshape(3, gauss.STAGES, -1)
+            residual = system.residual(motion, STAGE_ROWS)
+            correction = inverse.dot(residual.ravel())
+            a -= correction.reshape(a.shape)
+            size = sqrt(correction.dot(correction))
+            # At least two passes: after one, errors that the extrapolation enlarges could pass unseen.
+            if passes > 1:
+                # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
+                rate = size / last if last > 0.0 else 0.0
+                if size <= target or size * rate <= target * (1.0 - rate):
+                    break
+                if not rate < 1.0:
+                    return None
+            last = size
+        else:
+            return None
+        ending = end.dot(rows)
+        # The defect of the polynomial at the step's end, filtered by the matrix of an implicit step
+        # (as in Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x.
+        defect = newton.end.dot(system.residual(ending[:, None], END_ROW)[0])
+        error = h * h * sqrt(defect.dot(defect))
+        return Step(
+            h, rows, ending, error, newton if passes <= self._settings.usual_passes else None
+        )
+
+
+class _StageOperator:
+    """Matrices that take x_0, v_0 and the stage accelerations to x, v, a at the stages and the end."""
+
+    def __init__(self) -> None:
+        self._step = 0.0
+
+    def of(self, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the matrices of a step of length h [s]: (3 * 4, 6) and (3, 6)."""
+        if h != self._step:
+            powers = np.array([0.0, 1.0 / (h * h), 1.0 / h, 1.0, h, h * h])
+            self._both = _COEFFICIENTS * powers[_POWERS]
+            self._step = h
+        return self._both[:-3], self._both[-3:]
+
+
+def _coefficients() -> tuple[np.ndarray, np.ndarray]:
+    """Return the entries of both matrices for h = 1 and, for each, an index of its power of h."""
+    s, one, zero = gauss.STAGES, np.ones, np.zeros
+    blocks = [
+        np.column_stack([one(s), gauss.NODES, gauss.A2]),
+        np.column_stack([zero(s), one(s), gauss.A1]),
+        np.column_stack([zero(s), zero(s), np.eye(s)]),
+        np.concatenate([[1.0, 1.0], gauss.B2])[None],
+        np.concatenate([[0.0, 1.0], gauss.B1])[None],
+        np.concatenate([[0.0, 0.0], gauss.B0])[None],
+    ]
+    of_row = np.repeat([0, 1, 2, 0, 1, 2], [s, s, s, 1, 1, 1])
+    of_column = np.concatenate([[0, 1], np.full(s, 2)])
+    return np.vstack(blocks), 3 + of_column[None, :] - of_row[:, None]
+
+
+_COEFFICIENTS, _POWERS = _coefficients()
+_TIMES = np.append(gauss.NODES, 1.0)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
+from elastic_robot.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -34,23 +35,26 @@ class Boundaries:
     Args:
         half_width: The law of coordinate k changes at +-half_width[k]; infinite: never, (m,).
         region: Below (-1), between (0) or above (1) these two values, (m,).
-        slack: A coordinate changes its law only this far beyond a boundary, and so does not change
-            it back by rounding.
+        tolerance: Limit of the local error estimate, in the coordinates' unit.
+        settings: Slack and landing.
 
     Attributes:
         landing: A step that ends on a boundary may miss it by this much.
     """
 
-    def __init__(self, half_width: np.ndarray, region: np.ndarray, slack: float) -> None:
+    def __init__(
+        self, half_width: np.ndarray, region: np.ndarray, tolerance: float, settings: Settings
+    ) -> None:
         self.half_width = half_width
         self.region = region
         self._bounded = np.flatnonzero(np.isfinite(half_width))
         width, side = half_width[self._bounded], region[self._bounded]
-        beyond = np.minimum(slack, 1e-2 * width)
+        slack = settings.slack * tolerance
+        beyond = np.minimum(slack, settings.slack_of_width * width)
         # Outside the play (region +-1) only the side towards it is a boundary.
         self._upper = np.choose(side + 1, [-width, width, np.inf]) + beyond
         self._lower = np.choose(side + 1, [-np.inf, -width, width]) - beyond
-        self.landing = 0.1 * float(beyond.min(initial=slack))
+        self.landing = settings.landing * float(beyond.min(initial=slack))
 
     def first_crossing(self, rows: np.ndarray, h: float) -> Crossing | None:
         """Return where a step leaves its regions first, or None.

@@ -1,7 +1,7 @@
 """The robot as data: frozen dataclasses that cannot hold a robot that is not physical.
 
 Nothing but NumPy is imported here, because this module also runs inside the FMU, where the robot
-arrives as JSON.  Reading robot.toml is the task of `coupling.files.robot_file`.
+arrives as JSON; robot.toml is read before.
 """
 
 from __future__ import annotations
@@ -106,8 +106,8 @@ class Body:
         """Return the body in another frame, of which this body's frame has the given placement.
 
         Args:
-            rotation: From this body's axes to the other frame's, (3, 3).
-            position: Of this body's origin in the other frame [m], (3,).
+            rotation: Rotation from this body's axes to the other frame's, (3, 3).
+            position: This body's origin in the other frame [m], (3,).
 
         Example:
             >>> quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -150,8 +150,8 @@ class Joint:
         origin: Joint centre in the frame of the previous body [m], (3,).
         axis: Unit vector of rotation, (3,).
         body: The link behind the joint.
-        stiffness: Of the twist about the axis [N m/rad], > 0; None for a rigid joint.
-        damping: Of the twist [N m s/rad], >= 0; 0 for a rigid joint.
+        stiffness: Stiffness of the torsion about the axis [N m/rad], > 0; None for a rigid joint.
+        damping: Damping of the torsion [N m s/rad], >= 0; 0 for a rigid joint.
         backlash: Half width of the gear's dead band [rad], >= 0; 0 for a rigid joint.
         tilt: At most two tilts, in the order of rotation.
         limits: Lowest and highest drive angle [rad], or None.
@@ -229,7 +229,7 @@ class Robot:
     """Serial elastic robot.
 
     Attributes:
-        name: Of the robot.
+        name: The robot's name.
         gravity: [m/s^2] in base axes, (3,).
         tcp_position: TCP in the last body's frame [m], (3,).
         tcp_rpy: Roll, pitch, yaw of the tool's axes in the last body [rad],

@@ -21,11 +21,12 @@ class LoadDerivatives:
     """Derivatives of the loads M theta'' + h - J^T w in the rows of x, for k states at once.
 
     Attributes:
-        angle: By theta [N m/rad], (k, m, angles).
-        rate: By theta' [N m s/rad], (k, m, angles).
-        acceleration: By theta'', the rows of x of the mass matrix [kg m^2], (k, m, angles).
-        wrench: By the wrench [m, 1], (k, m, 6).
-        gravity: By gravity [kg m], (k, m, 3).
+        angle: Derivative by theta [N m/rad], (k, m, angles).
+        rate: Derivative by theta' [N m s/rad], (k, m, angles).
+        acceleration: Derivative by theta'', the rows of x of the mass matrix [kg m^2],
+            (k, m, angles).
+        wrench: Derivative by the wrench [m, 1], (k, m, 6).
+        gravity: Derivative by gravity [kg m], (k, m, 3).
     """
 
     angle: np.ndarray
@@ -69,7 +70,7 @@ class Dynamics:
 
         Args:
             theta, rate, acceleration: Angles of the chain and their derivatives, (k, angles).
-            wrench: On the robot at the TCP, (6,); None for none.
+            wrench: Wrench on the robot at the TCP, (6,); None for none.
         """
         model, data, rnea = self.chain.model, self.data, pin.rnea
         torque = np.empty_like(theta)

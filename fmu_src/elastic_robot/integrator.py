@@ -8,127 +8,16 @@ step; where the collocation polynomial leaves a region the step is ended there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import sqrt
-from typing import Protocol
+from dataclasses import replace
 
 import numpy as np
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
+from elastic_robot.collocation import Collocation, State, Step, System
 from elastic_robot.crossings import Boundaries, Crossing
 from elastic_robot.errors import IntegrationError
-
-STAGE_ROWS = slice(0, gauss.STAGES)
-END_ROW = slice(gauss.STAGES, gauss.STAGES + 1)
-
-
-class System(Protocol):
-    """What is integrated: residual(x, v, a) = 0 with dr/da = M, dr/dv ~ D, dr/dx ~ K."""
-
-    @property
-    def half_width(self) -> np.ndarray:
-        """The law of coordinate k changes where |x_k| passes half_width[k]; infinite: never."""
-        ...
-
-    def next_kink(self, time: float) -> float:
-        """Return the first time after `time` at which the forcing is not smooth, or infinity."""
-        ...
-
-    def begin(self, times: np.ndarray, region: np.ndarray) -> None:
-        """Fix the times of the following residuals, one per row, and the branch of the law."""
-        ...
-
-    def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
-        """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of these rows."""
-        ...
-
-    def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return M (m, m), the diagonal of D (m,) and the diagonal of K (m,) at the time of a row."""
-        ...
-
-
-@dataclass(frozen=True)
-class NewtonMatrix:
-    """Inverses of the matrices of the simplified Newton iteration.
-
-    Attributes:
-        step: Length of the step that they belong to [s].
-        mass, damping, stiffness: M (m, m) and the diagonals of D and K, (m,), they are made of.
-        stages: Inverse for all stages, (4 m, 4 m).
-        end: Inverse that filters the error estimate, (m, m).
-    """
-
-    step: float
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    stages: np.ndarray
-    end: np.ndarray
-
-    @classmethod
-    def build(
-        cls, step: float, mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
-    ) -> NewtonMatrix:
-        """Return the matrices of a step."""
-        m, h = len(mass), step
-        matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
-        stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
-        matrix[stage, :, stage, :] = mass
-        matrix[:, diagonal, :, diagonal] += np.multiply.outer(
-            h * damping, gauss.A1
-        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
-        g = gauss.GAMMA * h
-        end = mass.copy()
-        end[diagonal, diagonal] += g * damping + g * g * stiffness
-        try:
-            stages = np.linalg.inv(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
-            return cls(step, mass, damping, stiffness, stages, np.linalg.inv(end))
-        except np.linalg.LinAlgError as error:
-            raise IntegrationError("the mass matrix is singular or not finite") from error
-
-
-@dataclass(frozen=True)
-class State:
-    """State of an integration; all of it, so that a copy continues identically.
-
-    Attributes:
-        time: [s].
-        x, v: Coordinates and rates, (m,).
-        region: Branch of each coordinate's law: -1, 0, 1, (m,).
-        step: Length proposed for the next step [s].
-        predictor: Stage accelerations of the last step, (4, m); None at the start.
-        predictor_step: Length of that step [s].
-        newton: Matrices of the last step, kept while they serve; None: to be built.
-    """
-
-    time: float
-    x: np.ndarray
-    v: np.ndarray
-    region: np.ndarray
-    step: float
-    predictor: np.ndarray | None = None
-    predictor_step: float = 1.0
-    newton: NewtonMatrix | None = None
-
-
-@dataclass(frozen=True)
-class Step:
-    """A solved step.
-
-    Attributes:
-        length: h [s].
-        rows: x, v at its start and the stage accelerations, (6, m).
-        end: x, v and the polynomial's acceleration at its end, (3, m).
-        error: Estimate of the local error of x at its end.
-        newton: Matrices it was solved with; None if they should be built anew for the next.
-    """
-
-    length: float
-    rows: np.ndarray
-    end: np.ndarray
-    error: float
-    newton: NewtonMatrix | None
-
+from elastic_robot.settings import SETTINGS, Settings
+from elastic_robot.step_length import StepLength
 
 Watch = Callable[[State, Step], None]
 
@@ -138,35 +27,19 @@ class GaussStepper:
 
     Args:
         tolerance: Limit of the local error estimate, in the coordinates' unit.
-        longest: Longest step [s].
-        first: Length of the first step, and limit of the first after a kink [s].
+        settings: Numbers of the stepper.
     """
 
-    # A coordinate changes its law this part of the tolerance beyond the boundary.
-    SLACK = 1e-2
-    # Newton's method may leave this part of the tolerance.
-    ITERATION = 1e-3
-    # Shortest step relative to the longest, before the integration is given up.
-    SHORTEST = 1e-9
-    # The matrices of a step serve steps that differ by this ratio.
-    SAME_LENGTH = 0.02
-    # A step may exceed the proposed length by this ratio where that takes it to its target.
-    STRETCH = 1.05
-    MAX_NEWTON = 8
-    # A step that takes more passes than this has its matrices rebuilt for the next.
-    USUAL_PASSES = 2
-    MAX_LANDINGS = 20
-
-    def __init__(self, tolerance: float, longest: float, first: float) -> None:
+    def __init__(self, tolerance: float, settings: Settings = SETTINGS) -> None:
         self.tolerance = tolerance
-        self.longest = longest
-        self.first = first
-        self._operator = _StageOperator()
+        self._settings = settings
+        self._length = StepLength(tolerance, settings)
+        self._collocation = Collocation(settings)
         self._boundaries: Boundaries | None = None
 
     def start(self, time: float, x: np.ndarray, v: np.ndarray, region: np.ndarray) -> State:
         """Return the state at the beginning of an integration."""
-        return State(time, x, v, region, self.first)
+        return State(time, x, v, region, self._settings.first_step)
 
     def advance(
         self, system: System, state: State, end: float, watch: Watch | None = None
@@ -174,21 +47,31 @@ class GaussStepper:
         """Integrate to a time.
 
         Args:
-            system: What is integrated.
-            state: Where to start.
+            system: The equations of motion.
+            state: State at the start.
             end: [s].
             watch: Told of every step taken: the state before it, and the step.
 
         Raises:
             IntegrationError: If the motion grows beyond all bounds or needs too short steps.
         """
+        settings, start, steps = self._settings, state.time, 0
+        most = (
+            settings.most_steps
+            + settings.most_steps_per_longest * (end - start) / settings.longest_step
+        )
         # What is left after a crossing just before the end may be less than any step.
-        negligible = max(self.SHORTEST * self.longest, 8.0 * float(np.spacing(abs(end))))
+        negligible = max(self._length.shortest, 8.0 * float(np.spacing(abs(end))))
         while end - state.time > negligible:
+            if steps > most:
+                raise IntegrationError(
+                    f"the motion from t = {start:.9g} s needs more than {most:.0f} steps to"
+                    f" {end:.9g} s; it is unstable or the load is not physical"
+                )
             after, step = self._step(system, state, end)
             if watch is not None:
                 watch(state, step)
-            state = after
+            state, steps = after, steps + 1
         return state if state.time == end else replace(state, time=end)
 
     def _step(self, system: System, state: State, end: float) -> tuple[State, Step]:
@@ -196,73 +79,77 @@ class GaussStepper:
         kink = system.next_kink(state.time)
         target = end if end <= kink else kink
         left = target - state.time
-        wanted = min(state.step, self.longest)
-        # One step a little longer, or two equal ones, rather than one full and a sliver.
-        h = left if left <= self.STRETCH * wanted else min(wanted, 0.5 * left)
-        reaches_target = h == left
-        boundaries = self._boundaries_of(system, state)
-        guess = self._guess(state, h)
-        while True:
-            if h < self.SHORTEST * self.longest and not reaches_target:
-                raise IntegrationError(
-                    f"the motion at t = {state.time:.6g} s needs steps below"
-                    f" {self.SHORTEST * self.longest:.1g} s; it is unstable or the load is not physical"
-                )
-            step = self._solve(system, state, h, guess, self.ITERATION * self.tolerance)
-            crossing = None
-            if step is None:
-                h = 0.25 * h
-                guess = self._guess(state, h)
-            else:
-                crossing = boundaries.first_crossing(step.rows, h)
-                factor = 0.9 * (self.tolerance / max(step.error, 1e-300)) ** _ERROR_EXPONENT
-                if crossing is not None:
-                    landed = self._land(system, state, step, crossing, boundaries.landing)
-                    if landed is not None and landed.error <= self.tolerance:
-                        return self._after_crossing(state, landed, crossing), landed
-                    shorter = 0.5 * crossing.fraction * h
-                elif step.error <= self.tolerance:
-                    break
-                else:
-                    shorter = h * max(0.2, factor)
-                guess = gauss.interpolation(0.0, shorter / h) @ step.rows[2:]
-                h = shorter
-            wanted, reaches_target = h, False
-        # A step cut short by the target says little about the step that the error would allow; a
-        # small gain in length is not worth new matrices.
-        proposal = h * min(3.0, factor)
-        if h < wanted:
-            proposal = max(proposal, wanted)
-        elif factor < 1.2:
-            proposal = h * min(1.0, factor)
+        wanted = min(state.step, self._settings.longest_step)
+        length = self._length.towards(left, wanted)
+        step, crossing = self._solve(system, state, length, left)
+        if crossing is not None:
+            return self._after_crossing(state, step, crossing), step
         after = State(
-            target if reaches_target else state.time + h,
+            target if step.length == left else state.time + step.length,
             step.end[0],
             step.end[1],
             state.region,
-            min(proposal, self.longest),
+            self._length.following(step, wanted if step.length == length else step.length),
             step.rows[2:],
-            h,
+            step.length,
             step.newton,
         )
         return after, step
 
-    def _boundaries_of(self, system: System, state: State) -> Boundaries:
-        known = self._boundaries
-        if (
-            known is None
-            or known.region is not state.region
-            or known.half_width is not system.half_width
-        ):
-            known = Boundaries(system.half_width, state.region, self.SLACK * self.tolerance)
-            self._boundaries = known
-        return known
+    def _solve(
+        self, system: System, state: State, h: float, left: float
+    ) -> tuple[Step, Crossing | None]:
+        """Return a step of length h [s], or a shorter one that can be solved and is accurate.
 
-    def _guess(self, state: State, h: float) -> np.ndarray:
-        """Return stage accelerations to start from: the last step's polynomial, continued."""
-        if state.predictor is None:
-            return np.zeros((gauss.STAGES, len(state.x)))
-        return gauss.interpolation(1.0, h / state.predictor_step).dot(state.predictor)
+        If it leaves a region it ends there, and that crossing is returned with it; `left` is the
+        time to its target [s], which may be nearer than any step is short.
+        """
+        boundaries = self._boundaries_of(system, state)
+        guess = self._guess(state, h)
+        while h >= self._length.shortest or h == left:
+            accuracy = self._settings.iteration * self.tolerance
+            step = self._collocation.solve(system, state, h, guess, accuracy)
+            if step is None:
+                h = self._settings.cut_after_failure * h
+                guess = self._guess(state, h)
+                continue
+            crossing = boundaries.first_crossing(step.rows, h)
+            if crossing is not None:
+                landed = self._land(system, state, step, crossing, boundaries.landing)
+                if landed is not None and landed.error <= self.tolerance:
+                    return landed, crossing
+                shorter = 0.5 * crossing.fraction * h
+            elif step.error <= self.tolerance:
+                return step, None
+            else:
+                shorter = self._length.shorter(step)
+            guess = gauss.interpolation(0.0, shorter / h) @ step.rows[2:]
+            h = shorter
+        raise IntegrationError(
+            f"the motion at t = {state.time:.6g} s needs steps below"
+            f" {self._length.shortest:.1g} s; it is unstable or the load is not physical"
+        )
+
+    def _land(
+        self, system: System, state: State, step: Step, crossing: Crossing, allowed: float
+    ) -> Step | None:
+        """Shorten the step until it ends on the boundary; None if that does not succeed."""
+        h, k = crossing.fraction * step.length, crossing.coordinate
+        accuracy = self._settings.landing_iteration * allowed
+        for _ in range(self._settings.most_landings):
+            guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
+            landed = self._collocation.solve(system, state, h, guess, accuracy)
+            if landed is None:
+                return None
+            beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)
+            rate = crossing.outward * landed.end[1, k]
+            if abs(beyond) <= allowed:
+                return landed
+            if rate <= 0.0:
+                return None
+            step, state = landed, replace(state, newton=landed.newton)
+            h -= float(np.clip(beyond / rate, -h, 0.5 * h))
+        return None
 
     def _after_crossing(self, state: State, step: Step, crossing: Crossing) -> State:
         region = state.region.copy()
@@ -272,113 +159,25 @@ class GaussStepper:
             step.end[0],
             step.end[1],
             region,
-            min(self.first, state.step),
+            min(self._settings.first_step, state.step),
             # The acceleration is continuous across the boundary, its derivative is not.
             np.repeat(step.end[2:], gauss.STAGES, axis=0),
             step.length,
         )
 
-    def _land(
-        self, system: System, state: State, step: Step, crossing: Crossing, allowed: float
-    ) -> Step | None:
-        """Shorten the step until it ends on the boundary; None if that does not succeed."""
-        h, k, newton = crossing.fraction * step.length, crossing.coordinate, state.newton
-        for _ in range(self.MAX_LANDINGS):
-            guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
-            start = state if newton is state.newton else replace(state, newton=newton)
-            landed = self._solve(system, start, h, guess, 0.1 * allowed)
-            if landed is None:
-                return None
-            beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)
-            rate = crossing.outward * landed.end[1, k]
-            if abs(beyond) <= allowed:
-                return landed
-            if rate <= 0.0:
-                return None
-            step, newton = landed, landed.newton
-            h -= float(np.clip(beyond / rate, -h, 0.5 * h))
-        return None
+    def _boundaries_of(self, system: System, state: State) -> Boundaries:
+        known = self._boundaries
+        if (
+            known is None
+            or known.region is not state.region
+            or known.half_width is not system.half_width
+        ):
+            known = Boundaries(system.half_width, state.region, self.tolerance, self._settings)
+            self._boundaries = known
+        return known
 
-    def _solve(
-        self, system: System, state: State, h: float, guess: np.ndarray, accuracy: float
-    ) -> Step | None:
-        """Solve the collocation equations of a step; None if Newton's method fails.
-
-        Args:
-            system: What is integrated.
-            state: Where the step starts.
-            h: Its length [s].
-            guess: Stage accelerations to start from, (4, m).
-            accuracy: Error that the iteration may leave in x.
-        """
-        system.begin(state.time + h * _TIMES, state.region)
-        newton = state.newton
-        if newton is None or abs(newton.step - h) > self.SAME_LENGTH * h:
-            newton = NewtonMatrix.build(h, *system.matrices(state.x, gauss.STAGES // 2))
-        inverse = newton.stages
-        stages, end = self._operator.of(h)
-        rows = np.concatenate([state.x[None], state.v[None], guess])
-        a = rows[2:]
-        # An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
-        # time scale of the motion later; the longest step stands for the latter.
-        target, last = accuracy / (h * max(h, self.longest)), 0.0
-        for passes in range(1, self.MAX_NEWTON + 1):
-            motion = stages.dot(rows).reshape(3, gauss.STAGES, -1)
-            residual = system.residual(motion, STAGE_ROWS)
-            correction = inverse.dot(residual.ravel())
-            a -= correction.reshape(a.shape)
-            size = sqrt(correction.dot(correction))
-            # At least two passes: after one, errors that the extrapolation enlarges could pass unseen.
-            if passes > 1:
-                # Error left after a linearly converging iteration (Hairer and Wanner 1996, sec. IV.8).
-                rate = size / last if last > 0.0 else 0.0
-                if size <= target or size * rate <= target * (1.0 - rate):
-                    break
-                if not rate < 1.0:
-                    return None
-            last = size
-        else:
-            return None
-        ending = end.dot(rows)
-        # The defect of the polynomial at the step's end, filtered by the matrix of an implicit step
-        # (as in Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x.
-        defect = newton.end.dot(system.residual(ending[:, None], END_ROW)[0])
-        error = h * h * sqrt(defect.dot(defect))
-        return Step(h, rows, ending, error, newton if passes <= self.USUAL_PASSES else None)
-
-
-class _StageOperator:
-    """Matrices that take x_0, v_0 and the stage accelerations to x, v, a at the stages and the end."""
-
-    def __init__(self) -> None:
-        self._step = 0.0
-
-    def of(self, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the matrices of a step of length h [s]: (3 * 4, 6) and (3, 6)."""
-        if h != self._step:
-            powers = np.array([0.0, 1.0 / (h * h), 1.0 / h, 1.0, h, h * h])
-            self._both = _COEFFICIENTS * powers[_POWERS]
-            self._step = h
-        return self._both[:-3], self._both[-3:]
-
-
-def _coefficients() -> tuple[np.ndarray, np.ndarray]:
-    """Return the entries of both matrices for h = 1 and, for each, an index of its power of h."""
-    s, one, zero = gauss.STAGES, np.ones, np.zeros
-    blocks = [
-        np.column_stack([one(s), gauss.NODES, gauss.A2]),
-        np.column_stack([zero(s), one(s), gauss.A1]),
-        np.column_stack([zero(s), zero(s), np.eye(s)]),
-        np.concatenate([[1.0, 1.0], gauss.B2])[None],
-        np.concatenate([[0.0, 1.0], gauss.B1])[None],
-        np.concatenate([[0.0, 0.0], gauss.B0])[None],
-    ]
-    of_row = np.repeat([0, 1, 2, 0, 1, 2], [s, s, s, 1, 1, 1])
-    of_column = np.concatenate([[0, 1], np.full(s, 2)])
-    return np.vstack(blocks), 3 + of_column[None, :] - of_row[:, None]
-
-
-_COEFFICIENTS, _POWERS = _coefficients()
-# The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4.
-_ERROR_EXPONENT = 1.0 / 6.0
-_TIMES = np.append(gauss.NODES, 1.0)
+    def _guess(self, state: State, h: float) -> np.ndarray:
+        """Return stage accelerations to start from: the last step's polynomial, continued."""
+        if state.predictor is None:
+            return np.zeros((gauss.STAGES, len(state.x)))
+        return gauss.interpolation(1.0, h / state.predictor_step).dot(state.predictor)

@@ -32,7 +32,7 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     dJ_v,i/dtheta_j = z_i x J_v,j (Bruyninckx and De Schutter 1996, docs/references.md).
 
     Args:
-        jacobian: From `tcp_jacobian`, of one state or of k, (..., 6, angles).
+        jacobian: Jacobian of one state or of k, as `tcp_jacobian` returns it, (..., 6, angles).
         wrench: (6,).
 
     Returns:
@@ -54,7 +54,7 @@ def tcp_velocity_gradient(jacobian: np.ndarray, rate: np.ndarray) -> np.ndarray:
     getFrameVelocityDerivatives turns the axes of its answer with the tool.)
 
     Args:
-        jacobian: From `tcp_jacobian`, (6, angles).
+        jacobian: Jacobian, as `tcp_jacobian` returns it, (6, angles).
         rate: theta' [rad/s], (angles,).
 
     Returns:

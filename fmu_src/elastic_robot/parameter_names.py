@@ -13,19 +13,14 @@ from elastic_robot.errors import ParameterError
 def parameter_names(chain: Chain) -> tuple[str, ...]:
     """Return gravity.x .y .z, then every stiffness, every damping and every backlash.
 
-    Example:
-        >>> from elastic_robot.chain import build_chain
-        >>> from coupling.files.robot_file import load_robot, shipped_robots
-        >>> names = parameter_names(build_chain(load_robot(shipped_robots()["icme2008"])))
-        >>> len(names), names[2], names[4], names[-1]
-        (30, 'gravity.z', 'joint[1].tilt[1].stiffness', 'joint[5].backlash')
+    For instance joint[1].stiffness, joint[1].tilt[1].damping and joint[1].backlash.
     """
     elastic = chain.elastic_names
     return (
         *(f"gravity.{axis}" for axis in "xyz"),
         *(f"{name}.stiffness" for name in elastic),
         *(f"{name}.damping" for name in elastic),
-        *(f"{elastic[row]}.backlash" for row in chain.twists),
+        *(f"{elastic[row]}.backlash" for row in chain.torsions),
     )
 
 
@@ -34,7 +29,7 @@ class ByParameter:
     """Derivatives of a quantity with respect to every parameter.
 
     Attributes:
-        names: From `parameter_names`, p of them.
+        names: Names of the parameters, p of them, as `parameter_names` has them.
         values: One column for each name, (..., p); the quantity's unit per unit of the parameter:
             m/s^2 (gravity), N m/rad (stiffness), N m s/rad (damping), rad (backlash).
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
+from elastic_robot.collocation import State, Step
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.integrator import State, Step
 from elastic_robot.motion import Drives
 from elastic_robot.parameter_names import ByParameter, parameter_names
 from elastic_robot.residual import OperatingPoint, residual_derivatives
@@ -31,8 +31,8 @@ class PathSensitivity:
 
     Attributes:
         time: [s], (k,).
-        tcp: Of the TCP: displacement [m], then small rotation [rad], base axes, (k, 6, p).
-        x: Of the elastic coordinates [rad], (k, m, p).
+        tcp: Derivatives of the TCP: displacement [m], then small rotation [rad], base axes, (k, 6, p).
+        x: Derivatives of the elastic coordinates [rad], (k, m, p).
     """
 
     time: np.ndarray
@@ -63,7 +63,7 @@ class ForwardSensitivity:
         """Carry the derivatives over a solved step.
 
         Args:
-            start: Where the step started.
+            start: State at its start.
             step: The step.
             drives: Motion of the drives.
             wrench: Held on the robot at the TCP, base axes, (6,).
@@ -105,7 +105,7 @@ def equilibrium_sensitivity(
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes, (6,).
     """
     region = curve.region(x)
     drives = np.stack([q, np.zeros_like(q), np.zeros_like(q)])

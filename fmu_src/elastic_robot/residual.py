@@ -24,7 +24,7 @@ class OperatingPoint:
     Attributes:
         drives: q, q', q'' [rad, rad/s, rad/s^2], (3, n) or (3, k, n).
         motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes, (6,).
         region: Branch of the torque curve of each coordinate, as `TorqueCurve.region` says, (m,).
     """
 
@@ -39,10 +39,10 @@ class ResidualDerivatives:
     """Derivatives of the residual; of k states, every array has k as its first axis.
 
     Attributes:
-        x, rate, acceleration: By x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
-        drive, drive_rate, drive_acceleration: By q, q', q'', units as for x, (m, n) each.
-        wrench: By the wrench [m, 1], (m, 6).
-        parameters: By every parameter [N m per its unit], (m, p).
+        x, rate, acceleration: Derivatives by x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
+        drive, drive_rate, drive_acceleration: Derivatives by q, q', q'', units as for x, (m, n) each.
+        wrench: Derivative by the wrench [m, 1], (m, 6).
+        parameters: Derivatives by every parameter [N m per its unit], (m, p).
     """
 
     x: np.ndarray
@@ -64,7 +64,7 @@ def residual(
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
-        point: Where to evaluate.
+        point: State, drives and wrench to evaluate at.
     """
     x, rate, _ = point.motion
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
@@ -117,13 +117,13 @@ def by_parameter(
         x, rate: [rad, rad/s], (..., m).
         of_gravity: The columns of gravity, (..., m, 3).
     """
-    names, m, twists = parameter_names(chain), chain.elastic_count, chain.twists
+    names, m, torsions = parameter_names(chain), chain.elastic_count, chain.torsions
     values, rows = np.zeros((*x.shape, len(names))), np.arange(m)
     values[..., :3] = of_gravity
     values[..., rows, 3 + rows] = curve.stiffness_gradient(x)
     values[..., rows, 3 + m + rows] = rate
-    values[..., twists, 3 + 2 * m + np.arange(len(twists))] = curve.backlash_gradient(x)[
-        ..., twists
+    values[..., torsions, 3 + 2 * m + np.arange(len(torsions))] = curve.backlash_gradient(x)[
+        ..., torsions
     ]
     return ByParameter(names, values)
 

@@ -9,10 +9,11 @@ import numpy as np
 import pinocchio as pin
 
 from elastic_robot.chain import build_chain
+from elastic_robot.collocation import State
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import ParameterError
-from elastic_robot.integrator import GaussStepper, State
+from elastic_robot.integrator import GaussStepper
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives
@@ -29,6 +30,7 @@ from elastic_robot.residual import (
     free_acceleration,
     residual_derivatives,
 )
+from elastic_robot.settings import SETTINGS
 from elastic_robot.snapshot import Held, Snapshot
 from elastic_robot.static_sensitivity import (
     StaticSensitivities,
@@ -37,19 +39,6 @@ from elastic_robot.static_sensitivity import (
 )
 from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
-
-# The error of the TCP [m] over a long path per allowed local error [rad].  On the ISO 9283 path of
-# the example robot 0.003 without and 4 with backlash, where the path enlarges errors several hundred
-# times; the rest is room for other robots and longer paths.
-_TCP_PER_LOCAL_ERROR = 0.1
-_TCP_PER_LOCAL_ERROR_WITH_PLAY = 20.0
-# Longest step [s]: a fifth of the slowest mode's period (10 Hz).  First step and the one after a
-# gear changes flank [s]: the scale of the fastest oscillation (235 Hz).
-_LONGEST_STEP = 0.02
-_FIRST_STEP = 1e-3
-# A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
-# by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at the jump.
-_JUMP_PER_LOCAL_ERROR = 10.0 / _LONGEST_STEP**3  # [1/s^3]
 
 
 class ElasticRobot:
@@ -65,14 +54,18 @@ class ElasticRobot:
         ParameterError: If the torque curve is not known.
 
     Example:
-        >>> from coupling.files.robot_file import load_robot, shipped_robots
+        >>> from elastic_robot.description import Body, Joint
         >>> from elastic_robot.trajectory import HeldCommand
-        >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]))
-        >>> rest = HeldCommand(0.0, np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), np.zeros(6), np.zeros(6))
-        >>> robot.reset(0.0, rest, wrench=np.zeros(6))
-        >>> robot.step(0.01, rest, wrench=np.array([0.0, 0.0, -2000.0, 0.0, 0.0, 0.0]))
-        >>> bool(robot.deviation()[2] < -1e-3)  # gravity and force bend it down
-        True
+        >>> link = Body(mass=10.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+        >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=1e3)
+        >>> arm = ElasticRobot(Robot("arm", joints=(joint,), tcp_position=(1.0, 0.0, 0.0)))
+        >>> rest = HeldCommand(0.0, np.zeros(1), np.zeros(1), np.zeros(1))
+        >>> arm.reset(0.0, rest, wrench=np.zeros(6))
+        >>> float(arm.deviation()[2].round(6))  # sags by 10 kg at 0.5 m over the stiffness [m]
+        -0.00049
+        >>> arm.step(0.5, rest, wrench=np.array([0.0, 0.0, -100.0, 0.0, 0.0, 0.0]))
+        >>> float(arm.deviation()[2].round(6))  # and by 100 N at 1 m
+        -0.00149
     """
 
     def __init__(
@@ -90,11 +83,9 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        without_play = self._curve_class is LinearCurve
-        self._local_error = tolerance / (
-            _TCP_PER_LOCAL_ERROR if without_play else _TCP_PER_LOCAL_ERROR_WITH_PLAY
-        )
-        self._stepper = GaussStepper(self._local_error, _LONGEST_STEP, _FIRST_STEP)
+        play = self._curve_class is not LinearCurve
+        self._local_error = SETTINGS.local_error(tolerance, play)
+        self._stepper = GaussStepper(self._local_error)
         self._state: State | None = None
         self.parameters = Parameters.of(robot)
 
@@ -112,7 +103,7 @@ class ElasticRobot:
             self._dynamics,
             self._curve,
             parameters.damping,
-            _JUMP_PER_LOCAL_ERROR * self._local_error,
+            SETTINGS.jump(self._local_error),
         )
         if self._state is not None:
             region = self._curve.region(self._state.x)
@@ -144,7 +135,7 @@ class ElasticRobot:
         Args:
             time: [s].
             drives: Motion of the drives.
-            wrench: On the robot at the TCP, base axes, (6,).
+            wrench: Wrench on the robot at the TCP, base axes, (6,).
             undeflected: Start with x = 0 instead of the equilibrium under gravity and wrench.
 
         Raises:
@@ -183,24 +174,12 @@ class ElasticRobot:
         Args:
             times: Rising [s], (k,); the first is the present time.
             drives: Motion of the drives.
-            wrench: On the robot at the TCP, base axes; row k is held over the step that ends at
+            wrench: Wrench on the robot at the TCP, base axes; row k is held over the step that ends at
                 times[k], (k, 6).
 
         Raises:
             ParameterError: If the first time is not the present one.
             IntegrationError, TrajectoryError: As `step`.
-
-        Example:
-            >>> from coupling.files.robot_file import load_robot, shipped_robots
-            >>> from elastic_robot.trajectory import HeldCommand
-            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
-            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
-            >>> drives, wrench = HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), np.zeros((2, 6))
-            >>> wrench[1, 2] = -2000.0
-            >>> robot.reset(0.0, drives, wrench[0])
-            >>> sensitivity = robot.path_sensitivity(np.array([0.0, 0.05]), drives, wrench)
-            >>> bool(sensitivity.tcp["joint[2].stiffness"][1, 2] > 0.0)  # stiffer: bends down less
-            True
         """
         state = self._now()
         if self._quasistatic:
@@ -272,34 +251,12 @@ class ElasticRobot:
         )
 
     def static_sensitivities(self) -> StaticSensitivities:
-        """Return how equilibrium and TCP follow wrench, drives and parameters at the present state.
-
-        Example:
-            >>> from coupling.files.robot_file import load_robot, shipped_robots
-            >>> from elastic_robot.trajectory import HeldCommand
-            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), quasistatic=True)
-            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
-            >>> robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench=np.zeros(6))
-            >>> by = robot.static_sensitivities().tcp.parameters
-            >>> bool(by["joint[2].stiffness"][2] > 0.0)  # stiffer, it sags less: the TCP is higher
-            True
-        """
+        """Return how equilibrium and TCP follow wrench, drives and parameters at the present state."""
         x = self._now().x
         return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.wrench)
 
     def linearise(self) -> Linearisation:
-        """Return the linear robot around the present state; in quasi-static mode, at rest there.
-
-        Example:
-            >>> from coupling.files.robot_file import load_robot, shipped_robots
-            >>> from elastic_robot.trajectory import HeldCommand
-            >>> robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear")
-            >>> q = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
-            >>> robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench=np.zeros(6))
-            >>> modes = robot.linearise().modes
-            >>> bool(7.0 < modes.frequency[0] < 12.0)  # the slowest eigenfrequency [Hz]
-            True
-        """
+        """Return the linear robot around the present state; in quasi-static mode, at rest there."""
         damping = self._parameters.damping
         return linearise(self._dynamics, self._curve, damping, self._operating_point())
 

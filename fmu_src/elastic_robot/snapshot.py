@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.integrator import NewtonMatrix, State
+from elastic_robot.collocation import NewtonMatrix, State
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 
@@ -17,8 +17,8 @@ class Held:
     """What acts on the robot at the present time.
 
     Attributes:
-        q, qd, qdd: Of the drives [rad, rad/s, rad/s^2], (n,).
-        wrench: On the robot at the TCP, base axes [N, N m], (6,).
+        q, qd, qdd: Motion of the drives [rad, rad/s, rad/s^2], (n,).
+        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
     """
 
     q: np.ndarray
@@ -38,9 +38,9 @@ class Snapshot:
     """State of an ElasticRobot; frozen, so that a copy costs nothing.
 
     Attributes:
-        state: Of the stepper.
-        held: What acts at that time.
-        parameters: That the state was computed with.
+        state: State of the stepper.
+        held: Drives and wrench at that time.
+        parameters: Parameters that the state was computed with.
     """
 
     state: State
@@ -74,8 +74,8 @@ class Snapshot:
         """Return the snapshot of `to_arrays`.
 
         Args:
-            arrays: From `to_arrays`.
-            parameters: Of the same robot; their tables are used.
+            arrays: The arrays of `to_arrays`.
+            parameters: Parameters of the same robot; their tables are used.
         """
         time, step, predictor_step = arrays["clock"].tolist()
         newton = None

@@ -68,7 +68,7 @@ class SplineCurve:
         knots: Angles where pieces meet [rad], padded with infinity, (m, pieces - 1).
         origins: Angle from which each piece counts [rad], (m, pieces).
         cubics: Coefficients 1, t, t^2, t^3 of each piece, (m, pieces, 4).
-        half_width: Where the law leaves a flat middle [rad]; infinite where there is none, (m,).
+        half_width: Half width of the flat middle [rad]; infinite where there is none, (m,).
         active: False for a coordinate that is held on its flat middle, (m,).
     """
 

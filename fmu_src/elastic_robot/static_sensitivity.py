@@ -38,8 +38,8 @@ class StaticSensitivities:
     """Derivatives of the equilibrium and of the TCP's pose there.
 
     Attributes:
-        x: Of the elastic coordinates [rad], r = m.
-        tcp: Of the TCP: displacement [m], then small rotation [rad], base axes, r = 6.
+        x: Derivatives of the elastic coordinates [rad], r = m.
+        tcp: Derivatives of the TCP: displacement [m], then small rotation [rad], base axes, r = 6.
             `tcp.wrench` is the static compliance: [m/N, m/(N m)] over [rad/N, rad/(N m)].
     """
 
@@ -60,7 +60,7 @@ def static_sensitivities(
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes, (6,).
     """
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))

@@ -9,18 +9,8 @@ from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
+from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TorqueCurve
-
-# Below this torque [N m] a gear with play counts as unloaded and rests in the middle of its gap.
-# Rounding of the gravity torque of a heavy robot is 1e-12 N m, the smallest real load far larger.
-NEUTRAL_TORQUE = 1e-6
-# Newton's method ends when no coordinate moves by more [rad]; at 3 m reach that is 3e-14 m at the TCP.
-_STEP_TOLERANCE = 1e-14
-_MAX_ITERATIONS = 60
-# A step inside the play is at most this long, in half widths: from anywhere it leads out of it.
-_ACROSS = 2.0
-# A step longer than this share of the one before calls for a new matrix: a smooth curve bends.
-_SLOW = 0.1
 
 
 def equilibrium(
@@ -30,7 +20,7 @@ def equilibrium(
 
     Newton's method on one branch of the curve per coordinate, started at the deflection under the
     load of the undeflected robot, so that the result does not depend on history.  A gear with play
-    rests on the flank that its load pushes it to; loaded by less than NEUTRAL_TORQUE in the middle
+    rests on the flank that its load pushes it to; loaded by less than `neutral_torque` in the middle
     of its gap it stays there; where the load changes sign inside the gap it rests at that place if
     the robot hangs there in its play, and on the flank that then carries less torque if it could
     rest on either.
@@ -39,7 +29,7 @@ def equilibrium(
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        wrench: On the robot at the TCP, base axes, (6,).
+        wrench: Wrench on the robot at the TCP, base axes, (6,).
 
     Returns:
         x [rad], (m,).
@@ -55,12 +45,12 @@ def equilibrium(
     torque = dynamics.static_torque(rigid, wrench)
     switching = np.isfinite(curve.half_width)
     guard = np.where(switching, curve.half_width, -np.inf)
-    neutral = switching & (np.abs(torque) < NEUTRAL_TORQUE)
+    neutral = switching & (np.abs(torque) < SETTINGS.neutral_torque)
     x = np.where(neutral, 0.0, curve.deflection(torque))
     region = np.where(neutral, 0, curve.region(x))
     bends = bool(curve.bends.any())
     solve, settled, last = None, False, np.inf
-    for _ in range(_MAX_ITERATIONS):
+    for _ in range(SETTINGS.most_equilibrium_passes):
         branch = curve.in_region(region)
         theta = rigid.copy()
         theta[chain.elastic] += x
@@ -86,8 +76,8 @@ def equilibrium(
         moved = _moved_regions(guard, region, x, softening, neutral)
         if moved is not region:
             region, solve = moved, None
-        elif largest < _STEP_TOLERANCE:
-            loaded = neutral & (np.abs(torque) >= NEUTRAL_TORQUE)
+        elif largest < SETTINGS.equilibrium_step:
+            loaded = neutral & (np.abs(torque) >= SETTINGS.neutral_torque)
             if loaded.any():
                 neutral = neutral & ~loaded
                 x = np.where(loaded, curve.deflection(torque), x)
@@ -97,7 +87,7 @@ def equilibrium(
             if settled or lighter is region:
                 return x
             region, solve, settled = lighter, None, True
-        elif bends or free.any() or largest > _SLOW * last:
+        elif bends or free.any() or largest > SETTINGS.slow_equilibrium * last:
             solve = None
         last = largest
     raise EquilibriumError(
@@ -113,7 +103,7 @@ def _slope_in_play(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray)
     Newton's method, and the other joints along with it.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        limiting = np.abs(torque) / (_ACROSS * guard) + softening.diagonal()
+        limiting = np.abs(torque) / (SETTINGS.across_play * guard) + softening.diagonal()
     return np.maximum(limiting, 0.0)
 
 

@@ -216,7 +216,7 @@ class BacklashBranch:
     Attributes:
         stiffness: k [N m/rad], > 0.
         backlash: B [rad], >= 0.
-        region: As returned by `BacklashCurve.region`.
+        region: Branch of each coordinate, as `BacklashCurve.region` returns it.
 
     Example:
         >>> flank = BacklashBranch(np.array([1e4]), np.array([1e-3]), np.array([-1]))

@@ -5,7 +5,6 @@
 #include <stdbool.h>
 
 #include "inner.h"
-#include "shared.h"
 
 typedef struct {
     const er_inner *functions;
@@ -13,8 +12,6 @@ typedef struct {
     char *name;
     fmi2CallbackFunctions host;
     fmi2CallbackFunctions relayed;
-    bool shares; /* its slave shares its values, which are a new slave's after a reset */
-    er_shared shared;
     bool told;        /* the present call has logged an error */
     bool lost;        /* a reset failed: PythonFMU's instance is no more */
     er_failure cause; /* of the last exception, as PythonFMU words it */

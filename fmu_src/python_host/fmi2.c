@@ -13,8 +13,6 @@
 /* Among the resources: the name of the slave's module, and the FMU's GUID. */
 #define SLAVE_FILE "slavemodule.txt"
 #define GUID_FILE "guid.txt"
-/* The slave that shares its values. */
-#define SHARING_SLAVE "elastic_robot_slave"
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -91,9 +89,6 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         er_component_free(c);
         return NULL;
     }
-    c->shares = has(location, SLAVE_FILE, SHARING_SLAVE);
-    if (c->shares)
-        er_shared_attach(&c->shared, c->functions, c->inner);
     c->functions->fmi2SetDebugLogging(c->inner, logging, 0, NULL);
     return c;
 }
@@ -142,13 +137,10 @@ fmi2Status fmi2Reset(fmi2Component instance)
     fmi2Status status;
     if (!er_component_begin(c))
         return fmi2Fatal;
-    c->shared = (er_shared){NULL, NULL, 0};
     status = c->functions->fmi2Reset(c->inner);
     if (status == fmi2Fatal) {
         c->lost = true;
         er_component_tell(c, fmi2Fatal, c->cause.text);
-    } else if (c->shares) {
-        er_shared_attach(&c->shared, c->functions, c->inner);
     }
     return status;
 }
@@ -163,34 +155,7 @@ fmi2Status fmi2CancelStep(fmi2Component instance)
     ER_PASS_ON_ALONE(instance, fmi2CancelStep);
 }
 
-fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                       const fmi2Real values[])
-{
-    if (instance != NULL &&
-        er_shared_set(&((er_component *)instance)->shared, references, count, values))
-        return fmi2OK;
-    {
-        ER_PASS_ON(instance, fmi2SetReal, references, count, values);
-    }
-}
-
-fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                       fmi2Real values[])
-{
-    if (instance != NULL &&
-        er_shared_get(&((er_component *)instance)->shared, references, count, values))
-        return fmi2OK;
-    {
-        ER_PASS_ON(instance, fmi2GetReal, references, count, values);
-    }
-}
-
-fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
-{
-    ER_PASS_ON(instance, fmi2GetRealStatus, kind, value);
-}
-
-/* Functions of the same form for each other type of value. */
+/* Functions of the same form for each type of value. */
 #define VALUES(type)                                                                                \
     fmi2Status fmi2Get##type(fmi2Component instance, const fmi2ValueReference references[],         \
                              size_t count, fmi2##type values[])                                     \
@@ -208,6 +173,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, 
         ER_PASS_ON(instance, fmi2Get##type##Status, kind, value);                                      \
     }
 
+VALUES(Real)
 VALUES(Integer)
 VALUES(Boolean)
 VALUES(String)

@@ -107,8 +107,8 @@ def test_every_function_is_passed_on_with_its_arguments_and_status(run_host, tmp
     assert log.read_text() == "forget Python\nvariables destroyed\n"
 
 
-def test_the_slave_is_asked_only_for_what_is_not_yet_computed_or_not_right(fmu, run_host):
-    run_host("shared", fmu)
+def test_an_output_is_computed_once_when_it_is_read_and_only_then(fmu, run_host):
+    run_host("outputs", fmu)
 
 
 def test_many_instances_are_unloaded_and_the_process_ends_in_the_ordinary_way(fmu, run_host):

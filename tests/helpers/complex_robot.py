@@ -71,8 +71,8 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
 
     for joint, drive in zip(robot.joints, given.drives.T, strict=True):
         point, velocity, acceleration = shifted(turn @ np.array(joint.origin))
-        twists = joint.stiffness is not None
-        rotate(joint.axis, drive + next(free) if twists else drive, twists)
+        is_elastic = joint.stiffness is not None
+        rotate(joint.axis, drive + next(free) if is_elastic else drive, is_elastic)
         for tilt in joint.tilt:
             rotate(tilt.axis, next(free), True)
         load(joint.body)

@@ -66,7 +66,7 @@ class Case:
     def column_changes(self, key: str) -> np.ndarray:
         """The direction of one kind of parameter in the order of `parameter_names`, (p,)."""
         kept = {name: self.directions[name] * (name == key) for name in PARAMETERS}
-        kept["backlash"] = kept["backlash"][self.chain.twists]
+        kept["backlash"] = kept["backlash"][self.chain.torsions]
         return np.concatenate([kept[name] for name in PARAMETERS])
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
 from elastic_robot.errors import IntegrationError
 from elastic_robot.integrator import GaussStepper
+from elastic_robot.settings import SETTINGS
 
 
 class Oscillator:
@@ -35,9 +38,14 @@ class Oscillator:
 
 
 def run(system, end, tolerance=1e-9, longest=0.1, x=1.0, v=0.0, region=1):
-    stepper = GaussStepper(tolerance, longest, first=1e-3)
+    stepper = GaussStepper(tolerance, replace(SETTINGS, longest_step=longest))
     state = stepper.start(0.0, np.array([x]), np.array([v]), np.array([region]))
     return stepper.advance(system, state, end)
+
+
+def _fixed(step):
+    """Steps of one length, solved exactly at a tolerance of 1e9, which never rejects one."""
+    return replace(SETTINGS, longest_step=step, first_step=step, iteration=1e-22)
 
 
 def test_collocation_is_exact_for_a_cubic_acceleration():
@@ -59,8 +67,7 @@ def test_a_spring_of_any_stiffness_keeps_its_energy(omega_h):
     system = Oscillator(k=omega_h**2)
     columns = []
     for x, v in ((1.0, 0.0), (0.0, omega_h)):
-        stepper = GaussStepper(1e9, 1.0, first=1.0)
-        stepper.ITERATION = 1e-22  # of a tolerance that never rejects a step
+        stepper = GaussStepper(1e9, _fixed(1.0))
         state = stepper.start(0.0, np.array([x]), np.array([v]), np.array([1]))
         state = stepper.advance(system, state, 1.0)
         columns.append([state.x[0], state.v[0] / omega_h])
@@ -83,8 +90,7 @@ def test_order_eight_at_the_steps_end():
     """Fixed steps (a tolerance that never rejects): halving them divides the error by 256."""
     errors = []
     for longest in (1 / 8, 1 / 16, 1 / 32):  # binary fractions: every step is equally long
-        stepper = GaussStepper(1e9, longest, first=longest)
-        stepper.ITERATION = 1e-22
+        stepper = GaussStepper(1e9, _fixed(longest))
         state = stepper.start(0.0, np.array([1.0]), np.array([0.0]), np.array([1]))
         state = stepper.advance(Oscillator(), state, 0.5)
         x, v = np.cos(20.0 * 0.5), -20.0 * np.sin(20.0 * 0.5)
@@ -139,7 +145,7 @@ def test_communication_points_do_not_change_the_result():
     rng = np.random.default_rng(2)
     system = Oscillator(d=0.3, gap=0.02, force=lambda t: 5.0 * np.sin(7.0 * t))
     whole = run(system, 2.0, tolerance=1e-10, x=0.0, region=0)
-    stepper = GaussStepper(1e-10, 0.1, first=1e-3)
+    stepper = GaussStepper(1e-10, replace(SETTINGS, longest_step=0.1))
     state = stepper.start(0.0, np.zeros(1), np.zeros(1), np.zeros(1, dtype=int))
     for end in [*np.sort(rng.uniform(0.0, 2.0, 60)), 2.0]:
         state = stepper.advance(system, state, end)
@@ -148,7 +154,7 @@ def test_communication_points_do_not_change_the_result():
 
 
 def test_times_that_differ_by_rounding_only_are_no_steps():
-    stepper = GaussStepper(1e-9, 0.1, first=1e-3)
+    stepper = GaussStepper(1e-9, replace(SETTINGS, longest_step=0.1))
     state = stepper.start(0.0, np.ones(1), np.zeros(1), np.ones(1, dtype=int))
     state = stepper.advance(Oscillator(), state, 0.3)
     later = stepper.advance(Oscillator(), state, 0.3 + 1e-13)

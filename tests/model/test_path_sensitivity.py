@@ -36,9 +36,9 @@ def changed(robot: ElasticRobot, name: str, by: float) -> None:
     """Add to one parameter, through the same arrays as the FMU's setter."""
     names, m = parameter_names(robot.chain), robot.chain.elastic_count
     k, old = names.index(name), robot.parameters
-    twists = robot.chain.twists
-    fields = ["gravity"] * 3 + ["stiffness"] * m + ["damping"] * m + ["backlash"] * len(twists)
-    rows = [*range(3), *range(m), *range(m), *twists]
+    torsions = robot.chain.torsions
+    fields = ["gravity"] * 3 + ["stiffness"] * m + ["damping"] * m + ["backlash"] * len(torsions)
+    rows = [*range(3), *range(m), *range(m), *torsions]
     values = getattr(old, fields[k]).copy()
     values[rows[k]] += by
     robot.parameters = replace(old, **{fields[k]: values})
@@ -82,7 +82,7 @@ def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed):
 
 def _size(robot: ElasticRobot, index: int) -> float:
     p = robot.parameters
-    flat = np.concatenate([p.gravity, p.stiffness, p.damping, p.backlash[robot.chain.twists]])
+    flat = np.concatenate([p.gravity, p.stiffness, p.damping, p.backlash[robot.chain.torsions]])
     return float(flat[index])
 
 

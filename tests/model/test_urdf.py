@@ -80,7 +80,7 @@ def largest_difference(a, b) -> float:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_chain_is_pinocchios_model_of_the_urdf_with_its_tilts_written_out(tmp_path, seed):
-    """Twists and tilts at random: a tilt of the robot file is a joint in the URDF joint's frame."""
+    """Torsions and tilts at random: a tilt of the robot file is a joint in the URDF joint's frame."""
     urdf = make_urdf(seed, 1 + seed % 7)
     chain = build_chain(load_robot(robot_file(tmp_path, urdf)))
     (tmp_path / "tilted.urdf").write_text(urdf.with_tilts)

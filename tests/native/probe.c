@@ -18,7 +18,11 @@ const char *probe_failure(void)
 er_model *probe_create(const char *text)
 {
     er_robot *robot = malloc(sizeof *robot);
-    er_model *model = er_robot_parse(robot, text, &failure) ? er_model_create(robot) : NULL;
+    er_model *model = NULL;
+    er_lines lines;
+    er_lines_start(&lines, text, &failure);
+    if (er_robot_parse(robot, &lines))
+        model = er_model_create(robot);
     free(robot);
     return model;
 }

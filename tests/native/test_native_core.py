@@ -13,7 +13,7 @@ from places import REFERENCE
 from random_robots import hardly_loaded, make_robot
 
 from coupling.fmu_export.robot_text import robot_text
-from elastic_robot import collocation as gauss
+from elastic_robot import gauss
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError, RobotFileError
@@ -380,8 +380,8 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("elastic-robot 1", "elastic-robot 2", "line 1: found 2; needed is a whole number from 1"),
-        ("elastic-robot 1", "robot", "line 1: found 'robot'"),
+        ("elastic-robot 2", "elastic-robot 1", "line 1: found 1; needed is a whole number from 2"),
+        ("elastic-robot 2", "robot", "line 1: found 'robot'"),
         ("gravity 0.0", "gravity zero", "line 3: found 'zero'; needed is a finite number"),
         ("\nend", "", "needed is the line 'end'"),
         ("spring", "sprung", "found 'sprung'; needed is joint, spring"),

@@ -27,17 +27,17 @@ class FmuState:
     """State of an instance.
 
     Attributes:
-        fingerprint: Of the FMU that it belongs to.
-        time: Where the next step starts [s].
+        fingerprint: Fingerprint of the FMU that it belongs to.
+        time: Start of the next step [s].
         tolerance: Error allowed at the TCP over a path [m].
         stepped: Initialisation is over.
         parameters_changed: `values` has parameters that the model takes with the next step.
-        values: Of all real variables.
+        values: Values of all real variables.
         strings: Values of the string variables.
         model: State of the model; None before the initial state is computed.
-        trajectory: That the drives follow; None where they follow the inputs, and in a state made
+        trajectory: Motion of the drives; None where they follow the inputs, and in a state made
             from bytes, where the instance reads it anew.
-        trajectory_digest: Of that trajectory; empty: the drives follow the inputs.
+        trajectory_digest: Digest of that trajectory; empty: the drives follow the inputs.
     """
 
     fingerprint: str
@@ -74,7 +74,7 @@ class PackedState:
     """A state that arrived as bytes; what they hold is known when an FMU opens them.
 
     Attributes:
-        data: From `FmuState.to_bytes`, or whatever else a host took for it.
+        data: Bytes of `FmuState.to_bytes`, or whatever else a host took for it.
     """
 
     data: bytes
@@ -101,8 +101,8 @@ class PackedState:
         """Return the state.
 
         Args:
-            fingerprint: Of the FMU that asks.
-            parameters: Of its robot; their tables are used.
+            fingerprint: Fingerprint of the FMU that asks.
+            parameters: Parameters of its robot; their tables are used.
 
         Raises:
             StateError: If the bytes are no state, damaged, or belong to another FMU.

@@ -1,6 +1,8 @@
 """The FMI contract as data: every variable of the FMU, in the order of its value reference.
 
-The variables come in blocks.  The reals are one array in the slave, and a block is a slice of it.
+The variables come in blocks.  The reals are one array in the slave, and a block is a slice of it.  The
+native FMU reads this table from its robot.txt; what a block or a choice means there is an enum of
+fmi/interface.h.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import numpy as np
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 MODEL_NAME = "ElasticRobot"
 # To begin with: communication step [s], and error allowed at the TCP over a path [m].
@@ -37,6 +40,7 @@ class Variable:
         start: Start value of an input or parameter; None for outputs.
         minimum, maximum: Range, where there is one.
         nominal: Usual size, where it is not about 1.
+        choices: Values that a string may have; empty for any.
     """
 
     name: str
@@ -46,6 +50,22 @@ class Variable:
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None
+    choices: Names = ()
+
+
+@dataclass(frozen=True)
+class Array:
+    """Variables of a block, one after another, that are one array in FMI 3.0.
+
+    Attributes:
+        name: Structured name.
+        text: Description.
+        size: Number of elements.
+    """
+
+    name: str
+    text: str
+    size: int
 
 
 @dataclass(frozen=True)
@@ -59,6 +79,7 @@ class Block:
         follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
             one of the modes at least.
         starts_from: Of outputs: the blocks that their initial value depends on.
+        arrays: What they are in FMI 3.0; empty where each stands alone there too.
     """
 
     causality: str
@@ -66,6 +87,7 @@ class Block:
     variables: tuple[Variable, ...]
     follows: Names = ()
     starts_from: Names = ()
+    arrays: tuple[Array, ...] = ()
 
 
 # Sizes that occur, for solvers and plots that scale by them.
@@ -82,44 +104,61 @@ def blocks(robot: Robot) -> dict[str, Block]:
 
 
 def _inputs(joints: int) -> dict[str, Block]:
-    def block(*variables: Variable) -> Block:
-        return Block("input", "continuous", variables)
+    def block(variables: list[Variable], *arrays: Array) -> Block:
+        return Block("input", "continuous", tuple(variables), arrays=arrays)
 
-    def drives(name: str, unit: str, text: str) -> Block:
-        return block(
-            *(
-                Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
-                for i in range(1, joints + 1)
-            )
-        )
+    def drives(name: str, unit: str, text: str, all_text: str) -> Block:
+        variables = [
+            Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
+            for i in range(1, joints + 1)
+        ]
+        return block(variables, Array(name, all_text, joints))
 
-    on_tool = "on the tool at the TCP, base axes"
+    on_tool = "on the tool at the TCP"
     return {
         "wrench": block(
-            *(
-                Variable(f"{name}.{c}", unit, f"{text}, {c}, {on_tool}", 0.0, nominal=nominal)
+            [
+                Variable(
+                    f"{name}.{c}", unit, f"{text}, {c}, {on_tool}, base axes", 0.0, nominal=nominal
+                )
                 for name, unit, text, nominal in (
                     ("force", "N", "Force", _FORCE),
                     ("moment", "N.m", "Moment", _MOMENT),
                 )
                 for c in AXES
-            )
+            ],
+            Array("force", f"Force {on_tool}: x, y, z in base axes", 3),
+            Array("moment", f"Moment {on_tool}: x, y, z in base axes", 3),
         ),
-        "q_cmd": drives("q_cmd", "rad", "Angle at the step's start"),
-        "qd_cmd": drives("qd_cmd", "rad/s", "Rate at the step's start"),
-        "qdd_cmd": drives("qdd_cmd", "rad/s2", "Acceleration, held over the step,"),
+        "q_cmd": drives(
+            "q_cmd", "rad", "Angle at the step's start", "Angles of the drives at the step's start"
+        ),
+        "qd_cmd": drives(
+            "qd_cmd", "rad/s", "Rate at the step's start", "Rates of the drives at the step's start"
+        ),
+        "qdd_cmd": drives(
+            "qdd_cmd",
+            "rad/s2",
+            "Acceleration, held over the step,",
+            "Accelerations of the drives, held over the step",
+        ),
     }
 
 
 def _outputs(chain: Chain) -> dict[str, Block]:
-    def block(*variables: Variable, follows: Names = _STEP, starts_from: Names = _REST) -> Block:
-        return Block("output", "continuous", variables, follows, starts_from)
+    def block(
+        variables: list[Variable],
+        *arrays: Array,
+        follows: Names = _STEP,
+        starts_from: Names = _REST,
+    ) -> Block:
+        return Block("output", "continuous", tuple(variables), follows, starts_from, arrays)
 
-    def pose(group: str, text: str) -> list[Variable]:
+    def pose(group: str, text: str, follows: Names = _STEP, starts_from: Names = _REST) -> Block:
         position = [
             Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
         ]
-        return position + [
+        orientation = [
             Variable(
                 f"{group}.{c}",
                 "1",
@@ -129,54 +168,72 @@ def _outputs(chain: Chain) -> dict[str, Block]:
             )
             for c in POSE[3:]
         ]
+        return block(
+            position + orientation,
+            Array(f"{group}.position", f"Position of {text}: x, y, z in base axes", 3),
+            Array(
+                f"{group}.orientation",
+                f"Unit quaternion of {text}: x, y, z, w; tool axes to base axes",
+                4,
+            ),
+            follows=follows,
+            starts_from=starts_from,
+        )
 
+    apart = "TCP minus rigid TCP"
+    turned = "Rotation vector from the rigid to the elastic tool"
+    compliance = "Static compliance of the TCP"
+    entries = ("xx", "xy", "xz", "yy", "yz", "zz")
+    names = chain.elastic_names
     return {
-        "tcp": block(*pose("tcp", "the elastic robot's TCP")),
+        "tcp": pose("tcp", "the elastic robot's TCP"),
         "velocity": block(
-            *(Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES),
+            [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES],
+            Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
             starts_from=(*_REST, "qd_cmd"),
         ),
-        "rigid": block(
-            *pose("rigid", "the TCP with undeflected joints"),
+        "rigid": pose(
+            "rigid",
+            "the TCP with undeflected joints",
             follows=("q_cmd", "qd_cmd", "qdd_cmd"),
             starts_from=("q_cmd", "strings"),
         ),
         "deviation": block(
-            *(
-                Variable(
-                    f"deviation.{c}",
-                    "m",
-                    f"TCP minus rigid TCP, {c}, base axes",
-                    nominal=_DEVIATION,
+            [
+                Variable(f"deviation.{prefix}{c}", unit, f"{text}, {c}, base axes", nominal=nominal)
+                for prefix, unit, text, nominal in (
+                    ("", "m", apart, _DEVIATION),
+                    ("r", "rad", turned, _ANGLE),
                 )
                 for c in AXES
-            ),
-            *(
-                Variable(
-                    f"deviation.r{c}",
-                    "rad",
-                    f"Rotation vector from the rigid to the elastic tool, {c}, base axes",
-                    nominal=_ANGLE,
-                )
-                for c in AXES
-            ),
+            ],
+            Array("deviation.position", f"{apart}: x, y, z in base axes", 3),
+            Array("deviation.rotation", f"{turned}: x, y, z in base axes", 3),
         ),
         "compliance": block(
-            *(
+            [
                 Variable(
                     f"compliance.{c}",
                     "m/N",
-                    f"Static compliance of the TCP: displacement {c[0]} by force {c[1]}, base axes",
+                    f"{compliance}: displacement {c[0]} by force {c[1]}, base axes",
                     nominal=_COMPLIANCE,
                 )
-                for c in ("xx", "xy", "xz", "yy", "yz", "zz")
-            )
+                for c in entries
+            ],
+            Array(
+                "compliance",
+                f"{compliance} in base axes, displacement by force: {', '.join(entries)}",
+                6,
+            ),
         ),
         "deflection": block(
-            *(
+            [
                 Variable(f"deflection[{k}]", "rad", f"Elastic angle of {name}", nominal=_ANGLE)
-                for k, name in enumerate(chain.elastic_names, start=1)
-            )
+                for k, name in enumerate(names, start=1)
+            ],
+            Array(
+                "deflection", "Elastic angles, in the order of the stiffness parameters", len(names)
+            ),
         ),
     }
 
@@ -184,8 +241,11 @@ def _outputs(chain: Chain) -> dict[str, Block]:
 def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
     parameters, names = Parameters.of(robot), chain.elastic_names
 
-    def tunable(*variables: Variable) -> Block:
-        return Block("parameter", "tunable", variables)
+    def tunable(variables: list[Variable], *arrays: Array) -> Block:
+        return Block("parameter", "tunable", tuple(variables), arrays=arrays)
+
+    def choice(name: str, choices: Names, text: str, start: str) -> Variable:
+        return Variable(name, "", text, start, choices=choices)
 
     def elastic(key: str, unit: str, text: str, values: np.ndarray) -> list[Variable]:
         return [
@@ -203,18 +263,19 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
     backlash = elastic("backlash", "rad", "Half width of the dead band", parameters.backlash)
     return {
         "gravity": tunable(
-            *(
+            [
                 Variable(
                     f"gravity.{c}", "m/s2", f"Gravity {c}, base axes", float(value), nominal=10.0
                 )
                 for c, value in zip(AXES, robot.gravity, strict=True)
-            )
+            ],
+            Array("gravity", "Gravity: x, y, z in base axes", 3),
         ),
         "stiffness": tunable(
-            *elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
+            elastic("stiffness", "N.m/rad", "Stiffness, above zero,", parameters.stiffness)
         ),
-        "damping": tunable(*elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
-        "backlash": tunable(*(backlash[k] for k in chain.twists)),
+        "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
+        "backlash": tunable([backlash[k] for k in chain.torsions]),
         "strings": Block(
             "parameter",
             "fixed",
@@ -225,9 +286,16 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
                     "CSV or NPZ file of the joint motion (time, q1.., qd1.., qdd1..); empty: q_cmd",
                     "",
                 ),
-                Variable("torque_curve", "", "linear, backlash or spline", TORQUE_CURVE_DEFAULT),
-                Variable("mode", "", " or ".join(MODES), MODES[0]),
-                Variable("initial_state", "", " or ".join(INITIAL_STATES), INITIAL_STATES[0]),
+                choice(
+                    "torque_curve",
+                    tuple(TORQUE_CURVES),
+                    "linear, backlash or spline",
+                    TORQUE_CURVE_DEFAULT,
+                ),
+                choice("mode", MODES, " or ".join(MODES), MODES[0]),
+                choice(
+                    "initial_state", INITIAL_STATES, " or ".join(INITIAL_STATES), INITIAL_STATES[0]
+                ),
             ),
         ),
     }

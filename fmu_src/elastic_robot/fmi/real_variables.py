@@ -37,7 +37,7 @@ class RealVariables:
         table: The blocks of real variables, in the order of their value references.
 
     Attributes:
-        values: In the order of the value references.
+        values: All values, in the order of the value references.
     """
 
     def __init__(self, table: Mapping[str, Block]) -> None:
@@ -57,10 +57,6 @@ class RealVariables:
     def __len__(self) -> int:
         """Return the number of variables."""
         return len(self._names)
-
-    def slice(self, first: str, last: str | None = None) -> slice:
-        """Return where the values of a block are, or those from one block to another."""
-        return slice(self._slices[first].start, self._slices[last or first].stop)
 
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""

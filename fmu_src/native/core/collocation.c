@@ -5,9 +5,6 @@
 
 #include "newton.h"
 
-
-
-#define MAX_PASSES 8
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */
 #define RATE_SAFETY 10.0
@@ -70,7 +67,7 @@ void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acc
             w->motion.acceleration[i][l] += acceleration[k][l];
         }
     }
-    r->settings->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
+    r->means->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
                              (const er_lanes *)w->change, &w->motion);
 }
 
@@ -82,7 +79,7 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     const er_robot *robot = system->robot;
     er_workspace *w = r->work;
     er_stage_motion(r, nodes, acceleration);
-    r->settings->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
+    r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                               system->loaded ? system->wrench : NULL, w->residual);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < states; l++)
@@ -122,22 +119,22 @@ static double estimate_error(const er_run *r, const er_state *state, const er_st
     find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    return step->length * step->length * r->settings->kernel.filter(r->m, w->factors, defect);
+    return step->length * step->length * r->means->kernel.filter(r->m, w->factors, defect);
 }
 
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
 {
     er_workspace *w = r->work;
-    const er_kernel *kernel = &r->settings->kernel;
+    const er_kernel *kernel = &r->means->kernel;
     /* An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
      * time scale of the motion later; the longest step stands for the latter. */
-    double target = accuracy / (h * fmax(h, r->settings->longest)), last = 0.0;
+    double target = accuracy / (h * fmax(h, r->settings->longest_step)), last = 0.0;
     bool converged = false;
     step->length = h;
     drive_step(r, state->time, h);
     if (!er_linearise(r, state, h))
         return false;
-    for (step->passes = 1; step->passes <= MAX_PASSES && !converged; step->passes++) {
+    for (step->passes = 1; step->passes <= r->settings->most_passes && !converged; step->passes++) {
         double size, rate = RATE_SAFETY * state->rate;
         kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
                        w->v);

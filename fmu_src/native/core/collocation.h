@@ -8,6 +8,7 @@
 typedef struct {
     const er_system *system;
     const er_settings *settings;
+    const er_means *means;
     er_workspace *work;
     int m;
 } er_run;

@@ -5,12 +5,10 @@
 
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
-/* The slack is at most this part of a play's half width. */
-#define SLACK_OF_WIDTH 1e-2
 
-double er_crossing_slack(const er_curve *curve, int k, double slack)
+double er_crossing_slack(const er_curve *curve, const er_settings *settings, int k, double tolerance)
 {
-    return fmin(slack, SLACK_OF_WIDTH * curve->half_width[k]);
+    return fmin(settings->slack * tolerance, settings->slack_of_width * curve->half_width[k]);
 }
 
 /* Bernstein coefficients of the left and right half of a polynomial (de Casteljau). */
@@ -63,9 +61,9 @@ static void take_earlier(const double *control, int coordinate, double boundary,
     }
 }
 
-bool er_first_crossing(const er_curve *curve, const int *region, double slack, double h,
-                       const double *x, const double *v, const er_lanes *acceleration,
-                       er_crossing *first)
+bool er_first_crossing(const er_curve *curve, const er_settings *settings, const int *region,
+                       double tolerance, double h, const double *x, const double *v,
+                       const er_lanes *acceleration, er_crossing *first)
 {
     bool found = false;
     for (int k = 0; k < curve->count; k++) {
@@ -79,7 +77,7 @@ bool er_first_crossing(const er_curve *curve, const int *region, double slack, d
                 bend += weight[2 + j] * acceleration[k][j];
             control[c] = weight[0] * x[k] + h * (weight[1] * v[k] + h * bend);
         }
-        beyond = er_crossing_slack(curve, k, slack);
+        beyond = er_crossing_slack(curve, settings, k, tolerance);
         /* Outside the play only the side towards it is a boundary. */
         if (region[k] <= 0)
             take_earlier(control, k, (region[k] == 0 ? width : -width) + beyond, 1, region[k],

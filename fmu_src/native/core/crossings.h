@@ -14,11 +14,11 @@ typedef struct {
 } er_crossing;
 
 /* Boundaries are passed only this far beyond +-half_width [rad], so that rounding does not undo it. */
-double er_crossing_slack(const er_curve *curve, int k, double slack);
+double er_crossing_slack(const er_curve *curve, const er_settings *settings, int k, double tolerance);
 
 /* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
-bool er_first_crossing(const er_curve *curve, const int *region, double slack, double h,
-                       const double *x, const double *v, const er_lanes *acceleration,
-                       er_crossing *first);
+bool er_first_crossing(const er_curve *curve, const er_settings *settings, const int *region,
+                       double tolerance, double h, const double *x, const double *v,
+                       const er_lanes *acceleration, er_crossing *first);
 
 #endif

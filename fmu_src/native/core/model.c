@@ -8,21 +8,8 @@
 #include "../io/text_file.h"
 #include "vector.h"
 
-/* The error of the TCP [m] over a long path per allowed local error [rad]; with backlash the ISO 9283
- * path of the example robot enlarges errors several hundred times. */
-#define TCP_PER_LOCAL_ERROR 1.0
-#define TCP_PER_LOCAL_ERROR_WITH_PLAY 20.0
-/* Newton's method may leave this part of the local error; nearly solved to rounding, this much [rad]. */
-#define ITERATION 1e-3
+/* What Newton's method may leave of a step that is solved to rounding [rad]. */
 #define EXACT_ITERATION 1e-13
-/* Longest step [s]: an eighth of the slowest mode's period (10 Hz), with which the ISO path stays within
- * 1e-8 m without backlash.  First step and the one after a gear changes flank [s]: the scale of the
- * fastest oscillation (235 Hz). */
-#define LONGEST_STEP 0.0125
-#define FIRST_STEP 1e-3
-/* A jump J of a drive's third derivative inside a step of length h displaces the elastic coordinates
- * by up to about J h^3 / 10; where that is more than the local error allowed, a step ends at it. */
-#define JUMP_PER_LOCAL_ERROR (10.0 / (LONGEST_STEP * LONGEST_STEP * LONGEST_STEP))
 
 er_model *er_model_create(const er_robot *robot)
 {
@@ -38,8 +25,6 @@ er_model *er_model_create(const er_robot *robot)
     ((void **)model)[-1] = memory;
     model->robot = *robot;
     model->memory.parameters = robot->parameters;
-    model->memory.options.curve = ER_BACKLASH;
-    model->memory.options.tolerance = 1e-6;
     model->kernel = er_best_kernel();
     return model;
 }
@@ -98,8 +83,8 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
     return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
 }
 
-/* Has the trajectory of some options in the model, with the samples of `print` unless that is 0. */
-static bool require_trajectory(er_model *model, const char *path, uint64_t print,
+/* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
+static bool require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
                                er_failure *failure)
 {
     bool there = strcmp(path, model->loaded_path) == 0;
@@ -108,7 +93,7 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t print
         return true;
     if (!there && !read_trajectory(model, path, &read, failure))
         return false;
-    if (print != 0 && print != (there ? &model->trajectory : &read)->print) {
+    if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
         if (!there)
             er_trajectory_free(&read);
         return er_fail(failure, "trajectory %.500s holds another motion than when the state was"
@@ -123,19 +108,22 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t print
     return true;
 }
 
-/* Derives curve and settings from options and parameters. */
+/* Derives curve and means from options and parameters. */
 static void derive(er_model *model)
 {
     const er_options *options = &model->memory.options;
     const er_parameters *parameters = &model->memory.parameters;
-    double per_local = options->curve == ER_LINEAR ? TCP_PER_LOCAL_ERROR
-                                                   : TCP_PER_LOCAL_ERROR_WITH_PLAY;
-    double local = options->tolerance / per_local;
+    const er_settings *settings = &model->robot.settings;
+    double longest = settings->longest_step;
+    double local = options->tolerance / (options->curve == ER_LINEAR
+                                             ? settings->tcp_per_local_error
+                                             : settings->tcp_per_local_error_with_play);
     if (model->derived_kind == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
         return;
-    model->settings = (er_settings){local, ITERATION, LONGEST_STEP, FIRST_STEP, JUMP_PER_LOCAL_ERROR * local,
-                                    model->kernel};
+    model->means = (er_means){local, settings->iteration,
+                              local / (settings->shift_by_jump * longest * longest * longest),
+                              model->kernel};
     er_curve_build(&model->curve, options->curve, &model->robot, parameters);
     er_relinearise(&model->work); /* with the damping there is now */
     model->derived_kind = options->curve;
@@ -150,8 +138,8 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
     er_drives drives;
     if (!require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
-    memory->trajectory_print =
-        memory->options.trajectory[0] != '\0' ? model->trajectory.print : 0;
+    memory->trajectory_fingerprint =
+        memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     drives = drives_of(model, time, command);
     if (!hold(&drives, time, wrench, &memory->held, failure))
@@ -161,7 +149,7 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
         !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
                         wrench, memory->state.x, failure))
         return false;
-    er_state_start(&memory->state, &model->robot, &model->curve, &model->settings, time);
+    er_state_start(&memory->state, &model->robot, &model->curve, time);
     return true;
 }
 
@@ -173,7 +161,7 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
                         held->wrench, x, failure))
         return false;
     memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
-    er_state_start(state, &model->robot, &model->curve, &model->settings, end);
+    er_state_start(state, &model->robot, &model->curve, end);
     return true;
 }
 
@@ -186,7 +174,7 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
         system.wrench[k] = held->wrench[k];
         system.loaded |= held->wrench[k] != 0.0;
     }
-    if (er_advance(&model->memory.state, &system, &model->settings, end, &model->work, failure))
+    if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
     model->memory.state = before;
     return false;
@@ -211,13 +199,13 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     er_state *state = &model->memory.state;
     model->memory.parameters = *parameters;
     derive(model);
-    er_state_start(state, &model->robot, &model->curve, &model->settings, state->time);
+    er_state_start(state, &model->robot, &model->curve, state->time);
 }
 
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
 {
     if (computed && !require_trajectory(model, memory->options.trajectory,
-                                        memory->trajectory_print, failure))
+                                        memory->trajectory_fingerprint, failure))
         return false;
     model->memory = *memory;
     if (computed)
@@ -234,11 +222,11 @@ bool er_model_follow(er_model *model, const er_state *state, double end, const e
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
     memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
-    model->settings.iteration = EXACT_ITERATION / model->settings.tolerance;
+    model->means.iteration = EXACT_ITERATION / model->means.tolerance;
     model->work.sensitivity = &model->sensitivity;
     good = er_model_step(model, end, command, wrench, failure);
     model->work.sensitivity = NULL;
-    model->settings.iteration = ITERATION;
+    model->means.iteration = model->robot.settings.iteration;
     model->memory = memory;
     return good;
 }

@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     er_options options;
     er_parameters parameters;
-    uint64_t trajectory_print; /* hash of the trajectory's samples; 0: none */
+    uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
     er_state state;
 } er_memory;
@@ -49,11 +49,11 @@ typedef struct {
     char resources[ER_MAX_PATH];   /* folder, ending in /, where relative paths are sought as well */
     char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
     size_t hint;                   /* place in the trajectory */
-    /* What settings and curve were derived from. */
+    /* What means and curve were derived from. */
     er_curve_kind derived_kind;
     double derived_tolerance; /* 0: nothing yet */
     er_parameters derived_parameters;
-    er_settings settings;
+    er_means means;
     er_curve curve;
     er_workspace work;
     er_sensitivity sensitivity; /* of the present state, for derivatives */

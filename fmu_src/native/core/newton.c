@@ -3,8 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The matrices of a step serve steps that differ by this ratio, and by this much in every drive [rad]. */
-#define SAME_LENGTH 0.02
+/* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005
 
 static bool is_near(int joints, const double *a, const double *b)
@@ -45,7 +44,7 @@ static bool factorise(const er_run *r)
             diagonal->im[p] += im * damping + 2.0 * re * im * at->slope[k];
         }
     }
-    return r->settings->kernel.factor(m, w->factors);
+    return r->means->kernel.factor(m, w->factors);
 }
 
 bool er_linearise(const er_run *r, const er_state *state, double h)
@@ -57,7 +56,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
     if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
-        if (fabs(at->length - h) <= SAME_LENGTH * h)
+        if (fabs(at->length - h) <= r->settings->same_length * h)
             return true;
     } else {
         memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);

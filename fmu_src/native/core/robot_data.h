@@ -6,9 +6,8 @@
 #ifndef ER_ROBOT_DATA_H
 #define ER_ROBOT_DATA_H
 
-#include <stdbool.h>
-
-#include "../io/failure.h"
+#include "../io/lines.h"
+#include "settings.h"
 
 /* A robot larger than this is refused when it is read; so no array depends on the robot. */
 #define ER_MAX_JOINTS 12
@@ -58,17 +57,15 @@ typedef struct {
     int drive_angle[ER_MAX_JOINTS];   /* place of each drive among the rotations */
     int elastic_angle[ER_MAX_ANGLES]; /* place of each entry of x among the rotations */
     int elastic_joint[ER_MAX_ANGLES]; /* joint (from 0) that owns each entry of x */
-    int elastic_tilt[ER_MAX_ANGLES];  /* 0: twist about the joint's axis; 1, 2: its tilts */
+    int elastic_tilt[ER_MAX_ANGLES];  /* 0: torsion about the joint's axis; 1, 2: its tilts */
     double tool_position[3];          /* TCP in the last body's frame [m] */
     double tool_rotation[9];          /* body_from_tool, by rows */
     er_table table[ER_MAX_ANGLES];    /* by entry of x */
     er_parameters parameters;         /* start values */
+    er_settings settings;
 } er_robot;
 
-/* Reads the text that `coupling.fmu_export.robot_text` writes. */
-bool er_robot_parse(er_robot *robot, const char *text, er_failure *failure);
-
-/* Reads it from a file. */
-bool er_robot_read(er_robot *robot, const char *path, er_failure *failure);
+/* Reads the lines that `coupling.fmu_export.robot_text` writes, up to `end`. */
+bool er_robot_parse(er_robot *robot, er_lines *lines);
 
 #endif

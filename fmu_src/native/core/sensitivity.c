@@ -41,10 +41,10 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
-    r->settings->kernel.stages(r->m, step->length, state->x, state->v,
+    r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
-    r->settings->kernel.link(system->robot, &w->motion, system->parameters->gravity,
+    r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                              system->loaded ? system->wrench : NULL, &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
@@ -79,7 +79,7 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
             direction.acceleration[i][l] += acceleration[k][l];
         }
     }
-    r->settings->kernel.tangent(robot, &s->links, &direction, column < 6 ? wrench : NULL, tangent);
+    r->means->kernel.tangent(robot, &s->links, &direction, column < 6 ? wrench : NULL, tangent);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             tangent[k][l] += s->slope[k][l] * x[k][l] +
@@ -98,13 +98,13 @@ static double length_of(int m, const er_lanes *values)
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
 static double negligible(const er_run *r, int column, const er_share *share)
 {
-    double unit[ER_MAX_ANGLES], time = r->settings->longest;
+    double unit[ER_MAX_ANGLES], time = r->settings->longest_step;
     if (column >= 6)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
     for (int k = 0; k < r->m; k++)
         unit[k] = 1.0;
-    return NEGLIGIBLE * r->settings->kernel.filter(r->m, r->work->factors, unit);
+    return NEGLIGIBLE * r->means->kernel.filter(r->m, r->work->factors, unit);
 }
 
 /* Solves the linearised collocation equations
@@ -117,7 +117,7 @@ static double negligible(const er_run *r, int column, const er_share *share)
 static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
                   er_lanes *acceleration)
 {
-    const er_kernel *kernel = &r->settings->kernel;
+    const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     double last = 0.0, least;

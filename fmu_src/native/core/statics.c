@@ -6,18 +6,8 @@
 
 #include "linear.h"
 
-/* Below this torque [N m] a gear with play counts as unloaded and rests in the middle of its gap. */
-#define NEUTRAL_TORQUE 1e-6
-/* Newton's method ends when no coordinate moves by more [rad]. */
-#define STEP_TOLERANCE 1e-14
-#define MAX_ITERATIONS 60
-/* A step longer than this share of the one before calls for a new matrix: a smooth curve bends. */
-#define SLOW 0.1
 /* A step longer than this [rad] is no deflection any more. */
 #define LONGEST_STEP 3.14159265358979
-
-/* A step inside the play is at most this long, in half widths: from anywhere it leads out of it. */
-#define ACROSS 2.0
 
 enum { MOST = ER_MAX_ANGLES };
 
@@ -61,7 +51,7 @@ static void begin(search *s)
     place_at(s, NULL);
     for (int k = 0; k < s->m; k++) {
         bool switching = er_curve_switches(s->curve, k);
-        s->neutral[k] = switching && fabs(s->torque[k]) < NEUTRAL_TORQUE;
+        s->neutral[k] = switching && fabs(s->torque[k]) < s->robot->settings.neutral_torque;
         s->x[k] = s->neutral[k] ? 0.0 : er_curve_deflection(s->curve, k, s->torque[k]);
         s->region[k] = s->neutral[k] ? 0 : er_curve_region(s->curve, k, s->x[k]);
     }
@@ -77,7 +67,7 @@ static double slope_for_step(const search *s, int k)
 {
     double slope = er_curve_slope(s->curve, k, s->region[k], s->x[k]);
     if (s->region[k] == 0)
-        slope = fmax(fabs(s->torque[k]) / (ACROSS * guard(s, k)) + diagonal(s, k), 0.0);
+        slope = fmax(fabs(s->torque[k]) / (s->robot->settings.across_play * guard(s, k)) + diagonal(s, k), 0.0);
     return s->curve->spline[k].points > 0 ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
 }
 
@@ -146,7 +136,7 @@ static bool release_loaded(search *s)
 {
     bool released = false;
     for (int k = 0; k < s->m; k++)
-        if (s->neutral[k] && fabs(s->torque[k]) >= NEUTRAL_TORQUE) {
+        if (s->neutral[k] && fabs(s->torque[k]) >= s->robot->settings.neutral_torque) {
             s->neutral[k] = false;
             s->x[k] = er_curve_deflection(s->curve, k, s->torque[k]);
             s->region[k] = er_curve_region(s->curve, k, s->x[k]);
@@ -172,9 +162,10 @@ static bool take_lighter_flanks(search *s)
 
 static bool iterate(search *s)
 {
+    const er_settings *settings = &s->robot->settings;
     bool fresh = false, settled = false;
     double last = INFINITY;
-    for (int pass = 0; pass < MAX_ITERATIONS; pass++) {
+    for (int pass = 0; pass < settings->most_equilibrium_passes; pass++) {
         double largest;
         place_at(s, s->x);
         if (!fresh && !factorise(s))
@@ -185,7 +176,7 @@ static bool iterate(search *s)
             return false;
         if (change_regions(s)) {
             fresh = false;
-        } else if (largest < STEP_TOLERANCE) {
+        } else if (largest < settings->equilibrium_step) {
             if (release_loaded(s)) {
                 fresh = false;
                 continue;
@@ -194,7 +185,7 @@ static bool iterate(search *s)
                 return true;
             fresh = false;
             settled = true;
-        } else if (largest > SLOW * last || !is_straight(s)) {
+        } else if (largest > settings->slow_equilibrium * last || !is_straight(s)) {
             fresh = false;
         }
         last = largest;

@@ -8,34 +8,13 @@
 #include "newton.h"
 #include "sensitivity.h"
 
-/* A coordinate changes its law this part of the tolerance beyond the boundary. */
-#define SLACK 1e-2
-/* A step that ends on a boundary may miss it by this part of the slack. */
-#define LANDING 0.1
-/* In landing, Newton's method may leave this part of the miss. */
-#define LANDING_ITERATION 0.1
-/* Shortest step relative to the longest, before the integration is given up. */
-#define SHORTEST 1e-9
-/* So is one that takes more steps than these and those for each of the longest in it. */
-#define MOST_STEPS 5000
-#define MOST_STEPS_PER_LONGEST 200
-/* A step may exceed the proposed length by this ratio where that takes it to its target. */
-#define STRETCH 1.05
-/* A step that takes more passes than this has its matrices rebuilt for the next. */
-#define USUAL_PASSES 2
-#define MAX_LANDINGS 20
 /* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */
 #define ERROR_EXPONENT (1.0 / 6.0)
-/* A step's length may grow by this ratio at once; a gain below the other is not worth new matrices. */
-#define FASTEST_GROWTH 3.0
-#define SMALLEST_GROWTH 1.2
-#define SAFETY 0.9
 
-void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve,
-                    const er_settings *settings, double time)
+void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve, double time)
 {
     state->time = time;
-    state->step = settings->first;
+    state->step = robot->settings.first_step;
     state->predictor_step = 0.0;
     state->rate = 1.0;
     memset(state->predictor, 0, sizeof state->predictor);
@@ -77,19 +56,19 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
     er_step *landed = &r->work->landed;
     int k = crossing->coordinate;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = LANDING * er_crossing_slack(r->system->curve, k,
-                                                 SLACK * r->settings->tolerance);
+    double allowed = r->settings->landing * er_crossing_slack(r->system->curve, r->settings, k,
+                                                              r->means->tolerance);
     memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
-    for (int trial = 0; trial < MAX_LANDINGS; trial++) {
+    for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
         interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
                     landed->acceleration);
-        if (!er_solve_step(r, state, h, LANDING_ITERATION * allowed, landed))
+        if (!er_solve_step(r, state, h, r->settings->landing_iteration * allowed, landed))
             return false;
         beyond = crossing->outward * (landed->x[k] - crossing->boundary);
         rate = crossing->outward * landed->v[k];
         if (fabs(beyond) <= allowed)
-            return landed->error <= r->settings->tolerance;
+            return landed->error <= r->means->tolerance;
         if (!(rate > 0.0))
             return false;
         from = h;
@@ -116,7 +95,7 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
         er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
     state->time += step->length;
     state->region[crossing->coordinate] = crossing->region;
-    state->step = fmin(r->settings->first, state->step);
+    state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
@@ -129,39 +108,41 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
 static bool take_step(const er_run *r, er_state *state, double end, er_failure *failure)
 {
     const er_settings *settings = r->settings;
+    const er_means *means = r->means;
     er_step *step = &r->work->solved;
-    double slack = SLACK * settings->tolerance, factor, proposal;
-    double target = er_drives_next_kink(&r->system->drives, state->time, end, settings->jump);
-    double left = target - state->time, wanted = fmin(state->step, settings->longest);
+    double tolerance = means->tolerance, factor, proposal;
+    double target = er_drives_next_kink(&r->system->drives, state->time, end, means->jump);
+    double left = target - state->time, wanted = fmin(state->step, settings->longest_step);
     /* One step a little longer, or two equal ones, rather than one full and a sliver. */
-    double h = left <= STRETCH * wanted ? left : fmin(wanted, 0.5 * left);
+    double h = left <= settings->stretch * wanted ? left : fmin(wanted, 0.5 * left);
     bool reaches_target = h == left;
     er_crossing crossing;
 
     guess(r, state, h, step);
     for (;;) {
         double shorter;
-        if (h < SHORTEST * settings->longest && !reaches_target)
+        if (h < settings->shortest_step * settings->longest_step && !reaches_target)
             return er_fail(failure, "the motion at t = %.6g s needs steps below %.1g s; it is"
                            " unstable or the load is not physical", state->time,
-                           SHORTEST * settings->longest);
-        if (!er_solve_step(r, state, h, settings->iteration * settings->tolerance, step)) {
+                           settings->shortest_step * settings->longest_step);
+        if (!er_solve_step(r, state, h, means->iteration * tolerance, step)) {
             er_relinearise(r->work);
-            h *= 0.25;
+            h *= settings->cut_after_failure;
             guess(r, state, h, step);
         } else {
-            factor = SAFETY * pow(settings->tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
-            if (er_first_crossing(r->system->curve, state->region, slack, h, state->x, state->v,
-                                  (const er_lanes *)step->acceleration, &crossing)) {
+            factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
+            if (er_first_crossing(r->system->curve, settings, state->region, tolerance, h,
+                                  state->x, state->v, (const er_lanes *)step->acceleration,
+                                  &crossing)) {
                 if (land(r, state, step, &crossing)) {
                     take_crossing(r, state, &r->work->landed, &crossing);
                     return true;
                 }
                 shorter = 0.5 * crossing.fraction * h;
-            } else if (step->error <= settings->tolerance) {
+            } else if (step->error <= tolerance) {
                 break;
             } else {
-                shorter = h * fmax(0.2, factor);
+                shorter = h * fmax(settings->strongest_cut, factor);
             }
             interpolate(r->m, 0.0, shorter / h, (const er_lanes *)step->acceleration,
                         step->acceleration);
@@ -171,28 +152,31 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
         reaches_target = false;
     }
     /* A step cut short by the target says little about the step that the error would allow. */
-    proposal = h * fmin(FASTEST_GROWTH, factor);
+    proposal = h * fmin(settings->fastest_growth, factor);
     if (h < wanted)
         proposal = fmax(proposal, wanted);
-    else if (factor < SMALLEST_GROWTH)
+    else if (factor < settings->smallest_growth)
         proposal = h * fmin(1.0, factor);
     take_end(r, state, step);
     state->time = reaches_target ? target : state->time + h;
-    state->step = fmin(proposal, settings->longest);
+    state->step = fmin(proposal, settings->longest_step);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
-    if (step->passes > USUAL_PASSES)
+    if (step->passes > settings->usual_passes)
         er_relinearise(r->work);
     return true;
 }
 
-bool er_advance(er_state *state, const er_system *system, const er_settings *settings, double end,
+bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure)
 {
-    er_run r = {system, settings, work, system->robot->elastics};
+    const er_settings *settings = &system->robot->settings;
+    er_run r = {system, settings, means, work, system->robot->elastics};
     const double start = state->time;
     /* What is left after a crossing just before the end may be less than any step. */
-    double negligible = fmax(SHORTEST * settings->longest, 8.0 * DBL_EPSILON * fabs(end));
-    double most = MOST_STEPS + MOST_STEPS_PER_LONGEST * (end - state->time) / settings->longest;
+    double longest = settings->longest_step;
+    double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
+    double most =
+        settings->most_steps + settings->most_steps_per_longest * (end - start) / longest;
     er_linearise_as(&r, &state->linearisation);
     for (double steps = 0.0; end - state->time > negligible; steps++) {
         if (steps > most)

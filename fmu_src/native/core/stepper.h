@@ -45,15 +45,13 @@ typedef struct {
     bool loaded;      /* the wrench is not zero */
 } er_system;
 
-/* Settings of the stepper. */
+/* How accurate it shall be, and with which arithmetic. */
 typedef struct {
     double tolerance; /* limit of the local error estimate [rad] */
     double iteration; /* part of the tolerance that Newton's method may leave */
-    double longest;   /* longest step [s] */
-    double first;     /* first step, and the one after a gear changes flank [s] */
     double jump;      /* jump of a drive's third derivative that may be stepped over [rad/s^3] */
     er_kernel kernel;
-} er_settings;
+} er_means;
 
 /* Drives at the nodes of a step: [joint][node]. */
 typedef struct {
@@ -89,13 +87,10 @@ typedef struct {
 } er_workspace;
 
 /* Begins an integration at the x and v that are in the state. */
-void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve,
-                    const er_settings *settings, double time);
-
-
+void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve, double time);
 
 /* Integrates to a time.  If that fails, the state is somewhere in between. */
-bool er_advance(er_state *state, const er_system *system, const er_settings *settings, double end,
+bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure);
 
 #endif

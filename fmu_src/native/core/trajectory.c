@@ -122,7 +122,7 @@ static void find_jumps(er_trajectory *t)
 }
 
 /* FNV-1a over the samples, a number at a time; never 0. */
-static uint64_t fingerprint(const er_samples *s)
+static uint64_t fingerprint_of(const er_samples *s)
 {
     size_t count = s->samples * (size_t)column_count(s);
     uint64_t hash = UINT64_C(14695981039346656037), bits;
@@ -142,7 +142,7 @@ bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *fail
         return false;
     t->joints = s->joints;
     t->samples = s->samples;
-    t->print = fingerprint(s);
+    t->fingerprint = fingerprint_of(s);
     t->time = malloc(s->samples * sizeof *t->time);
     t->jump = malloc(s->samples * sizeof *t->jump);
     t->power = malloc(entries * sizeof *t->power);

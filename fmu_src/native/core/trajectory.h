@@ -21,7 +21,7 @@ typedef struct {
     double *time;   /* rising [s] */
     double *power;  /* coefficients 1, s, .. s^5 from the sample on: [sample][joint][6] */
     double *jump;   /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
-    uint64_t print; /* hash of the samples */
+    uint64_t fingerprint; /* hash of the samples */
 } er_trajectory;
 
 /* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */

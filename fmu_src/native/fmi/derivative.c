@@ -4,10 +4,11 @@
  * A step is computed again from where it began, with the sensitivities of its state carried along,
  * for all entries of the wrench or of the command at once.  They serve until the state changes.
  */
+#include "derivative.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "instance.h"
 #include "../core/output_tangent.h"
 
 /* Columns that are computed together: those of the wrench, and those of the command. */
@@ -15,8 +16,8 @@ enum { WRENCH_COLUMNS = 6, OF_WRENCH = 1, OF_COMMAND = 2 };
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
 {
-    return reference < (unsigned)er_real_count(&instance->layout) &&
-           kind((er_block)instance->layout.block[reference]);
+    return reference < (unsigned)instance->interface.reals &&
+           kind((er_block)instance->interface.block[reference]);
 }
 
 static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
@@ -36,12 +37,21 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
     return true;
 }
 
+/* The column of an input: of the wrench first, then of q, q' and q'' of all drives. */
+static int column_of(const er_instance *instance, unsigned reference)
+{
+    const er_interface *interface = &instance->interface;
+    int block = interface->block[reference], k = (int)reference - interface->first[block];
+    return block == ER_WRENCH
+               ? k : WRENCH_COLUMNS + (block - ER_Q_CMD) * instance->model->robot.joints + k;
+}
+
 /* The column's unit change of what is held at the present time. */
 static void held_along(const er_instance *instance, int column, double factor, er_held *held)
 {
     const er_model *model = instance->model;
-    const er_departure *departure = &instance->departure;
-    double elapsed = departure->stepped ? departure->end - departure->state.time : 0.0;
+    const er_step_start *start = &instance->step_start;
+    double elapsed = start->stepped ? start->end - start->state.time : 0.0;
     er_share share = er_share_of(&model->robot, column, elapsed);
     if (share.joint < 0) {
         held->wrench[column] += factor;
@@ -69,20 +79,20 @@ static bool require_columns(er_instance *instance, unsigned group)
 {
     const er_model *model = instance->model;
     const er_options *options = &model->memory.options;
-    const er_departure *departure = &instance->departure;
+    const er_step_start *start = &instance->step_start;
     er_sensitivity *sensitivity = &instance->model->sensitivity;
     bool of_wrench = group == OF_WRENCH, fixed = !of_wrench && options->trajectory[0] != '\0';
     if ((instance->columns & group) != 0)
         return true;
     er_sensitivity_start(sensitivity, of_wrench ? 0 : WRENCH_COLUMNS,
                          of_wrench ? WRENCH_COLUMNS : 3 * model->robot.joints,
-                         departure->state.time);
+                         start->state.time);
     if (!fixed && model->robot.elastics > 0) {
-        if (departure->stepped && !options->quasistatic) {
-            if (!er_model_follow(instance->model, &departure->state, departure->end,
-                                 &departure->command, departure->wrench, &instance->failure))
+        if (start->stepped && !options->quasistatic) {
+            if (!er_model_follow(instance->model, &start->state, start->end,
+                                 &start->command, start->wrench, &instance->failure))
                 return false;
-        } else if (departure->stepped || !options->undeflected) {
+        } else if (start->stepped || !options->undeflected) {
             follow_equilibrium(instance, sensitivity);
         }
     }
@@ -100,7 +110,7 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
     const er_sensitivity *sensitivity = &instance->model->sensitivity;
     memset(change, 0, sizeof *change);
     for (size_t j = 0; j < count; j++) {
-        int column = (int)knowns[j];
+        int column = column_of(instance, knowns[j]);
         if (seed[j] == 0.0)
             continue;
         if (!require_columns(instance, column < WRENCH_COLUMNS ? OF_WRENCH : OF_COMMAND))
@@ -143,14 +153,13 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return false;
     if (unknown_count == 0)
         return true;
-    /* The initial state is computed, if it is not there, by reading any output. */
-    if (!er_instance_get_reals(instance, unknowns, 1, along) ||
+    if (!er_instance_initialise(instance) ||
         !find_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
-        er_block block = (er_block)instance->layout.block[unknowns[i]];
+        er_block block = (er_block)instance->interface.block[unknowns[i]];
         if ((there & 1u << block) == 0 &&
-            !block_along(instance, block, &change, along + instance->layout.first[block]))
+            !block_along(instance, block, &change, along + instance->interface.first[block]))
             return false;
         there |= 1u << block;
         sensitivity[i] = along[unknowns[i]];

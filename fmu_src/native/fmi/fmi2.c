@@ -1,44 +1,16 @@
 /* The functions of FMI 2.0 for co-simulation. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fmi2Functions.h"
-#include "instance.h"
+
+#include <stdlib.h>
+
 #include "../io/uri.h"
+#include "component.h"
+#include "derivative.h"
+#include "instance_variables.h"
 
-#define ROBOT_FILE "robot.txt"
-
-typedef struct {
-    er_instance *robot;
-    char *name;
-    fmi2CallbackLogger logger;
-    fmi2ComponentEnvironment environment;
-    bool logging;
-} component;
-
-/* Tells the master; without its log, stderr.  Masters format messages like printf. */
-static void tell(const component *c, const char *text)
+static fmi2Status status(bool good)
 {
-    char escaped[ER_ESCAPED_TEXT];
-    if (!c->logging || c->logger == NULL) {
-        fprintf(stderr, "%s: %s\n", c->name, text);
-        fflush(stderr);
-        return;
-    }
-    er_escape(text, escaped);
-    c->logger(c->environment, c->name, fmi2Error, "logStatusError", escaped);
-}
-
-static fmi2Status refuse(component *c, const char *text)
-{
-    tell(c, text);
-    return fmi2Error;
-}
-
-static fmi2Status status(component *c, bool good)
-{
-    return good ? fmi2OK : refuse(c, c->robot->failure.text);
+    return good ? fmi2OK : fmi2Error;
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -51,241 +23,161 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-static void release(component *c)
+/* Masters format messages like printf. */
+static void tell(const er_component *c, const char *text)
 {
-    er_instance_free(c->robot);
-    free(c->name);
-    free(c);
+    char escaped[ER_ESCAPED_TEXT];
+    er_escape(text, escaped);
+    ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name, fmi2Error, "logStatusError",
+                                          escaped);
+}
+
+static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, er_failure *failure)
+{
+    char *file = er_path_from_uri(location, ER_ROBOT_FILE);
+    er_instance *robot = NULL;
+    if (type != fmi2CoSimulation)
+        er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
+    else if (guid == NULL)
+        er_fail(failure, "there is no GUID; needed is that of modelDescription.xml");
+    else if (file == NULL)
+        er_fail(failure, "the resources are at '%.300s'; needed is a file: URI",
+                location != NULL ? location : "");
+    else
+        robot = er_instance_create(file, guid, failure);
+    free(file);
+    return robot;
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    component *c = calloc(1, sizeof *c);
-    char *file;
+    er_log log = {tell, NULL, NULL, logging != fmi2False};
     er_failure failure;
     (void)visible;
-    if (c == NULL)
-        return NULL;
-    c->name = malloc(strlen(name != NULL ? name : "") + 1);
-    if (c->name == NULL) {
-        free(c);
-        return NULL;
-    }
-    strcpy(c->name, name != NULL ? name : "");
-    c->logging = logging != fmi2False;
     if (functions != NULL) {
-        c->logger = functions->logger;
-        c->environment = functions->componentEnvironment;
+        log.function = (void (*)(void))functions->logger;
+        log.environment = functions->componentEnvironment;
     }
-    file = er_path_from_uri(location, ROBOT_FILE);
-    if (type != fmi2CoSimulation)
-        er_fail(&failure, "model exchange is asked for; this FMU does co-simulation only");
-    else if (guid == NULL)
-        er_fail(&failure, "there is no GUID; needed is that of modelDescription.xml");
-    else if (file == NULL)
-        er_fail(&failure, "the resources are at '%.300s'; needed is a file: URI",
-                location != NULL ? location : "");
-    else
-        c->robot = er_instance_create(file, guid, &failure);
-    free(file);
-    if (c->robot == NULL) {
-        tell(c, failure.text);
-        release(c);
-        return NULL;
-    }
-    return c;
+    return er_component_create(name, log, create(type, guid, location, &failure), &failure);
 }
 
-void fmi2FreeInstance(fmi2Component instance)
+void fmi2FreeInstance(fmi2Component c)
 {
-    if (instance != NULL)
-        release(instance);
+    er_component_free(c);
 }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean logging, size_t count,
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
     (void)count;
     (void)categories;
-    ((component *)instance)->logging = logging != fmi2False;
-    return fmi2OK;
+    return status(er_component_log(c, logging != fmi2False));
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean has_tolerance,
-                               fmi2Real tolerance, fmi2Real start, fmi2Boolean has_stop,
-                               fmi2Real stop)
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
+                               fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
-    component *c = instance;
     (void)has_stop;
     (void)stop;
-    return status(c, er_instance_setup(c->robot, start, has_tolerance ? tolerance : 0.0));
+    return status(er_component_setup(c, start, has_tolerance ? tolerance : 0.0));
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component instance)
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    component *c = instance;
-    if (c->robot->progress.started)
-        return refuse(c, "initialisation is entered after it has ended; needed is a reset first");
-    return fmi2OK;
+    return status(er_component_enter(c));
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    component *c = instance;
-    return status(c, er_instance_start(c->robot));
+    return status(er_component_exit(c));
 }
 
-fmi2Status fmi2Terminate(fmi2Component instance)
+fmi2Status fmi2Terminate(fmi2Component c)
 {
-    (void)instance;
-    return fmi2OK;
+    return status(er_component_terminate(c));
 }
 
-fmi2Status fmi2Reset(fmi2Component instance)
+fmi2Status fmi2Reset(fmi2Component c)
 {
-    er_instance_reset(((component *)instance)->robot);
-    return fmi2OK;
+    return status(er_component_reset(c));
 }
 
 fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        fmi2Real values[])
 {
-    component *c = instance;
-    return status(c, er_instance_get_reals(c->robot, references, count, values));
+    er_component *c = instance;
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  er_component_told(c, er_instance_get_reals(c->robot, references, count, values)));
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        const fmi2Real values[])
 {
-    component *c = instance;
-    return status(c, er_instance_set_reals(c->robot, references, count, values));
+    er_component *c = instance;
+    return status(er_component_may(c, ER_CALL_SET) &&
+                  er_component_told(c, er_instance_set_reals(c->robot, references, count, values)));
 }
 
-fmi2Status fmi2GetString(fmi2Component instance, const fmi2ValueReference references[],
-                         size_t count, fmi2String values[])
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                         fmi2String values[])
 {
-    component *c = instance;
-    for (size_t i = 0; i < count; i++)
-        if (!er_instance_get_string(c->robot, references[i], &values[i]))
-            return status(c, false);
-    return fmi2OK;
+    return status(er_component_get_strings(c, references, count, values));
 }
 
-fmi2Status fmi2SetString(fmi2Component instance, const fmi2ValueReference references[],
-                         size_t count, const fmi2String values[])
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
+                         const fmi2String values[])
 {
-    component *c = instance;
-    for (size_t i = 0; i < count; i++)
-        if (!er_instance_set_string(c->robot, references[i], values[i]))
-            return status(c, false);
-    return fmi2OK;
+    return status(er_component_set_strings(c, references, count, values));
 }
 
-static fmi2Status none_of(component *c, const char *kind, const fmi2ValueReference references[],
-                          size_t count)
-{
-    if (count == 0)
-        return fmi2OK;
-    er_fail(&c->robot->failure, "%s variable %u is asked for; this FMU has real and string variables"
-            " only", kind, references[0]);
-    return status(c, false);
-}
-
-fmi2Status fmi2GetInteger(fmi2Component instance, const fmi2ValueReference references[],
-                          size_t count, fmi2Integer values[])
-{
-    (void)values;
-    return none_of(instance, "integer", references, count);
-}
-
-fmi2Status fmi2SetInteger(fmi2Component instance, const fmi2ValueReference references[],
-                          size_t count, const fmi2Integer values[])
-{
-    (void)values;
-    return none_of(instance, "integer", references, count);
-}
-
-fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference references[],
-                          size_t count, fmi2Boolean values[])
-{
-    (void)values;
-    return none_of(instance, "boolean", references, count);
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference references[],
-                          size_t count, const fmi2Boolean values[])
-{
-    (void)values;
-    return none_of(instance, "boolean", references, count);
-}
-
-fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state)
-{
-    component *c = instance;
-    if (*state == NULL && (*state = calloc(1, sizeof(er_saved_state))) == NULL)
-        return refuse(c, "the state does not fit into memory");
-    er_instance_save(c->robot, *state);
-    return fmi2OK;
-}
-
-static fmi2Status require_state(component *c, fmi2FMUstate state)
-{
-    return state != NULL ? fmi2OK
-                         : refuse(c, "there is no state; needed is a state that this FMU has saved");
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state)
-{
-    component *c = instance;
-    if (require_state(c, state) != fmi2OK)
-        return fmi2Error;
-    return status(c, er_instance_restore(c->robot, state));
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state)
-{
-    (void)instance;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
+#define NO_VARIABLES(Type, kind)                                                                    \
+    fmi2Status fmi2Get##Type(fmi2Component c, const fmi2ValueReference references[], size_t count,  \
+                             fmi2##Type values[])                                                   \
+    {                                                                                               \
+        (void)values;                                                                               \
+        return status(er_component_none_of(c, kind, "real and string", references, count));         \
+    }                                                                                               \
+    fmi2Status fmi2Set##Type(fmi2Component c, const fmi2ValueReference references[], size_t count,  \
+                             const fmi2##Type values[])                                             \
+    {                                                                                               \
+        (void)values;                                                                               \
+        return status(er_component_none_of(c, kind, "real and string", references, count));         \
     }
-    return fmi2OK;
-}
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state, size_t *size)
+NO_VARIABLES(Integer, "integer")
+NO_VARIABLES(Boolean, "boolean")
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    *size = ER_SERIALISED_SIZE;
-    return require_state(instance, state);
+    return status(er_component_get_state(c, state));
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte bytes[],
-                                 size_t size)
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    component *c = instance;
-    if (require_state(c, state) != fmi2OK)
-        return fmi2Error;
-    if (size < ER_SERIALISED_SIZE)
-        return refuse(c, "the buffer is too small for the state; needed is the size asked for");
-    er_serialise(state, (unsigned char *)bytes);
-    return fmi2OK;
+    return status(er_component_set_state(c, state));
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size,
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    return status(er_component_free_state(c, state));
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    return status(er_component_state_size(c, state, size));
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    return status(er_component_serialise(c, state, bytes, size));
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *state)
 {
-    component *c = instance;
-    er_saved_state *saved = *state != NULL ? *state : calloc(1, sizeof *saved);
-    if (saved == NULL)
-        return refuse(c, "the state does not fit into memory");
-    if (!er_deserialise(c->robot, (const unsigned char *)bytes, size, saved)) {
-        if (*state == NULL)
-            free(saved);
-        return status(c, false);
-    }
-    *state = saved;
-    return fmi2OK;
+    return status(er_component_deserialise(c, bytes, size, state));
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
@@ -293,81 +185,89 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                         const fmi2ValueReference knowns[], size_t known_count,
                                         const fmi2Real seed[], fmi2Real sensitivity[])
 {
-    component *c = instance;
-    return status(c, er_instance_derivative(c->robot, unknowns, unknown_count, knowns, known_count,
-                                            seed, sensitivity));
+    er_component *c = instance;
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  er_component_told(c, er_instance_derivative(c->robot, unknowns, unknown_count,
+                                                              knowns, known_count, seed,
+                                                              sensitivity)));
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
-                                       const fmi2ValueReference references[], size_t count,
-                                       const fmi2Integer order[], const fmi2Real values[])
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference references[],
+                                       size_t count, const fmi2Integer order[],
+                                       const fmi2Real values[])
 {
     (void)references;
     (void)order;
     (void)values;
-    return count == 0 ? fmi2OK : refuse(instance, "input derivatives are set; inputs are held");
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  (count == 0 ||
+                   er_component_refuse(c, "input derivatives are set; inputs are held")));
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance,
-                                        const fmi2ValueReference references[], size_t count,
-                                        const fmi2Integer order[], fmi2Real values[])
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],
+                                        size_t count, const fmi2Integer order[], fmi2Real values[])
 {
     (void)references;
     (void)order;
     (void)values;
-    return count == 0 ? fmi2OK : refuse(instance, "output derivatives are asked for; there are none");
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  (count == 0 ||
+                   er_component_refuse(c, "output derivatives are asked for; there are none")));
 }
 
-fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real time, fmi2Real size, fmi2Boolean no_set_state)
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fmi2Boolean no_set_state)
 {
-    component *c = instance;
     (void)no_set_state;
-    return status(c, er_instance_step(c->robot, time, size));
+    return status(er_component_step(c, time, size));
 }
 
-fmi2Status fmi2CancelStep(fmi2Component instance)
+fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return refuse(instance, "a step is cancelled; steps of this FMU are not asynchronous");
+    return status(
+        er_component_refuse(c, "a step is cancelled; steps of this FMU are not asynchronous"));
 }
 
-fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value)
+/* What only a step that is still under way would answer. */
+static fmi2Status pending(const er_component *c)
 {
-    (void)instance;
+    return er_component_may(c, ER_CALL_ANY) ? fmi2Discard : fmi2Error;
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
     (void)kind;
-    *value = fmi2OK;
-    return fmi2Discard;
+    if (c != NULL)
+        *value = fmi2OK;
+    return pending(c);
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
 {
-    if (kind != fmi2LastSuccessfulTime)
-        return fmi2Discard;
-    *value = ((component *)instance)->robot->progress.time;
+    const er_component *c = instance;
+    if (c == NULL || kind != fmi2LastSuccessfulTime)
+        return pending(c);
+    *value = c->robot->progress.time;
     return fmi2OK;
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component instance, const fmi2StatusKind kind,
-                                fmi2Integer *value)
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
 {
-    (void)instance;
     (void)kind;
     (void)value;
-    return fmi2Discard;
+    return pending(c);
 }
 
-fmi2Status fmi2GetBooleanStatus(fmi2Component instance, const fmi2StatusKind kind,
-                                fmi2Boolean *value)
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    (void)instance;
     (void)kind;
-    *value = fmi2False;
-    return fmi2Discard;
+    if (c != NULL)
+        *value = fmi2False;
+    return pending(c);
 }
 
-fmi2Status fmi2GetStringStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2String *value)
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
-    (void)instance;
     (void)kind;
     (void)value;
-    return fmi2Discard;
+    return pending(c);
 }

@@ -5,37 +5,15 @@
  */
 #include "fmi3.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "instance.h"
+#include "../io/uri.h"
+#include "derivative.h"
+#include "instance_variables.h"
 
-#define ROBOT_FILE "robot.txt"
-
-typedef struct {
-    er_instance *robot;
-    char *name;
-    fmi3LogMessageCallback log;
-    fmi3InstanceEnvironment environment;
-    bool logging;
-} component;
-
-fmi3Status er_fmi3_refuse(fmi3Instance instance, const char *text)
+static fmi3Status status(bool good)
 {
-    const component *c = instance;
-    if (c->logging && c->log != NULL) {
-        c->log(c->environment, fmi3Error, "logStatusError", text);
-    } else {
-        fprintf(stderr, "%s: %s\n", c->name, text);
-        fflush(stderr);
-    }
-    return fmi3Error;
-}
-
-static fmi3Status status(component *c, bool good)
-{
-    return good ? fmi3OK : er_fmi3_refuse(c, c->robot->failure.text);
+    return good ? fmi3OK : fmi3Error;
 }
 
 const char *fmi3GetVersion(void)
@@ -43,34 +21,28 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-static char *joined(const char *first, const char *separator, const char *second)
+static void tell(const er_component *c, const char *text)
 {
-    size_t size = strlen(first) + strlen(separator) + strlen(second) + 1;
-    char *text = malloc(size);
-    if (text != NULL)
-        snprintf(text, size, "%s%s%s", first, separator, second);
-    return text;
+    ((fmi3LogMessageCallback)c->log.function)(c->log.environment, fmi3Error, "logStatusError", text);
+}
+
+er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)
+{
+    return (er_log){tell, (void (*)(void))function, environment, on};
 }
 
 static er_instance *create(fmi3String token, fmi3String resources, er_failure *failure)
 {
-    er_instance *robot;
-    char *file;
-    size_t length = resources != NULL ? strlen(resources) : 0;
-    if (token == NULL) {
+    char *file = er_path_in_folder(resources != NULL ? resources : "", ER_ROBOT_FILE);
+    er_instance *robot = NULL;
+    if (token == NULL)
         er_fail(failure, "there is no instantiation token; needed is that of modelDescription.xml");
-        return NULL;
-    }
-    if (length == 0) {
+    else if (resources == NULL || resources[0] == '\0')
         er_fail(failure, "there is no path of the resources; needed is that of the unpacked FMU's");
-        return NULL;
-    }
-    file = joined(resources, resources[length - 1] == '/' ? "" : "/", ROBOT_FILE);
-    if (file == NULL) {
+    else if (file == NULL)
         er_fail(failure, "the path of the resources does not fit into memory");
-        return NULL;
-    }
-    robot = er_instance_create(file, token, failure);
+    else
+        robot = er_instance_create(file, token, failure);
     free(file);
     return robot;
 }
@@ -82,98 +54,72 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update)
 {
-    component *c = calloc(1, sizeof *c);
+    er_instance *robot = NULL;
     er_failure failure;
     (void)visible;
     (void)early_return; /* allowed, never done */
     (void)intermediate;
     (void)update;
-    if (c == NULL)
-        return NULL;
-    c->name = joined(name != NULL ? name : "", "", "");
-    if (c->name == NULL) {
-        free(c);
-        return NULL;
-    }
-    c->log = log;
-    c->environment = environment;
-    c->logging = logging;
     if (event_mode)
         er_fail(&failure, "event mode is asked for; this FMU has none");
     else if (intermediate_count > 0)
         er_fail(&failure, "intermediate variables are asked for; this FMU has none");
     else
-        c->robot = create(token, resources, &failure);
-    if (c->robot == NULL) {
-        er_fmi3_refuse(c, failure.text);
-        fmi3FreeInstance(c);
-        return NULL;
-    }
-    return c;
+        robot = create(token, resources, &failure);
+    return er_component_create(name, er_fmi3_log(logging, log, environment), robot, &failure);
 }
 
-void fmi3FreeInstance(fmi3Instance instance)
+void fmi3FreeInstance(fmi3Instance c)
 {
-    component *c = instance;
-    if (c == NULL)
-        return;
-    er_instance_free(c->robot);
-    free(c->name);
-    free(c);
+    er_component_free(c);
 }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean logging, size_t count,
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
                                const fmi3String categories[])
 {
     (void)count;
     (void)categories;
-    ((component *)instance)->logging = logging;
-    return fmi3OK;
+    return status(er_component_log(c, logging));
 }
 
-fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean has_tolerance,
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
                                        fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean has_stop, fmi3Float64 stop)
 {
-    component *c = instance;
     (void)has_stop;
     (void)stop;
-    if (c->robot->progress.started)
-        return er_fmi3_refuse(c, "initialisation is entered after it has ended; needed is a reset"
-                              " first");
-    return status(c, er_instance_setup(c->robot, start, has_tolerance ? tolerance : 0.0));
+    return status(er_component_may(c, ER_CALL_ENTER) &&
+                  er_component_setup(c, start, has_tolerance ? tolerance : 0.0) &&
+                  er_component_enter(c));
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
-    component *c = instance;
-    return status(c, er_instance_start(c->robot));
+    return status(er_component_exit(c));
 }
 
-fmi3Status fmi3Terminate(fmi3Instance instance)
+fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    (void)instance;
-    return fmi3OK;
+    return status(er_component_terminate(c));
 }
 
-fmi3Status fmi3Reset(fmi3Instance instance)
+fmi3Status fmi3Reset(fmi3Instance c)
 {
-    er_instance_reset(((component *)instance)->robot);
-    return fmi3OK;
+    return status(er_component_reset(c));
 }
 
-static bool is_time(const component *c, fmi3ValueReference reference)
+static bool is_time(const er_component *c, fmi3ValueReference reference)
 {
-    return reference == (unsigned)c->robot->layout.first[ER_BLOCKS];
+    return reference == er_time_reference(&c->robot->interface);
 }
 
 /* Checks that there is one value for each element of some variables. */
-static bool require_count(component *c, const fmi3ValueReference references[], size_t count,
+static bool require_count(er_component *c, const fmi3ValueReference references[], size_t count,
                           size_t values)
 {
     size_t elements = 0;
     for (size_t i = 0; i < count; i++) {
-        int size = is_time(c, references[i]) ? 1 : er_array_size(&c->robot->layout, references[i]);
+        int size = is_time(c, references[i]) ? 1 : er_array_size(&c->robot->interface, references[i]);
         if (size == 0)
             return er_fail(&c->robot->failure, "the value reference %u is asked for as a Float64"
                            " variable; this FMU has none there", references[i]);
@@ -186,17 +132,17 @@ static bool require_count(component *c, const fmi3ValueReference references[], s
 }
 
 /* Value references of the elements of one variable; returns their number. */
-static size_t elements_of(const component *c, fmi3ValueReference reference, unsigned *elements)
+static size_t elements_of(const er_component *c, fmi3ValueReference reference, unsigned *elements)
 {
     size_t size = is_time(c, reference)
-                      ? 1 : (size_t)er_array_size(&c->robot->layout, reference);
+                      ? 1 : (size_t)er_array_size(&c->robot->interface, reference);
     for (size_t k = 0; k < size; k++)
         elements[k] = reference + (unsigned)k;
     return size;
 }
 
 /* Value references of the elements of some variables, of which there are `values`. */
-static bool expand(component *c, const fmi3ValueReference references[], size_t count, size_t values,
+static bool expand(er_component *c, const fmi3ValueReference references[], size_t count, size_t values,
                    unsigned elements[ER_MAX_REALS])
 {
     size_t known = 0;
@@ -204,158 +150,139 @@ static bool expand(component *c, const fmi3ValueReference references[], size_t c
         return false;
     if (values > ER_MAX_REALS)
         return er_fail(&c->robot->failure, "%lu values are given in one call; this FMU has %d",
-                       (unsigned long)values, er_real_count(&c->robot->layout));
+                       (unsigned long)values, c->robot->interface.reals);
     for (size_t i = 0; i < count; i++)
         known += elements_of(c, references[i], elements + known);
     return true;
 }
 
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                          fmi3Float64 values[], size_t value_count)
+static bool get(er_component *c, const fmi3ValueReference references[], size_t count,
+                fmi3Float64 values[], size_t value_count)
 {
-    component *c = instance;
     if (!require_count(c, references, count, value_count))
-        return status(c, false);
+        return false;
     for (size_t i = 0; i < count; i++) {
         unsigned elements[ER_MAX_REALS];
         size_t size = elements_of(c, references[i], elements);
         if (is_time(c, references[i]))
             *values = c->robot->progress.time;
         else if (!er_instance_get_reals(c->robot, elements, size, values))
-            return status(c, false);
+            return false;
         values += size;
     }
-    return fmi3OK;
+    return true;
 }
 
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
+static bool set(er_component *c, const fmi3ValueReference references[], size_t count,
+                const fmi3Float64 values[], size_t value_count)
+{
+    unsigned elements[ER_MAX_REALS];
+    return expand(c, references, count, value_count, elements) &&
+           er_instance_set_reals(c->robot, elements, value_count, values);
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
+                          fmi3Float64 values[], size_t value_count)
+{
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  er_component_told(c, get(c, references, count, values, value_count)));
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
-    component *c = instance;
-    unsigned elements[ER_MAX_REALS];
-    return status(c, expand(c, references, count, value_count, elements) &&
-                         er_instance_set_reals(c->robot, elements, value_count, values));
+    return status(er_component_may(c, ER_CALL_SET) &&
+                  er_component_told(c, set(c, references, count, values, value_count)));
 }
 
-static bool require_strings(component *c, size_t count, size_t values)
+/* A string variable has one value. */
+static bool require_strings(er_component *c, size_t count, size_t values)
 {
-    return count == values ||
-           er_fail(&c->robot->failure, "there are %lu values for %lu string variables; needed is one"
-                   " for each", (unsigned long)values, (unsigned long)count);
+    return c == NULL || count == values ||
+           er_component_told(
+               c, er_fail(&c->robot->failure, "there are %lu values for %lu string variables; needed is"
+                          " one for each", (unsigned long)values, (unsigned long)count));
 }
 
-fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                          fmi3String values[], size_t value_count)
 {
-    component *c = instance;
-    bool good = require_strings(c, count, value_count);
-    for (size_t i = 0; good && i < count; i++)
-        good = er_instance_get_string(c->robot, references[i], &values[i]);
-    return status(c, good);
+    return status(require_strings(c, count, value_count) &&
+                  er_component_get_strings(c, references, count, values));
 }
 
-fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
+fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                          const fmi3String values[], size_t value_count)
 {
-    component *c = instance;
-    bool good = require_strings(c, count, value_count);
-    for (size_t i = 0; good && i < count; i++)
-        good = er_instance_set_string(c->robot, references[i], values[i]);
-    return status(c, good);
+    return status(require_strings(c, count, value_count) &&
+                  er_component_set_strings(c, references, count, values));
 }
 
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    component *c = instance;
-    if (*state == NULL && (*state = calloc(1, sizeof(er_saved_state))) == NULL)
-        return er_fmi3_refuse(c, "the state does not fit into memory");
-    er_instance_save(c->robot, *state);
-    return fmi3OK;
+    return status(er_component_get_state(c, state));
 }
 
-static fmi3Status require_state(component *c, fmi3FMUState state)
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    return state != NULL ? fmi3OK
-                         : er_fmi3_refuse(c, "there is no state; needed is a state that this FMU has"
-                                          " saved");
+    return status(er_component_set_state(c, state));
 }
 
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    component *c = instance;
-    if (require_state(c, state) != fmi3OK)
-        return fmi3Error;
-    return status(c, er_instance_restore(c->robot, state));
+    return status(er_component_free_state(c, state));
 }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    (void)instance;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi3OK;
+    return status(er_component_state_size(c, state, size));
 }
 
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    *size = ER_SERIALISED_SIZE;
-    return require_state(instance, state);
+    return status(er_component_serialise(c, state, bytes, size));
 }
 
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[],
-                                 size_t size)
-{
-    if (require_state(instance, state) != fmi3OK)
-        return fmi3Error;
-    if (size < ER_SERIALISED_SIZE)
-        return er_fmi3_refuse(instance, "the buffer is too small for the state; needed is the size"
-                              " asked for");
-    er_serialise(state, bytes);
-    return fmi3OK;
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size,
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *state)
 {
-    component *c = instance;
-    er_saved_state *saved = *state != NULL ? *state : calloc(1, sizeof *saved);
-    if (saved == NULL)
-        return er_fmi3_refuse(c, "the state does not fit into memory");
-    if (!er_deserialise(c->robot, bytes, size, saved)) {
-        if (*state == NULL)
-            free(saved);
-        return status(c, false);
-    }
-    *state = saved;
-    return fmi3OK;
+    return status(er_component_deserialise(c, bytes, size, state));
 }
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
+static bool derive(er_component *c, const fmi3ValueReference unknowns[], size_t unknown_count,
+                   const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
+                   size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)
+{
+    unsigned outputs[ER_MAX_REALS], inputs[ER_MAX_REALS];
+    return expand(c, unknowns, unknown_count, sensitivity_count, outputs) &&
+           expand(c, knowns, known_count, seed_count, inputs) &&
+           er_instance_derivative(c->robot, outputs, sensitivity_count, inputs, seed_count, seed,
+                                  sensitivity);
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
                                         size_t known_count, const fmi3Float64 seed[],
                                         size_t seed_count, fmi3Float64 sensitivity[],
                                         size_t sensitivity_count)
 {
-    component *c = instance;
-    unsigned outputs[ER_MAX_REALS], inputs[ER_MAX_REALS];
-    return status(c, expand(c, unknowns, unknown_count, sensitivity_count, outputs) &&
-                         expand(c, knowns, known_count, seed_count, inputs) &&
-                         er_instance_derivative(c->robot, outputs, sensitivity_count, inputs,
-                                                seed_count, seed, sensitivity));
+    return status(er_component_may(c, ER_CALL_ANY) &&
+                  er_component_told(c, derive(c, unknowns, unknown_count, knowns, known_count, seed,
+                                              seed_count, sensitivity, sensitivity_count)));
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
                       fmi3Boolean no_set_state, fmi3Boolean *event, fmi3Boolean *terminate,
                       fmi3Boolean *early, fmi3Float64 *last_time)
 {
-    component *c = instance;
-    bool good = er_instance_step(c->robot, time, size);
+    er_component *c = instance;
+    bool good = er_component_step(c, time, size);
     (void)no_set_state;
-    *event = fmi3False;
-    *terminate = fmi3False;
-    *early = fmi3False;
-    *last_time = c->robot->progress.time;
-    return status(c, good);
+    if (c != NULL) {
+        *event = fmi3False;
+        *terminate = fmi3False;
+        *early = fmi3False;
+        *last_time = c->robot->progress.time;
+    }
+    return status(good);
 }

@@ -2,9 +2,9 @@
 #ifndef ER_FMI3_H
 #define ER_FMI3_H
 
+#include "component.h"
 #include "fmi3Functions.h"
 
-/* Tells the master a sentence and returns fmi3Error. */
-fmi3Status er_fmi3_refuse(fmi3Instance instance, const char *text);
+er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment);
 
 #endif

@@ -1,14 +1,32 @@
 #include "instance.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "../io/hash.h"
+#include "../io/text_file.h"
 
-#define DEFAULT_TOLERANCE 1e-6
 /* A communication step may start this far [s] from where the last one ended (rounding of sums). */
 #define TIME_SLACK 1e-9
+
+/* The file holds the robot and, behind it, the variables. */
+static bool read_file(er_instance *instance, er_robot *robot, const char *file)
+{
+    size_t size;
+    char *text = er_read_file(file, &size);
+    er_lines lines;
+    bool good;
+    if (text == NULL)
+        return er_fail(&instance->failure, "the robot's data %s cannot be read: %s", file,
+                       strerror(errno));
+    er_lines_start(&lines, text, &instance->failure);
+    good = er_robot_parse(robot, &lines) &&
+           er_interface_parse(&instance->interface, robot, &lines);
+    free(text);
+    return good;
+}
 
 static bool read_robot(er_instance *instance, const char *file, const char *guid)
 {
@@ -17,14 +35,12 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
     bool good;
     if (robot == NULL)
         return er_fail(failure, "the robot does not fit into memory");
-    good = er_robot_read(robot, file, failure);
+    good = read_file(instance, robot, file);
     if (good && strcmp(robot->guid, guid) != 0)
         good = er_fail(failure, "the GUID is %.80s; this FMU's resources belong to %.80s; needed is"
                        " the GUID of its modelDescription.xml", guid, robot->guid);
     if (good) {
-        size_t size = sizeof(er_saved_state);
-        instance->print = er_hash(&size, sizeof size, er_hash(robot, sizeof *robot, ER_HASH_START));
-        er_layout_of(robot, &instance->layout);
+        instance->fingerprint = er_hash(robot, sizeof *robot, ER_HASH_START);
         instance->model = er_model_create(robot);
         good = instance->model != NULL || er_fail(failure, "the model does not fit into memory");
     }
@@ -61,14 +77,17 @@ void er_instance_free(er_instance *instance)
 
 void er_instance_reset(er_instance *instance)
 {
+    const er_interface *interface = &instance->interface;
     er_model *model = instance->model;
     memset(&instance->inputs, 0, sizeof instance->inputs);
     memset(&instance->progress, 0, sizeof instance->progress);
-    memset(&instance->departure, 0, sizeof instance->departure);
+    memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
-    model->memory.options.curve = ER_BACKLASH;
-    model->memory.options.tolerance = DEFAULT_TOLERANCE;
+    model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
+    model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
+    model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
+    model->memory.options.tolerance = interface->tolerance;
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
     instance->fresh = 0;
 }
@@ -76,15 +95,12 @@ void er_instance_reset(er_instance *instance)
 bool er_instance_setup(er_instance *instance, double start, double tolerance)
 {
     char number[ER_NUMBER_TEXT];
-    if (instance->progress.started)
-        return er_fail(&instance->failure, "the experiment is set up after initialisation; needed is"
-                       " to do so before");
     if (!isfinite(start))
         return er_fail(&instance->failure, "the start time is %s s; needed is a finite number",
                        er_shown(start, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
         return er_fail(&instance->failure, "the tolerance is %s m; needed is a number > 0, or 0 for"
-                       " %g m", er_shown(tolerance, number), DEFAULT_TOLERANCE);
+                       " %g m", er_shown(tolerance, number), instance->interface.tolerance);
     instance->progress.time = start;
     if (tolerance > 0.0)
         instance->model->memory.options.tolerance = tolerance;
@@ -93,15 +109,22 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance)
     return true;
 }
 
-static void depart(er_instance *instance, const er_state *state, double end, bool stepped)
+static void keep_step_start(er_instance *instance, const er_state *state, double end, bool stepped)
 {
-    er_departure *departure = &instance->departure;
-    departure->state = *state;
-    departure->command = instance->inputs.command;
-    memcpy(departure->wrench, instance->inputs.wrench, sizeof departure->wrench);
-    departure->end = end;
-    departure->stepped = stepped;
+    er_step_start *start = &instance->step_start;
+    start->state = *state;
+    start->command = instance->inputs.command;
+    memcpy(start->wrench, instance->inputs.wrench, sizeof start->wrench);
+    start->end = end;
+    start->stepped = stepped;
     instance->columns = 0;
+}
+
+/* Whether the parameters that were set can be those of a robot. */
+static bool require_parameters(er_instance *instance)
+{
+    return er_require_parameters(&instance->interface, &instance->inputs.parameters,
+                                 &instance->failure);
 }
 
 bool er_instance_initialise(er_instance *instance)
@@ -109,13 +132,13 @@ bool er_instance_initialise(er_instance *instance)
     er_model *model = instance->model;
     if (instance->progress.computed)
         return true;
-    if (!er_instance_require_parameters(instance))
+    if (!require_parameters(instance))
         return false;
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
                         instance->inputs.wrench, &instance->failure))
         return false;
-    depart(instance, &model->memory.state, instance->progress.time, false);
+    keep_step_start(instance, &model->memory.state, instance->progress.time, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
     instance->fresh = 0;
@@ -126,7 +149,7 @@ bool er_instance_start(er_instance *instance)
 {
     if (!er_instance_initialise(instance))
         return false;
-    instance->progress.started = true;
+    instance->progress.phase = ER_RUNNING;
     return true;
 }
 
@@ -137,7 +160,7 @@ static bool move(er_instance *instance, double end)
     if (!er_model_step(model, end, &instance->inputs.command, instance->inputs.wrench,
                        &instance->failure))
         return false;
-    depart(instance, &before, end, true);
+    keep_step_start(instance, &before, end, true);
     return true;
 }
 
@@ -147,7 +170,7 @@ static bool move_with_new_parameters(er_instance *instance, double end)
     er_model *model = instance->model;
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
-    if (!er_instance_require_parameters(instance))
+    if (!require_parameters(instance))
         return false;
     er_model_take_parameters(model, &instance->inputs.parameters);
     if (move(instance, end)) {
@@ -164,9 +187,6 @@ bool er_instance_step(er_instance *instance, double start, double size)
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end = start + size;
-    if (!progress->started)
-        return er_fail(&instance->failure, "a step is asked for before initialisation has ended;"
-                       " needed is to end it first");
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
                        er_shown(size, number));

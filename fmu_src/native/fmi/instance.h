@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "interface.h"
+#include "lifecycle.h"
 #include "../core/model.h"
 
 /* What is set from outside: the inputs, and the parameters that the next step takes. */
@@ -22,36 +23,26 @@ typedef struct {
 typedef struct {
     double time;             /* of the last step's end, or the start [s] */
     bool computed;           /* the model's state belongs to the inputs and parameters */
-    bool started;            /* initialisation has ended: strings are fixed */
+    er_phase phase;
     bool parameters_changed; /* since the last step */
 } er_progress;
 
-/* How the present state came about, for derivatives. */
+/* Where the step that led to the present state began, for derivatives. */
 typedef struct {
-    er_state state;     /* where the last step began */
-    er_command command; /* of that step */
-    double wrench[6];   /* of that step */
+    er_state state;
+    er_command command; /* of the step */
+    double wrench[6];   /* of the step */
     double end;         /* [s] */
     bool stepped;       /* false: the present state is the initial one, computed from these inputs */
-} er_departure;
-
-/* All that an instance remembers: one flat block. */
-typedef struct {
-    uint64_t mark;  /* of this format */
-    uint64_t print; /* hash of the robot's data and the format */
-    er_inputs inputs;
-    er_progress progress;
-    er_departure departure;
-    er_memory memory;
-} er_saved_state;
+} er_step_start;
 
 typedef struct {
     er_model *model;
-    er_layout layout;
-    uint64_t print;
+    er_interface interface;
+    uint64_t fingerprint; /* hash of the robot's data */
     er_inputs inputs;
     er_progress progress;
-    er_departure departure;
+    er_step_start step_start;
     unsigned columns; /* groups of model->sensitivity that belong to the present state, a bit each */
     unsigned fresh; /* blocks of `outputs` that belong to the present state, a bit each */
     double outputs[ER_MAX_REALS];
@@ -69,39 +60,13 @@ void er_instance_reset(er_instance *instance);
 /* Start time [s], and the error allowed at the TCP [m]; 0 for the default. */
 bool er_instance_setup(er_instance *instance, double start, double tolerance);
 
-/* Computes the initial state from what is set by now; strings are fixed from now on. */
-bool er_instance_start(er_instance *instance);
-
 /* Computes the initial state unless it is there. */
 bool er_instance_initialise(er_instance *instance);
 
-/* Whether the parameters that were set can be those of a robot. */
-bool er_instance_require_parameters(er_instance *instance);
+/* The same, with which initialisation ends: strings are fixed from now on. */
+bool er_instance_start(er_instance *instance);
 
 /* Moves on by a communication step [s]; inputs are held over it. */
 bool er_instance_step(er_instance *instance, double start, double size);
-
-bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
-                           double *values);
-bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
-                           const double *values);
-bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
-bool er_instance_set_string(er_instance *instance, unsigned reference, const char *value);
-
-/* d(unknowns)/d(knowns) times a seed: how outputs at the end of the last step, or in the initial
- * state, follow the inputs that led there. */
-bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
-                            const unsigned *knowns, size_t known_count, const double *seed,
-                            double *sensitivity);
-
-/* Saves and restores the whole instance. */
-void er_instance_save(const er_instance *instance, er_saved_state *saved);
-bool er_instance_restore(er_instance *instance, const er_saved_state *saved);
-
-/* The same as bytes with a checksum, for another process on the same kind of machine. */
-#define ER_SERIALISED_SIZE (sizeof(er_saved_state) + sizeof(uint64_t))
-void er_serialise(const er_saved_state *saved, unsigned char *bytes);
-bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t size,
-                    er_saved_state *saved);
 
 #endif

@@ -2,56 +2,26 @@
 #include <math.h>
 #include <string.h>
 
-#include "instance.h"
-
-/* One value of a block of parameters by its place, NULL if it is not a parameter. */
-static double *parameter(er_instance *instance, er_parameters *parameters, er_block block, int k)
-{
-    switch (block) {
-    case ER_GRAVITY: return &parameters->gravity[k];
-    case ER_STIFFNESS: return &parameters->stiffness[k];
-    case ER_DAMPING: return &parameters->damping[k];
-    case ER_BACKLASH_WIDTH: return &parameters->backlash[instance->layout.twist[k]];
-    default: return NULL;
-    }
-}
+#include "instance_variables.h"
 
 /* An input or parameter by its value reference; NULL for an output. */
 static double *settable(er_instance *instance, int reference)
 {
-    er_block block = (er_block)instance->layout.block[reference];
-    int k = reference - instance->layout.first[block];
+    er_block block = (er_block)instance->interface.block[reference];
+    int k = reference - instance->interface.first[block];
     switch (block) {
     case ER_WRENCH: return &instance->inputs.wrench[k];
     case ER_Q_CMD: return &instance->inputs.command.q[k];
     case ER_QD_CMD: return &instance->inputs.command.qd[k];
     case ER_QDD_CMD: return &instance->inputs.command.qdd[k];
-    default: return parameter(instance, &instance->inputs.parameters, block, k);
+    default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
     }
-}
-
-bool er_instance_require_parameters(er_instance *instance)
-{
-    const er_layout *layout = &instance->layout;
-    for (int reference = layout->first[ER_STIFFNESS]; reference < layout->first[ER_STRINGS];
-         reference++) {
-        bool stiffness = layout->block[reference] == ER_STIFFNESS;
-        double value = *settable(instance, reference);
-        if (stiffness ? !(value > 0.0) : !(value >= 0.0)) {
-            char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
-            er_variable_name(layout, &instance->model->robot, reference, name);
-            return er_fail(&instance->failure, "%s is %s %s; needed is a number %s", name,
-                           er_shown(value, number),
-                           er_variable_unit(layout, reference), stiffness ? "> 0" : ">= 0");
-        }
-    }
-    return true;
 }
 
 static bool compute_block(er_instance *instance, er_block block)
 {
     const er_model *model = instance->model;
-    double *out = instance->outputs + instance->layout.first[block];
+    double *out = instance->outputs + instance->interface.first[block];
     switch (block) {
     case ER_TCP: er_model_tcp(model, out); return true;
     case ER_VELOCITY: er_model_velocity(model, out); return true;
@@ -79,10 +49,10 @@ static bool require_block(er_instance *instance, er_block block)
 
 static bool require_real(er_instance *instance, unsigned reference)
 {
-    if (reference < (unsigned)er_real_count(&instance->layout))
+    if (reference < (unsigned)instance->interface.reals)
         return true;
     return er_fail(&instance->failure, "the value reference %u is asked for as a real variable; this"
-                   " FMU has 0 to %d", reference, er_real_count(&instance->layout) - 1);
+                   " FMU has 0 to %d", reference, instance->interface.reals - 1);
 }
 
 bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
@@ -92,7 +62,7 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
         er_block block;
         if (!require_real(instance, references[i]))
             return false;
-        block = (er_block)instance->layout.block[references[i]];
+        block = (er_block)instance->interface.block[references[i]];
         if (er_is_output(block)) {
             if (!require_block(instance, block))
                 return false;
@@ -106,20 +76,16 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
 
 static bool may_set(er_instance *instance, unsigned reference, double value)
 {
-    char name[ER_VARIABLE_TEXT], number[ER_NUMBER_TEXT];
+    const er_interface *interface = &instance->interface;
+    char number[ER_NUMBER_TEXT];
     if (!require_real(instance, reference))
         return false;
-    if (er_is_output((er_block)instance->layout.block[reference])) {
-        er_variable_name(&instance->layout, &instance->model->robot, (int)reference, name);
-        return er_fail(&instance->failure, "%s is an output and cannot be set", name);
-    }
-    if (!isfinite(value)) {
-        er_variable_name(&instance->layout, &instance->model->robot, (int)reference, name);
-        return er_fail(&instance->failure, "%s is %s %s; needed is a finite number", name,
-                       er_shown(value, number),
-                       er_variable_unit(&instance->layout, (int)reference));
-    }
-    return true;
+    if (er_is_output((er_block)interface->block[reference]))
+        return er_fail(&instance->failure, "%s is an output and cannot be set",
+                       interface->name[reference]);
+    return isfinite(value) ||
+           er_fail(&instance->failure, "%s is %s %s; needed is a finite number",
+                   interface->name[reference], er_shown(value, number), interface->unit[reference]);
 }
 
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
@@ -130,10 +96,10 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
             return false;
     for (size_t i = 0; i < count; i++) {
         *settable(instance, (int)references[i]) = values[i];
-        if (!er_is_input((er_block)instance->layout.block[references[i]]))
+        if (!er_is_input((er_block)instance->interface.block[references[i]]))
             instance->progress.parameters_changed = true;
     }
-    if (!instance->progress.started && count > 0) {
+    if (instance->progress.phase < ER_RUNNING && count > 0) {
         instance->progress.computed = false;
         instance->fresh = 0;
     }

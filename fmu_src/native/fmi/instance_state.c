@@ -1,19 +1,19 @@
-/* Saving, restoring and serialising an instance. */
+#include "instance_state.h"
+
 #include <string.h>
 
 #include "../io/hash.h"
-#include "instance.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740002)
+#define STATE_MARK UINT64_C(0x45526f626f740003)
 
 void er_instance_save(const er_instance *instance, er_saved_state *saved)
 {
     saved->mark = STATE_MARK;
-    saved->print = instance->print;
+    saved->fingerprint = instance->fingerprint;
     saved->inputs = instance->inputs;
     saved->progress = instance->progress;
-    saved->departure = instance->departure;
+    saved->step_start = instance->step_start;
     saved->memory = instance->model->memory;
 }
 
@@ -22,30 +22,29 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "the state is not one of this FMU; needed is a state that"
                        " it has saved");
-    if (saved->print != instance->print)
+    if (saved->fingerprint != instance->fingerprint)
         return er_fail(&instance->failure, "the state is of a robot with fingerprint %016llx; needed"
-                       " is one of %016llx", (unsigned long long)saved->print,
-                       (unsigned long long)instance->print);
+                       " is one of %016llx", (unsigned long long)saved->fingerprint,
+                       (unsigned long long)instance->fingerprint);
     if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
                           &instance->failure))
         return false;
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
-    instance->departure = saved->departure;
+    instance->step_start = saved->step_start;
     instance->columns = 0;
     instance->fresh = 0;
     return true;
 }
 
-void er_serialise(const er_saved_state *saved, unsigned char *bytes)
+void er_serialise(const er_saved_state *saved, void *bytes)
 {
     uint64_t checksum = er_hash(saved, sizeof *saved, ER_HASH_START);
     memcpy(bytes, saved, sizeof *saved);
-    memcpy(bytes + sizeof *saved, &checksum, sizeof checksum);
+    memcpy((unsigned char *)bytes + sizeof *saved, &checksum, sizeof checksum);
 }
 
-bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t size,
-                    er_saved_state *saved)
+bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_saved_state *saved)
 {
     uint64_t checksum;
     if (size != ER_SERIALISED_SIZE)
@@ -53,7 +52,7 @@ bool er_deserialise(er_instance *instance, const unsigned char *bytes, size_t si
                        " has saved, of %lu bytes", (unsigned long)size,
                        (unsigned long)ER_SERIALISED_SIZE);
     memcpy(saved, bytes, sizeof *saved);
-    memcpy(&checksum, bytes + sizeof *saved, sizeof checksum);
+    memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
         return er_fail(&instance->failure, "the state is damaged: its checksum does not agree;"
                        " needed is a state as it was saved");

@@ -1,48 +1,40 @@
 /* String variables of an instance: what is fixed when initialisation ends. */
 #include <string.h>
 
-#include "instance.h"
+#include "instance_variables.h"
 
-static const char *const curves[] = {"linear", "backlash", "spline"};
-static const char *const modes[] = {"dynamic", "quasistatic"};
-static const char *const initial_states[] = {"equilibrium", "undeflected"};
-
-static bool require_string(er_instance *instance, unsigned reference, int *which)
+static bool require_string(er_instance *instance, unsigned reference, unsigned *which)
 {
-    unsigned first = (unsigned)instance->layout.first[ER_STRINGS];
-    *which = (int)(reference - first);
-    if (reference >= first && reference - first < ER_STRING_COUNT)
+    unsigned first = (unsigned)instance->interface.reals;
+    *which = reference - first;
+    if (reference >= first && *which < ER_STRINGS)
         return true;
     return er_fail(&instance->failure, "the value reference %u is asked for as a string variable;"
-                   " this FMU has %u to %u", reference, first, first + ER_STRING_COUNT - 1);
+                   " this FMU has %u to %u", reference, first, first + ER_STRINGS - 1);
 }
 
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value)
 {
     const er_options *options = &instance->model->memory.options;
-    int which;
+    const int chosen[ER_STRINGS] = {0, options->curve, options->quasistatic, options->undeflected};
+    unsigned which;
     if (!require_string(instance, reference, &which))
         return false;
-    switch (which) {
-    case ER_TRAJECTORY: *value = options->trajectory; break;
-    case ER_TORQUE_CURVE: *value = curves[options->curve]; break;
-    case ER_MODE: *value = modes[options->quasistatic]; break;
-    default: *value = initial_states[options->undeflected];
-    }
+    *value = which == ER_TRAJECTORY ? options->trajectory
+                                    : instance->interface.string[which].choice[chosen[which]];
     return true;
 }
 
-/* Place of a text among the known ones, or -1 and a sentence. */
-static int choice(er_instance *instance, const char *name, const char *value,
-                  const char *const *known, int count)
+/* Place of a text among a string's choices, or -1 and a sentence. */
+static int choose(er_instance *instance, const er_string *string, const char *value)
 {
-    char list[80] = "";
-    for (int k = 0; k < count; k++) {
-        if (strcmp(value, known[k]) == 0)
+    char list[ER_MAX_CHOICES * (ER_CHOICE + 2)] = "";
+    for (int k = 0; k < string->choices; k++) {
+        if (strcmp(value, string->choice[k]) == 0)
             return k;
-        strcat(strcat(list, k > 0 ? ", " : ""), known[k]);
+        strcat(strcat(list, k > 0 ? ", " : ""), string->choice[k]);
     }
-    er_fail(&instance->failure, "%s is '%.200s'; needed is one of %s", name, value, list);
+    er_fail(&instance->failure, "%s is '%.200s'; needed is one of %s", string->name, value, list);
     return -1;
 }
 
@@ -50,8 +42,8 @@ static bool set_trajectory(er_instance *instance, const char *value)
 {
     er_options *options = &instance->model->memory.options;
     if (strlen(value) >= ER_MAX_PATH)
-        return er_fail(&instance->failure, "trajectory has %lu characters; needed are less than %d",
-                       (unsigned long)strlen(value), ER_MAX_PATH);
+        return er_fail(&instance->failure, "%s has %lu characters; needed are less than %d",
+                       instance->interface.string[ER_TRAJECTORY].name, (unsigned long)strlen(value), ER_MAX_PATH);
     memset(options->trajectory, 0, sizeof options->trajectory);
     strcpy(options->trajectory, value);
     return true;
@@ -60,33 +52,20 @@ static bool set_trajectory(er_instance *instance, const char *value)
 bool er_instance_set_string(er_instance *instance, unsigned reference, const char *value)
 {
     er_options *options = &instance->model->memory.options;
-    int which, chosen;
+    unsigned which;
+    int chosen = 0;
     if (!require_string(instance, reference, &which))
         return false;
     if (value == NULL)
         return er_fail(&instance->failure, "a string is set to nothing; needed is a text");
-    if (instance->progress.started)
-        return er_fail(&instance->failure,
-                       "strings are fixed; set them before initialisation ends");
+    if (which == ER_TRAJECTORY ? !set_trajectory(instance, value)
+                               : (chosen = choose(instance, &instance->interface.string[which],
+                                                  value)) < 0)
+        return false;
     switch (which) {
-    case ER_TRAJECTORY:
-        if (!set_trajectory(instance, value))
-            return false;
-        break;
-    case ER_TORQUE_CURVE:
-        if ((chosen = choice(instance, "torque_curve", value, curves, 3)) < 0)
-            return false;
-        options->curve = (er_curve_kind)chosen;
-        break;
-    case ER_MODE:
-        if ((chosen = choice(instance, "mode", value, modes, 2)) < 0)
-            return false;
-        options->quasistatic = chosen == 1;
-        break;
-    default:
-        if ((chosen = choice(instance, "initial_state", value, initial_states, 2)) < 0)
-            return false;
-        options->undeflected = chosen == 1;
+    case ER_TORQUE_CURVE: options->curve = (er_curve_kind)chosen; break;
+    case ER_MODE: options->quasistatic = chosen == 1; break;
+    case ER_INITIAL_STATE: options->undeflected = chosen == 1; break;
     }
     instance->progress.computed = false;
     instance->fresh = 0;

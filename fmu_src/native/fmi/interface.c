@@ -1,107 +1,143 @@
 #include "interface.h"
 
-#include <stdio.h>
 #include <string.h>
 
-void er_layout_of(const er_robot *robot, er_layout *layout)
+/* Blocks by the names that the table gives them. */
+static const char *const keys[ER_BLOCKS] = {
+    [ER_WRENCH] = "wrench",
+    [ER_Q_CMD] = "q_cmd",
+    [ER_QD_CMD] = "qd_cmd",
+    [ER_QDD_CMD] = "qdd_cmd",
+    [ER_TCP] = "tcp",
+    [ER_VELOCITY] = "velocity",
+    [ER_RIGID] = "rigid",
+    [ER_DEVIATION] = "deviation",
+    [ER_COMPLIANCE] = "compliance",
+    [ER_DEFLECTION] = "deflection",
+    [ER_GRAVITY] = "gravity",
+    [ER_STIFFNESS] = "stiffness",
+    [ER_DAMPING] = "damping",
+    [ER_BACKLASH_WIDTH] = "backlash",
+};
+
+/* Place of a word among some, or their number. */
+static int place(const char *word, const char *const *known, int count)
 {
-    int n = robot->joints, m = robot->elastics, twists = 0, reference = 0;
+    int k = 0;
+    while (k < count && strcmp(word, known[k]) != 0)
+        k++;
+    return k;
+}
+
+/* Block, unit and names of the elements of an array. */
+static bool read_reals(er_interface *in, er_lines *lines)
+{
+    char unit[ER_UNIT];
+    int block, first = in->reals;
+    er_lines_word(lines);
+    block = place(lines->word, keys, ER_BLOCKS);
+    if (block == ER_BLOCKS)
+        return er_lines_refuse(lines, "the name of a block of variables");
+    if (in->size[block] == 0)
+        in->first[block] = first;
+    if (in->first[block] + in->size[block] != first)
+        return er_lines_refuse(lines, "each block's variables one after another");
+    if (!er_lines_text(lines, ER_UNIT, unit, "a unit of less than 16 letters"))
+        return false;
+    do {
+        int k = in->reals++;
+        if (k == ER_MAX_REALS)
+            return er_lines_refuse(lines, "at most as many reals as the largest robot has");
+        if (!er_lines_text(lines, ER_NAME, in->name[k], "a name of less than 64 letters"))
+            return false;
+        strcpy(in->unit[k], unit);
+        in->block[k] = (unsigned char)block;
+        in->size[block]++;
+    } while (!er_lines_at_end(lines));
+    in->array[first] = (unsigned char)(in->reals - first);
+    return true;
+}
+
+/* Name, and start value and choices where there are any. */
+static bool read_string(er_string *string, int choices, er_lines *lines)
+{
+    char start[ER_CHOICE] = "";
+    if (!er_lines_text(lines, ER_NAME, string->name, "a name of less than 64 letters") ||
+        (choices > 0 && !er_lines_text(lines, ER_CHOICE, start, "a start value")))
+        return false;
+    string->start = choices > 0 ? -1 : 0;
+    string->choices = choices;
+    for (int k = 0; k < choices; k++) {
+        if (!er_lines_text(lines, ER_CHOICE, string->choice[k], "one more choice"))
+            return false;
+        if (strcmp(start, string->choice[k]) == 0)
+            string->start = k;
+    }
+    return string->start >= 0 || er_lines_refuse(lines, "choices with the start value among them");
+}
+
+/* What the robot makes of the blocks must be what the model has. */
+static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
+{
+    int n = robot->joints, m = robot->elastics, torsions = 0;
     for (int k = 0; k < m; k++)
         if (robot->elastic_tilt[k] == 0)
-            layout->twist[twists++] = k;
+            in->torsion[torsions++] = k;
     {
-        const int size[ER_BLOCKS] = {6, n, n, n, 7, 3, 7, 6, 6, m, 3, m, m, twists, ER_STRING_COUNT};
-        for (int block = 0; block < ER_BLOCKS; block++) {
-            layout->first[block] = reference;
-            if (block != ER_STRINGS)
-                memset(layout->block + reference, block, (size_t)size[block]);
-            reference += size[block];
+        const int size[ER_BLOCKS] = {6, n, n, n, 7, 3, 7, 6, 6, m, 3, m, m, torsions};
+        for (int block = 0; block < ER_BLOCKS; block++)
+            if (in->size[block] != size[block])
+                return er_fail(lines->failure, "the robot's data have %d variables of the block %s;"
+                               " expected %d for this robot: build the FMU again", in->size[block],
+                               keys[block], size[block]);
+    }
+    return true;
+}
+
+bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
+{
+    static const int choices[ER_STRINGS] = {0, 3, 2, 2};
+    memset(in, 0, sizeof *in);
+    if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||
+        !er_lines_numbers(lines, 1, &in->tolerance) || !er_lines_next(lines))
+        return false;
+    if (!(in->tolerance > 0.0))
+        return er_fail(lines->failure, "the robot's data have a tolerance of %g m; expected a number"
+                       " > 0: build the FMU again", in->tolerance);
+    while (strcmp(lines->word, "reals") == 0)
+        if (!read_reals(in, lines) || !er_lines_next(lines))
+            return false;
+    for (int k = 0; k < ER_STRINGS; k++)
+        if (!er_lines_key(lines, "string") || !read_string(&in->string[k], choices[k], lines) ||
+            !er_lines_next(lines))
+            return false;
+    return er_lines_key(lines, "end") && require_sizes(in, robot, lines);
+}
+
+double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k)
+{
+    switch (block) {
+    case ER_GRAVITY: return &parameters->gravity[k];
+    case ER_STIFFNESS: return &parameters->stiffness[k];
+    case ER_DAMPING: return &parameters->damping[k];
+    case ER_BACKLASH_WIDTH: return &parameters->backlash[interface->torsion[k]];
+    default: return NULL;
+    }
+}
+
+bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
+                           er_failure *failure)
+{
+    er_parameters given = *parameters;
+    for (int block = ER_STIFFNESS; block <= ER_BACKLASH_WIDTH; block++)
+        for (int k = 0; k < interface->size[block]; k++) {
+            double value = *er_parameter(interface, &given, (er_block)block, k);
+            int reference = interface->first[block] + k;
+            char number[ER_NUMBER_TEXT];
+            if (block == ER_STIFFNESS ? !(value > 0.0) : !(value >= 0.0))
+                return er_fail(failure, "%s is %s %s; needed is a number %s",
+                               interface->name[reference], er_shown(value, number),
+                               interface->unit[reference], block == ER_STIFFNESS ? "> 0" : ">= 0");
         }
-        layout->first[ER_BLOCKS] = reference;
-    }
-}
-
-int er_array_size(const er_layout *layout, unsigned reference)
-{
-    er_block block;
-    int k, size;
-    if (reference >= (unsigned)er_real_count(layout))
-        return 0;
-    block = (er_block)layout->block[reference];
-    k = (int)reference - layout->first[block];
-    size = layout->first[block + 1] - layout->first[block];
-    switch (block) {
-    case ER_WRENCH: case ER_TCP: case ER_RIGID: case ER_DEVIATION: /* place and turn */
-        return k == 0 ? 3 : k == 3 ? size - 3 : 0;
-    case ER_STIFFNESS: case ER_DAMPING: case ER_BACKLASH_WIDTH: /* scalars that name their joint */
-        return 1;
-    default:
-        return k == 0 ? size : 0;
-    }
-}
-
-void er_variable_name(const er_layout *layout, const er_robot *robot, int reference,
-                      char name[ER_VARIABLE_TEXT])
-{
-    static const char *const axis[] = {"x", "y", "z"};
-    static const char *const pose[] = {"x", "y", "z", "qx", "qy", "qz", "qw"};
-    static const char *const tensor[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
-    static const char *const drive[] = {"q_cmd", "qd_cmd", "qdd_cmd"};
-    static const char *const property[] = {"stiffness", "damping", "backlash"};
-    er_block block = (er_block)layout->block[reference];
-    int k = reference - layout->first[block];
-    switch (block) {
-    case ER_WRENCH:
-        snprintf(name, ER_VARIABLE_TEXT, "%s.%s", k < 3 ? "force" : "moment", axis[k % 3]);
-        break;
-    case ER_Q_CMD: case ER_QD_CMD: case ER_QDD_CMD:
-        snprintf(name, ER_VARIABLE_TEXT, "%s[%d]", drive[block - ER_Q_CMD], k + 1);
-        break;
-    case ER_TCP: case ER_RIGID:
-        snprintf(name, ER_VARIABLE_TEXT, "%s.%s", block == ER_TCP ? "tcp" : "rigid", pose[k]);
-        break;
-    case ER_VELOCITY:
-        snprintf(name, ER_VARIABLE_TEXT, "tcp.v%s", axis[k]);
-        break;
-    case ER_DEVIATION:
-        snprintf(name, ER_VARIABLE_TEXT, "deviation.%s%s", k < 3 ? "" : "r", axis[k % 3]);
-        break;
-    case ER_COMPLIANCE:
-        snprintf(name, ER_VARIABLE_TEXT, "compliance.%s", tensor[k]);
-        break;
-    case ER_DEFLECTION:
-        snprintf(name, ER_VARIABLE_TEXT, "deflection[%d]", k + 1);
-        break;
-    case ER_GRAVITY:
-        snprintf(name, ER_VARIABLE_TEXT, "gravity.%s", axis[k]);
-        break;
-    default: {
-        int x = block == ER_BACKLASH_WIDTH ? layout->twist[k] : k;
-        int joint = robot->elastic_joint[x] + 1, tilt = robot->elastic_tilt[x];
-        const char *what = property[block - ER_STIFFNESS];
-        if (tilt == 0)
-            snprintf(name, ER_VARIABLE_TEXT, "joint[%d].%s", joint, what);
-        else
-            snprintf(name, ER_VARIABLE_TEXT, "joint[%d].tilt[%d].%s", joint, tilt, what);
-    }
-    }
-}
-
-const char *er_variable_unit(const er_layout *layout, int reference)
-{
-    er_block block = (er_block)layout->block[reference];
-    int k = reference - layout->first[block];
-    switch (block) {
-    case ER_WRENCH: return k < 3 ? "N" : "N.m";
-    case ER_QD_CMD: return "rad/s";
-    case ER_QDD_CMD: return "rad/s2";
-    case ER_TCP: case ER_RIGID: return k < 3 ? "m" : "1";
-    case ER_VELOCITY: return "m/s";
-    case ER_DEVIATION: return k < 3 ? "m" : "rad";
-    case ER_COMPLIANCE: return "m/N";
-    case ER_GRAVITY: return "m/s2";
-    case ER_STIFFNESS: return "N.m/rad";
-    case ER_DAMPING: return "N.m.s/rad";
-    default: return "rad";
-    }
+    return true;
 }

@@ -1,10 +1,14 @@
-/* The FMU's variables: the table of elastic_robot/fmi/interface.py, in the order of its value references. */
+/* The FMU's variables: the table of elastic_robot/fmi/interface.py, as robot.txt has it.
+ *
+ * What a variable means, to read or to set it, is known by its block and its place in it; so is whether
+ * it is an input, an output or a parameter.
+ */
 #ifndef ER_INTERFACE_H
 #define ER_INTERFACE_H
 
 #include "../core/robot_data.h"
 
-/* Blocks of variables; the reals first, the strings last. */
+/* Blocks of reals: first the inputs, then the outputs and the parameters. */
 typedef enum {
     ER_WRENCH,
     ER_Q_CMD,
@@ -20,28 +24,42 @@ typedef enum {
     ER_STIFFNESS,
     ER_DAMPING,
     ER_BACKLASH_WIDTH,
-    ER_STRINGS,
     ER_BLOCKS
 } er_block;
 
-enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRING_COUNT };
+/* String variables, in their order; the choices of the last three are those of er_options. */
+enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 
 /* More reals than any robot has: 6 + 29 + 3 + 4 per joint and 3 per elastic coordinate. */
 #define ER_MAX_REALS (38 + 4 * ER_MAX_JOINTS + 3 * ER_MAX_ANGLES)
+#define ER_MAX_CHOICES 3
+#define ER_NAME 64
+#define ER_UNIT 16
+#define ER_CHOICE 16
 
 typedef struct {
-    int first[ER_BLOCKS + 1];          /* value reference of each block's first variable */
-    unsigned char block[ER_MAX_REALS]; /* of each real variable */
-    int twist[ER_MAX_JOINTS];          /* entry of x of each backlash */
-} er_layout;
+    char name[ER_NAME];
+    int start;   /* its place among the choices */
+    int choices; /* 0: any text */
+    char choice[ER_MAX_CHOICES][ER_CHOICE];
+} er_string;
 
-void er_layout_of(const er_robot *robot, er_layout *layout);
+/* Value references count from 0 through the reals, by blocks, and go on through the strings to time. */
+typedef struct {
+    double tolerance;            /* to begin with [m] */
+    int reals;
+    int first[ER_BLOCKS];        /* value reference of each block's first variable */
+    int size[ER_BLOCKS];         /* its number of variables */
+    int torsion[ER_MAX_JOINTS];    /* entry of x of each backlash */
+    unsigned char block[ER_MAX_REALS]; /* of each real */
+    unsigned char array[ER_MAX_REALS]; /* elements of the FMI 3.0 variable that starts there, or 0 */
+    char name[ER_MAX_REALS][ER_NAME];  /* of each real */
+    char unit[ER_MAX_REALS][ER_UNIT];
+    er_string string[ER_STRINGS];
+} er_interface;
 
-/* Number of real variables. */
-static inline int er_real_count(const er_layout *layout)
-{
-    return layout->first[ER_STRINGS];
-}
+/* Reads the lines that `coupling.fmu_export.interface_text` writes, and checks them for the robot. */
+bool er_interface_parse(er_interface *interface, const er_robot *robot, er_lines *lines);
 
 static inline bool er_is_input(er_block block)
 {
@@ -53,15 +71,23 @@ static inline bool er_is_output(er_block block)
     return block >= ER_TCP && block <= ER_DEFLECTION;
 }
 
-/* FMI 3.0 joins reals to arrays, which have the value reference of their first element: number of
- * elements of the variable with a reference, 0 if there is none. */
-int er_array_size(const er_layout *layout, unsigned reference);
+/* Elements of the FMI 3.0 variable with a value reference, 0 if there is none. */
+static inline int er_array_size(const er_interface *interface, unsigned reference)
+{
+    return reference < (unsigned)interface->reals ? interface->array[reference] : 0;
+}
 
-#define ER_VARIABLE_TEXT 64
+/* Value reference of time. */
+static inline unsigned er_time_reference(const er_interface *interface)
+{
+    return (unsigned)interface->reals + ER_STRINGS;
+}
 
-/* Name of a real variable, as in modelDescription.xml, and its unit. */
-void er_variable_name(const er_layout *layout, const er_robot *robot, int reference,
-                      char name[ER_VARIABLE_TEXT]);
-const char *er_variable_unit(const er_layout *layout, int reference);
+/* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
+double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k);
+
+/* Refuses parameters that cannot be those of a robot, with the name of the first. */
+bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
+                           er_failure *failure);
 
 #endif

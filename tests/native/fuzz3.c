@@ -1,45 +1,15 @@
-/* Random calls of FMI 3.0 in any order: host3 TOKEN RESOURCES CALLS.
+/* Random calls of FMI 3.0 in any order: fuzz3 TOKEN RESOURCES CALLS.
  *
  * Linked with the FMU's sources, so that a sanitizer sees both.  Buffers have the size that is told
  * to the FMU and not a byte more.
  */
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
+#include "draw.h"
 #include "fmi3Functions.h"
 
-#define CHECK(condition)                                                                            \
-    do {                                                                                            \
-        if (!(condition)) {                                                                         \
-            fprintf(stderr, "line %d: %s does not hold\n", __LINE__, #condition);                   \
-            exit(1);                                                                                \
-        }                                                                                           \
-    } while (0)
-
-/* Arrays of the example robot, inputs first, then outputs, gravity, a scalar and time. */
-static const struct { fmi3ValueReference reference; size_t size; } arrays[] = {
-    {0, 3}, {3, 3}, {6, 6}, {12, 6}, {18, 6}, {24, 3}, {27, 4}, {31, 3}, {34, 3}, {37, 4}, {41, 3},
-    {44, 3}, {47, 6}, {53, 11}, {64, 3}, {67, 1}, {98, 1},
-};
-enum { INPUTS = 5, OUTPUTS = 9, ARRAYS = 17, STRINGS = 94, MOST = 4 };
+enum { MOST = 4 };
 
 static const char *token, *resources;
 static long messages;
-static unsigned long long seed = 1;
-
-static unsigned draw(unsigned below)
-{
-    seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
-    return (unsigned)(seed >> 33) % below;
-}
-
-static double draw_value(void)
-{
-    static const double odd[] = {0.0, -1.0, 1.0, 1e300, -1e300, 1e-300, 1e7, NAN, INFINITY, -INFINITY};
-    return draw(4) == 0 ? odd[draw(10)] : (draw(2000) - 1000.0) * pow(10.0, (int)draw(7) - 4);
-}
 
 static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
                         fmi3String message)
@@ -63,14 +33,14 @@ typedef struct {
     double *values;
 } request;
 
-/* Variables of a range of `arrays`; now and then a reference or a size that does not exist. */
-static request draw_request(unsigned first, unsigned range)
+/* Variables of a causality, or of any; now and then a reference or a size that does not exist. */
+static request draw_request(const char *causality)
 {
     request r = {{0}, draw(MOST + 1), 0, NULL};
     for (size_t i = 0; i < r.count; i++) {
-        unsigned k = first + draw(range);
-        r.references[i] = draw(20) == 0 ? draw(200) : arrays[k].reference;
-        r.size += arrays[k].size;
+        const variable *v = draw_variable(causality, false);
+        r.references[i] = draw(20) == 0 ? draw(200) : v->reference;
+        r.size += v->size;
     }
     if (draw(10) == 0)
         r.size = draw(20);
@@ -83,23 +53,23 @@ static request draw_request(unsigned first, unsigned range)
 
 static void get(fmi3Instance c)
 {
-    request r = draw_request(0, ARRAYS);
+    request r = draw_request(NULL);
     if (fmi3GetFloat64(c, r.references, r.count, r.values, r.size) == fmi3OK)
         for (size_t i = 0; i < r.size; i++)
             CHECK(isfinite(r.values[i]));
     free(r.values);
 }
 
-static void set(fmi3Instance c, unsigned range)
+static void set(fmi3Instance c, const char *causality)
 {
-    request r = draw_request(0, range);
+    request r = draw_request(causality);
     fmi3SetFloat64(c, r.references, r.count, r.values, r.size);
     free(r.values);
 }
 
 static void differentiate(fmi3Instance c)
 {
-    request unknowns = draw_request(INPUTS, OUTPUTS), knowns = draw_request(0, INPUTS);
+    request unknowns = draw_request("output"), knowns = draw_request("input");
     fmi3GetDirectionalDerivative(c, unknowns.references, unknowns.count, knowns.references,
                                  knowns.count, knowns.values, knowns.size, unknowns.values,
                                  unknowns.size);
@@ -109,10 +79,8 @@ static void differentiate(fmi3Instance c)
 
 static void set_string(fmi3Instance c)
 {
-    static const char *const texts[] = {"linear", "backlash", "spline", "quasistatic", "dynamic", "",
-                                        "%n%s", "undeflected", "no_such_file.csv"};
-    fmi3ValueReference reference = STRINGS - 1 + draw(6);
-    const char *text = texts[draw(9)];
+    fmi3ValueReference reference = draw_variable(NULL, draw(3) > 0)->reference;
+    const char *text = draw_text();
     fmi3SetString(c, &reference, 1, &text, draw(10) != 0);
     fmi3GetString(c, &reference, 1, &text, 1);
 }
@@ -135,9 +103,7 @@ static void serialise(fmi3Instance c, fmi3FMUState *state)
 static double step(fmi3Instance c, double time)
 {
     fmi3Boolean event, terminate, early;
-    double last, size = draw(8) == 0 ? draw_value() : 1e-4 * draw(100);
-    if (size > 1.0) /* a long step of a wild robot is no fault, but takes its time */
-        size = -size;
+    double last, size = draw_step();
     if (fmi3DoStep(c, time, size, true, &event, &terminate, &early, &last) == fmi3OK) {
         CHECK(!event && !terminate && !early && fabs(last - (time + size)) <= 1e-9);
         time = last;
@@ -155,6 +121,7 @@ int main(int count, char **arguments)
     token = arguments[1];
     resources = arguments[2];
     calls = atol(arguments[3]);
+    read_variables(resources);
     CHECK(fmi3InstantiateModelExchange("robot", token, resources, false, true, NULL, log_message)
           == NULL);
     CHECK(fmi3InstantiateCoSimulation("robot", token, NULL, false, true, false, false, NULL, 0, NULL,
@@ -163,8 +130,8 @@ int main(int count, char **arguments)
     c = new_instance();
     for (long call = 0; call < calls; call++)
         switch (draw(32)) {
-        case 0: case 1: case 2: set(c, INPUTS); break;
-        case 3: set(c, ARRAYS); break;
+        case 0: case 1: case 2: set(c, "input"); break;
+        case 3: set(c, NULL); break;
         case 4: case 5: case 6: get(c); break;
         case 7: set_string(c); break;
         case 8:
@@ -182,6 +149,10 @@ int main(int count, char **arguments)
             CHECK(fmi3GetInt32(c, &reference, 1, NULL, 0) == fmi3Error);
             break;
         }
+        case 20:
+            if (draw(20) == 0)
+                fmi3Terminate(c);
+            break;
         case 18:
             if (draw(20) == 0) {
                 fmi3Reset(c);

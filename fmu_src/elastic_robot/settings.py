@@ -1,0 +1,106 @@
+"""Numerical settings of the model, once for Python and C.
+
+The native FMU carries them in its robot.txt.  What is not here belongs to one of the two alone: the
+C core keeps a mass matrix from step to step and may do with one pass of Newton's method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numbers of stepper and equilibrium; `dataclasses.asdict` gives them by name.
+
+    The ISO 9283 reference path of the example robot is what they were chosen on (docs/performance.md).
+
+    Attributes:
+        tcp_per_local_error: Error of the TCP over a long path per local error allowed [m/rad], without
+            backlash. Seen: 0.004; the rest is room for other robots and longer paths.
+        tcp_per_local_error_with_play: The same with backlash. Seen: 4 to 12, where the path enlarges
+            errors several hundred times.
+        longest_step: Longest step [s]: a fifth of the slowest mode's period (10 Hz).
+        first_step: First step, and the one after a gear changes flank [s]: the scale of the fastest
+            oscillation (235 Hz).
+        shortest_step: Shortest step before the integration is given up, part of the longest.
+        most_steps, most_steps_per_longest: Steps before the integration is given up: these, and those
+            for each longest step in it.
+        shift_by_jump: Shift of the elastic coordinates by a jump J of a drive's third derivative
+            inside a step of length h, over J h^3; where that is more than the local error allowed in
+            a longest step, a step ends at the jump.
+        safety: Part of the step length that the error estimate would allow.
+        strongest_cut, fastest_growth: Limits of the ratio of a step length to the one before.
+        smallest_growth: A smaller gain of step length is not worth new matrices.
+        stretch: Ratio by which a step may exceed its length where that takes it to its target.
+        cut_after_failure: Length of the next try over that of a step whose iteration failed.
+        iteration: Part of the local error allowed that Newton's method may leave.
+        most_passes: Passes of Newton's method before a step counts as failed.
+        usual_passes: A step that takes more passes has its matrices built anew for the next.
+        same_length: The matrices of a step serve steps that differ from it by this ratio.
+        slack: A coordinate changes its law this part of the local error allowed beyond the boundary, so
+            that rounding does not change it back.
+        slack_of_width: The slack is at most this part of a play's half width.
+        landing: A step that ends on a boundary may miss it by this part of the slack.
+        landing_iteration: Part of that miss that Newton's method may leave.
+        most_landings: Tries to end a step on a boundary.
+        neutral_torque: A gear with play that carries less rests in the middle of its gap [N m].
+            Rounding of the gravity torque of a heavy robot is 1e-12 N m, the smallest load far larger.
+        equilibrium_step: Newton's method for an equilibrium ends when no coordinate moves by more
+            [rad]; at 3 m reach that is 3e-14 m at the TCP.
+        most_equilibrium_passes: Its passes before there is no equilibrium.
+        slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
+            a smooth curve bends.
+        across_play: Longest of its steps inside a play [half widths]: from anywhere it leads out of it.
+    """
+
+    tcp_per_local_error: float = 1.0
+    tcp_per_local_error_with_play: float = 20.0
+    longest_step: float = 0.02
+    first_step: float = 1e-3
+    shortest_step: float = 1e-9
+    most_steps: int = 5000
+    most_steps_per_longest: int = 200
+    shift_by_jump: float = 0.1
+    safety: float = 0.9
+    strongest_cut: float = 0.2
+    fastest_growth: float = 3.0
+    smallest_growth: float = 1.2
+    stretch: float = 1.05
+    cut_after_failure: float = 0.25
+    iteration: float = 1e-3
+    most_passes: int = 8
+    usual_passes: int = 2
+    same_length: float = 0.02
+    slack: float = 1e-2
+    slack_of_width: float = 1e-2
+    landing: float = 0.1
+    landing_iteration: float = 0.1
+    most_landings: int = 20
+    neutral_torque: float = 1e-6
+    equilibrium_step: float = 1e-14
+    most_equilibrium_passes: int = 60
+    slow_equilibrium: float = 0.1
+    across_play: float = 2.0
+
+    def local_error(self, tolerance: float, play: bool) -> float:
+        """Return the local error allowed [rad].
+
+        Args:
+            tolerance: Error allowed at the TCP over a path [m].
+            play: Play of the gears, sharp or rounded, is modelled.
+        """
+        return tolerance / (
+            self.tcp_per_local_error_with_play if play else self.tcp_per_local_error
+        )
+
+    def jump(self, local_error: float) -> float:
+        """Return the jump of a drive's third derivative that a step may pass [rad/s^3].
+
+        Args:
+            local_error: Local error allowed [rad].
+        """
+        return local_error / (self.shift_by_jump * self.longest_step**3)
+
+
+SETTINGS = Settings()

@@ -1,0 +1,43 @@
+/* Numerical settings, the same for the model in Python: elastic_robot/settings.py says what each is.
+ *
+ * They are read with the robot.  What is not among them belongs to the C core alone.
+ */
+#ifndef ER_SETTINGS_H
+#define ER_SETTINGS_H
+
+#define ER_EACH_SETTING(DO)                                                                         \
+    DO(tcp_per_local_error)                                                                         \
+    DO(tcp_per_local_error_with_play)                                                               \
+    DO(longest_step)                                                                                \
+    DO(first_step)                                                                                  \
+    DO(shortest_step)                                                                               \
+    DO(most_steps)                                                                                  \
+    DO(most_steps_per_longest)                                                                      \
+    DO(shift_by_jump)                                                                               \
+    DO(safety)                                                                                      \
+    DO(strongest_cut)                                                                               \
+    DO(fastest_growth)                                                                              \
+    DO(smallest_growth)                                                                             \
+    DO(stretch)                                                                                     \
+    DO(cut_after_failure)                                                                           \
+    DO(iteration)                                                                                   \
+    DO(most_passes)                                                                                 \
+    DO(usual_passes)                                                                                \
+    DO(same_length)                                                                                 \
+    DO(slack)                                                                                       \
+    DO(slack_of_width)                                                                              \
+    DO(landing)                                                                                     \
+    DO(landing_iteration)                                                                           \
+    DO(most_landings)                                                                               \
+    DO(neutral_torque)                                                                              \
+    DO(equilibrium_step)                                                                            \
+    DO(most_equilibrium_passes)                                                                     \
+    DO(slow_equilibrium)                                                                            \
+    DO(across_play)
+
+#define ER_DECLARE_SETTING(name) double name;
+typedef struct {
+    ER_EACH_SETTING(ER_DECLARE_SETTING)
+} er_settings;
+
+#endif

@@ -1,0 +1,217 @@
+#include "component.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance_state.h"
+#include "instance_variables.h"
+
+er_component *er_component_create(const char *name, er_log log, er_instance *robot,
+                                  const er_failure *failure)
+{
+    er_component *c = calloc(1, sizeof *c);
+    if (name == NULL)
+        name = "";
+    if (c == NULL || (c->name = malloc(strlen(name) + 1)) == NULL) {
+        er_instance_free(robot);
+        free(c);
+        return NULL;
+    }
+    strcpy(c->name, name);
+    c->log = log;
+    c->robot = robot;
+    if (robot != NULL)
+        return c;
+    er_component_refuse(c, failure->text);
+    er_component_free(c);
+    return NULL;
+}
+
+void er_component_free(er_component *c)
+{
+    if (c == NULL)
+        return;
+    er_instance_free(c->robot);
+    free(c->name);
+    free(c);
+}
+
+/* Without the master's log, stderr. */
+bool er_component_refuse(const er_component *c, const char *text)
+{
+    if (c == NULL)
+        return false;
+    if (c->log.on && c->log.function != NULL) {
+        c->log.tell(c, text);
+    } else {
+        fprintf(stderr, "%s: %s\n", c->name, text);
+        fflush(stderr);
+    }
+    return false;
+}
+
+bool er_component_told(const er_component *c, bool good)
+{
+    return good || er_component_refuse(c, c->robot->failure.text);
+}
+
+bool er_component_may(const er_component *c, er_call call)
+{
+    const char *refusal = c == NULL ? NULL : er_refusal(c->robot->progress.phase, call);
+    return c != NULL && (refusal == NULL || er_component_refuse(c, refusal));
+}
+
+bool er_component_log(er_component *c, bool on)
+{
+    if (!er_component_may(c, ER_CALL_ANY))
+        return false;
+    c->log.on = on;
+    return true;
+}
+
+bool er_component_setup(er_component *c, double start, double tolerance)
+{
+    return er_component_may(c, ER_CALL_SETUP) &&
+           er_component_told(c, er_instance_setup(c->robot, start, tolerance));
+}
+
+static bool enter_phase(er_component *c, er_call call, er_phase phase)
+{
+    if (!er_component_may(c, call))
+        return false;
+    c->robot->progress.phase = phase;
+    return true;
+}
+
+bool er_component_enter(er_component *c)
+{
+    return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
+}
+
+bool er_component_exit(er_component *c)
+{
+    return er_component_may(c, ER_CALL_EXIT) &&
+           er_component_told(c, er_instance_start(c->robot));
+}
+
+bool er_component_step(er_component *c, double start, double size)
+{
+    return er_component_may(c, ER_CALL_STEP) &&
+           er_component_told(c, er_instance_step(c->robot, start, size));
+}
+
+bool er_component_terminate(er_component *c)
+{
+    return enter_phase(c, ER_CALL_ANY, ER_TERMINATED);
+}
+
+bool er_component_reset(er_component *c)
+{
+    if (!er_component_may(c, ER_CALL_ANY))
+        return false;
+    er_instance_reset(c->robot);
+    return true;
+}
+
+bool er_component_get_strings(er_component *c, const unsigned *references, size_t count,
+                              const char **values)
+{
+    bool good = er_component_may(c, ER_CALL_ANY);
+    for (size_t i = 0; good && i < count; i++)
+        good = er_component_told(c, er_instance_get_string(c->robot, references[i], &values[i]));
+    return good;
+}
+
+bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
+                              const char *const *values)
+{
+    bool good = er_component_may(c, count > 0 ? ER_CALL_SET_STRING : ER_CALL_ANY);
+    for (size_t i = 0; good && i < count; i++)
+        good = er_component_told(c, er_instance_set_string(c->robot, references[i], values[i]));
+    return good;
+}
+
+bool er_component_none_of(er_component *c, const char *kind, const char *others,
+                          const unsigned *references, size_t count)
+{
+    er_failure failure;
+    if (c == NULL || count == 0)
+        return c != NULL;
+    er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind,
+            references[0], others);
+    return er_component_refuse(c, failure.text);
+}
+
+/* Memory of a saved state: the one that there is, or a new one. */
+static er_saved_state *require_memory(er_component *c, void *state)
+{
+    er_saved_state *saved = state != NULL ? state : calloc(1, sizeof *saved);
+    if (saved == NULL)
+        er_component_refuse(c, "the state does not fit into memory");
+    return saved;
+}
+
+static bool require_state(er_component *c, const void *state)
+{
+    return er_component_may(c, ER_CALL_ANY) &&
+           (state != NULL ||
+            er_component_refuse(c, "there is no state; needed is a state that this FMU has saved"));
+}
+
+bool er_component_get_state(er_component *c, void **state)
+{
+    er_saved_state *saved = c == NULL ? NULL : require_memory(c, *state);
+    if (saved == NULL)
+        return false;
+    er_instance_save(c->robot, saved);
+    *state = saved;
+    return true;
+}
+
+bool er_component_set_state(er_component *c, const void *state)
+{
+    return require_state(c, state) && er_component_told(c, er_instance_restore(c->robot, state));
+}
+
+bool er_component_free_state(er_component *c, void **state)
+{
+    if (!er_component_may(c, ER_CALL_ANY))
+        return false;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return true;
+}
+
+bool er_component_state_size(er_component *c, const void *state, size_t *size)
+{
+    if (!require_state(c, state))
+        return false;
+    *size = ER_SERIALISED_SIZE;
+    return true;
+}
+
+bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size)
+{
+    if (!require_state(c, state))
+        return false;
+    if (size < ER_SERIALISED_SIZE)
+        return er_component_refuse(c, "the buffer is too small for the state; needed is the size asked"
+                                      " for");
+    er_serialise(state, bytes);
+    return true;
+}
+
+bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state)
+{
+    er_saved_state *saved = c == NULL ? NULL : require_memory(c, *state);
+    bool good = saved != NULL &&
+                er_component_told(c, er_deserialise(c->robot, bytes, size, saved));
+    if (good)
+        *state = saved;
+    else if (saved != NULL && saved != *state)
+        free(saved);
+    return good;
+}

@@ -1,0 +1,67 @@
+/* An instance as its master sees it: what FMI 2.0 and FMI 3.0 have in common.
+ *
+ * A function that returns false has told the master why, and has changed nothing; without an instance
+ * (NULL) it is false at once.
+ */
+#ifndef ER_COMPONENT_H
+#define ER_COMPONENT_H
+
+#include "instance.h"
+
+/* File of the robot's data among the resources. */
+#define ER_ROBOT_FILE "robot.txt"
+
+typedef struct er_component er_component;
+
+/* The master's log. */
+typedef struct {
+    void (*tell)(const er_component *c, const char *text); /* calls the function below */
+    void (*function)(void); /* of the version's own type; NULL: the master has none */
+    void *environment;
+    bool on;
+} er_log;
+
+struct er_component {
+    er_instance *robot;
+    char *name;
+    er_log log;
+};
+
+/* Takes over a robot; NULL, after telling the failure, if there is none. */
+er_component *er_component_create(const char *name, er_log log, er_instance *robot,
+                                  const er_failure *failure);
+void er_component_free(er_component *c);
+
+/* Tells the master a sentence and returns false. */
+bool er_component_refuse(const er_component *c, const char *text);
+
+/* Passes the success of a call on, or tells the instance's failure. */
+bool er_component_told(const er_component *c, bool good);
+
+/* Whether there is an instance that may be called so now. */
+bool er_component_may(const er_component *c, er_call call);
+
+bool er_component_log(er_component *c, bool on);
+bool er_component_setup(er_component *c, double start, double tolerance);
+bool er_component_enter(er_component *c);
+bool er_component_exit(er_component *c);
+bool er_component_step(er_component *c, double start, double size);
+bool er_component_terminate(er_component *c);
+bool er_component_reset(er_component *c);
+bool er_component_get_strings(er_component *c, const unsigned *references, size_t count,
+                              const char **values);
+bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
+                              const char *const *values);
+
+/* Refuses variables of a kind that this FMU does not have. */
+bool er_component_none_of(er_component *c, const char *kind, const char *others,
+                          const unsigned *references, size_t count);
+
+bool er_component_get_state(er_component *c, void **state);
+bool er_component_set_state(er_component *c, const void *state);
+bool er_component_free_state(er_component *c, void **state);
+bool er_component_state_size(er_component *c, const void *state, size_t *size);
+bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size);
+bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state);
+
+#endif

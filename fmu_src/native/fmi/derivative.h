@@ -1,0 +1,13 @@
+/* Directional derivatives of an instance. */
+#ifndef ER_DERIVATIVE_H
+#define ER_DERIVATIVE_H
+
+#include "instance.h"
+
+/* d(unknowns)/d(knowns) times a seed: how outputs at the end of the last step, or in the initial
+ * state, follow the inputs that led there. */
+bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
+                            const unsigned *knowns, size_t known_count, const double *seed,
+                            double *sensitivity);
+
+#endif
