@@ -20,7 +20,7 @@ from coupling.solve.mirror import METHODS, MirrorSettings
 from coupling.solve.relaxation import SCHEMES
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Support, support_along
-from elastic_robot.fmi.interface import MODES
+from elastic_robot.fmi.interface import MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 
@@ -41,7 +41,7 @@ class RobotTable(Schema):
 
     description: str
     torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
-    mode: Annotated[str, _one_of(MODES)] = "quasistatic"
+    mode: Annotated[Mode, _one_of(MODES)] = "quasistatic"
     fmu: Annotated[str, _one_of(KINDS)] = "python"
     home_deg: list[float]
 

@@ -29,8 +29,8 @@ def press() -> tuple[float, float, int]:
     robot = load_robot(shipped_robots()["icme2008"])
     with tempfile.TemporaryDirectory() as folder:
         fmu = build(robot, Path(folder, "Robot.fmu"))
-        with RobotFmu(fmu, torque_curve="linear", mode="quasistatic") as robot_fmu:
-            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time))
+        with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
+            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
             point = unloaded.position[0] + [0.0, 0.0, COMMANDED_DEPTH]
             wall = ElasticWall(point, np.array([0.0, 0.0, 1.0]), WALL_STIFFNESS)
             result = couple(robot_fmu, wall, command, SCHEMES["anderson"](1.0))

@@ -35,13 +35,13 @@ def deviations() -> np.ndarray:
     command = Planner(robot, HOME).plan(line)
     with tempfile.TemporaryDirectory() as folder:
         fmu = build(robot, Path(folder, "KukaKr210.fmu"))
-        with RobotFmu(fmu, torque_curve="linear", mode="quasistatic") as robot_fmu:
-            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time))
+        with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
+            unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
             pushed = []
             for direction in range(3):
                 wrench = np.zeros((len(time), 6))
                 wrench[:, direction] = FORCE
-                loaded = robot_fmu.simulate(command, WrenchHistory(time, wrench))
+                loaded = robot_fmu.simulate(command, WrenchHistory(time, wrench), "quasistatic")
                 pushed.append(loaded.position - unloaded.position)
     return np.array(pushed)
 

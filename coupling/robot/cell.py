@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import Planner, RateWarning
 from coupling.solve.fixed_point import SimulatedRobot
+from elastic_robot.fmi.interface import Mode
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Cell:
             ),
         )
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths that the tools take.
 
         Raises:
@@ -109,7 +110,7 @@ class Cell:
         return ToolPath.of_tools(
             [
                 member.placement.path_in_world(
-                    member.robot.simulate(own, member.placement.wrench_in_base(load))
+                    member.robot.simulate(own, member.placement.wrench_in_base(load), mode)
                 )
                 for member, own, load in zip(
                     self.members, self.commands(command), wrench.tools, strict=True

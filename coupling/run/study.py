@@ -137,7 +137,7 @@ class _Desk:
 
     def unloaded(self, joints: JointPath) -> ToolPath:
         none = WrenchHistory.none(joints.time, len(self.fmus))
-        return self.robot.simulate(joints, none)
+        return self.robot.simulate(joints, none, self.case.settings.mode)
 
     def evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         self.watch.evaluation(evaluation, measure(path, self.case.desired).maximum)
@@ -150,7 +150,7 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
     fmus: list[RobotFmu] = []
 
     def progress(done: int, total: int) -> None:
-        watch.progress(f"simulating the {fmus[0].mode} robot", done, total)
+        watch.progress(f"simulating the {case.settings.mode} robot", done, total)
 
     def evaluating(done: int, total: int) -> None:
         watch.progress("evaluating the process", done, total)
@@ -163,9 +163,7 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
             file = build_kind(
                 placed.description, folder / f"{placed.name}.fmu", kind=case.settings.fmu
             )
-            fmu = stack.enter_context(
-                RobotFmu(file, placed.torque_curve, case.settings.mode, progress)
-            )
+            fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, progress))
             fmus.append(fmu)
             members.append(Member(placed.name, placed.placement, fmu, planner))
         durations["build"] = time.perf_counter() - start
@@ -198,6 +196,7 @@ def run_coupling(case: Case, watch: Watch | None = None) -> Run:
                 case.coupling.max_evaluations,
                 unloaded,
                 desk.evaluated,
+                case.settings.mode,
             )
         first = Pass(0, measure(result.path, case.desired), result.evaluations)
         return Run(
@@ -240,6 +239,7 @@ def run_compensation(case: Case, watch: Watch | None = None) -> Run:
             tolerance=case.coupling.tolerance(),
             max_evaluations=case.coupling.max_evaluations,
             observers=Observers(desk.evaluated, watch.finished_pass),
+            mode=case.settings.mode,
         )
         with desk.timed("compensate"):
             result = method.run(case.desired)
@@ -272,9 +272,7 @@ def _dynamic_path(desk: _Desk, result: Compensation) -> ToolPath:
     """Simulate the corrected command in dynamic mode; free where the achieved path is dynamic."""
     if desk.case.settings.mode == "dynamic":
         return result.achieved
-    for fmu in desk.fmus:
-        fmu.mode = "dynamic"
-    return desk.robot.simulate(result.joints, result.wrench)
+    return desk.robot.simulate(result.joints, result.wrench, "dynamic")
 
 
 def _gap(case: Case, before: ToolPath, after: ToolPath) -> PinchGap | None:

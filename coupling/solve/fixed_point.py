@@ -12,12 +12,13 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Process
 from coupling.solve.relaxation import Scheme
+from elastic_robot.fmi.interface import Mode
 
 
 class SimulatedRobot(Protocol):
     """What the iteration needs of a robot."""
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the path that the TCP takes."""
         ...
 
@@ -94,6 +95,7 @@ def couple(
     max_evaluations: int = 40,
     start: ToolPath | None = None,
     observe: Observer = lambda evaluation, path: None,
+    mode: Mode = "quasistatic",
 ) -> Coupling:
     """Find the path x = G(process(x)) of an elastic robot under its process's wrench.
 
@@ -107,6 +109,7 @@ def couple(
         start: First path shown to the process; the robot's path without load unless given (in a
             cell it must be given).
         observe: Called after each evaluation.
+        mode: Of the robot.
 
     Returns:
         The result, converged or not.
@@ -117,7 +120,7 @@ def couple(
     """
     tolerance = tolerance or Tolerance()
     scheme.reset()
-    x = start or robot.simulate(command, WrenchHistory.none(command.time))
+    x = start or robot.simulate(command, WrenchHistory.none(command.time), mode)
     origin, last, answer = x, None, None
     evaluations: list[Evaluation] = []
     reason = f"not converged within {max_evaluations} evaluations of the process"
@@ -130,7 +133,7 @@ def couple(
             reason = f"the process failed in evaluation {number}: {error}"
             return _result(False, reason, answer, evaluations)
         try:
-            g = robot.simulate(command, wrench)
+            g = robot.simulate(command, wrench, mode)
         except SimulationError as error:
             if answer is None:
                 raise

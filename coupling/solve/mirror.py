@@ -15,6 +15,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Process
 from coupling.solve.fixed_point import Coupling, Evaluation, SimulatedRobot, Tolerance, couple
 from coupling.solve.relaxation import Scheme
+from elastic_robot.fmi.interface import Mode
 
 
 class PathPlanner(Protocol):
@@ -132,6 +133,7 @@ class Mirror:
         tolerance: Of the coupling.
         max_evaluations: Of the process, in each coupling.
         observers: Called on the way.
+        mode: Of the robot.
     """
 
     robot: SimulatedRobot
@@ -142,6 +144,7 @@ class Mirror:
     tolerance: Tolerance = field(default_factory=Tolerance)
     max_evaluations: int = 40
     observers: Observers = field(default_factory=Observers)
+    mode: Mode = "quasistatic"
 
     def run(self, desired: ToolPath) -> Compensation:
         """Return the corrected command for a desired path.
@@ -151,7 +154,8 @@ class Mirror:
             SimulationError: If the robot cannot be simulated.
         """
         command, joints = desired, self.planner.plan(desired)
-        unloaded = self.robot.simulate(joints, WrenchHistory.none(joints.time, len(desired.tools)))
+        none = WrenchHistory.none(joints.time, len(desired.tools))
+        unloaded = self.robot.simulate(joints, none, self.mode)
         uncompensated = coupling = self._couple(joints, unloaded)
         passes = [Pass(0, measure(coupling.path, desired), coupling.evaluations)]
         self.observers.finished_pass(passes[0])
@@ -189,6 +193,7 @@ class Mirror:
             self.max_evaluations,
             start,
             self.observers.evaluation,
+            mode=self.mode,
         )
 
     def _corrected(
@@ -258,7 +263,7 @@ class Mirror:
         validated = True
         try:
             wrench = self.process.wrench(coupling.path)
-            achieved = self.robot.simulate(joints, wrench)
+            achieved = self.robot.simulate(joints, wrench, self.mode)
             consistency = float(achieved.distance_to(coupling.path).max())
         except ProcessError as error:
             validated = False

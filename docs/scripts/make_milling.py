@@ -89,8 +89,8 @@ def milled(case: Case) -> Milled:
     joints = Planner(case.robot, case.home).plan(case.desired)
     with tempfile.TemporaryDirectory() as folder:
         fmu = build(case.robot, Path(folder, "Robot.fmu"))
-        with RobotFmu(fmu, case.settings.torque_curve, case.settings.mode) as robot:
-            unloaded = robot.simulate(joints, WrenchHistory.none(joints.time))
+        with RobotFmu(fmu, case.settings.torque_curve) as robot:
+            unloaded = robot.simulate(joints, WrenchHistory.none(joints.time), case.settings.mode)
             result = couple(
                 robot,
                 case.process,
@@ -99,6 +99,7 @@ def milled(case: Case) -> Milled:
                 case.coupling.tolerance(),
                 case.coupling.max_evaluations,
                 unloaded,
+                mode=case.settings.mode,
             )
     if not result.converged:
         raise RuntimeError(result.reason)

@@ -128,7 +128,7 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     process = SupportedForming(ConstantForce(forming), support, share, stiffness)
     desired = ToolPath.of_tools([forming, behind])
     command = cell.plan(desired)
-    start = cell.simulate(command, WrenchHistory.none(TIME, tools=2))
+    start = cell.simulate(command, WrenchHistory.none(TIME, tools=2), "quasistatic")
     np.testing.assert_allclose(start.distance_to(desired), 0.0, atol=1e-12)
     tolerance = Tolerance(1e-12, 1e-12, 1e-9)
     result = couple(cell, process, command, SCHEMES[scheme](1.0), tolerance, 60, start)

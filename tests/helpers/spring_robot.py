@@ -18,7 +18,7 @@ class SpringRobot:
     def __init__(self, compliance: np.ndarray) -> None:
         self.compliance = compliance  # (3, 3) or (n, 3, 3) [m/N]
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory) -> ToolPath:
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: str) -> ToolPath:
         give = np.einsum("...ij,...j->...i", self.compliance, wrench.wrench[:, :3])
         return ToolPath(command.time, upright(command.q + give))
 

@@ -23,12 +23,11 @@ from places import DOCS, TESTS
 from random_robots import make_robot
 
 from build_fmu import build_kind, main
-from coupling.errors import BuildError, SimulationError
+from coupling.errors import BuildError
 from coupling.fmu_export.arrays import array_variables
 from coupling.fmu_export.compiler import PLATFORMS, SOURCES, host_platform, zig
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
-from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
 
@@ -495,12 +494,6 @@ def test_a_windows_path_of_the_resources_is_taken_in_wine(pair, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("200 calls")
-
-
-def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):
-    file = build_native_fmu(example, tmp_path / "R.fmu", fmi="3")
-    with pytest.raises(SimulationError, match=r"is of FMI 3\.0; needed is one of FMI 2\.0"):
-        RobotFmu(file)
 
 
 def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):

@@ -6,6 +6,7 @@ The variables come in blocks.  The reals are one array in the slave, and a block
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -20,7 +21,8 @@ TOLERANCE = 1e-6
 AXES = ("x", "y", "z")
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 TORQUE_CURVE_DEFAULT = "backlash"
-MODES = ("dynamic", "quasistatic")
+Mode = Literal["dynamic", "quasistatic"]
+MODES: tuple[Mode, ...] = get_args(Mode)
 INITIAL_STATES = ("equilibrium", "undeflected")
 
 Names = tuple[str, ...]

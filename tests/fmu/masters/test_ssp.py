@@ -124,8 +124,8 @@ def test_co_simulated_pose_is_the_robots_under_the_force_of_two_steps_ago(system
     felt[3:] = answered.wrench[1:-2]
     command = Planner(case.robot, case.home).plan(case.desired)
     fmu = system.folder / "resources" / "ElasticRobot.fmu"
-    with RobotFmu(fmu, case.settings.torque_curve, case.settings.mode) as robot:
-        path = robot.simulate(command, WrenchHistory(time, felt))
+    with RobotFmu(fmu, case.settings.torque_curve) as robot:
+        path = robot.simulate(command, WrenchHistory(time, felt), case.settings.mode)
     assert np.abs(felt).max() > 100.0
     np.testing.assert_allclose(poses[:, 1:4], path.position[1:], rtol=0, atol=1e-12)
 
