@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.task import ROBOT
-from build_fmu import KINDS, build_kind
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
 from elastic_robot.description import Robot
 
@@ -149,16 +149,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for kind in KINDS:
-            file = build_kind(ROBOT, folder / f"{kind}.fmu", kind=kind)
+            file = build_fmu(ROBOT, folder / f"{kind}.fmu", BuildOptions(kind))
             fmpy.extract(str(file), unzipdir=str(folder / kind))
         costs = from_c(folder)
         for task, title in (("step", "native FMU, host in C"), ("columns", _COLUMNS)):
             table.add_row(title, *[f"{costs[task, size]:.1f}" for size in SIZES])
-        for kind in reversed(KINDS):
+        for kind in reversed(list(KINDS)):
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]
             table.add_row(f"{kind} FMU, FMPy", *row)
         trivial = rigid(ROBOT)
-        folder = Path(fmpy.extract(str(build_kind(trivial, folder / "rigid.fmu", kind="python"))))
+        folder = Path(fmpy.extract(str(build_fmu(trivial, folder / "rigid.fmu"))))
         rigid_fmu, rigid_model = over_the_model(folder)
     console.print(table)
     state, step = costs["state", 0.0], costs["step", 4e-3]

@@ -15,8 +15,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
-from build_fmu import build_kind
 from coupling.fmu.driver import Job
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.robot.robot_fmu import SIGNALS
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
@@ -93,7 +93,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
             inputs, outputs = SIGNALS["2"]
             loads = np.zeros((len(times), len(inputs)))
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
-            fmu = build_kind(ROBOT, folder / "Robot.fmu", kind=kind)
+            fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"
             order.write_bytes(pickle.dumps((folder / "fmu", job)))

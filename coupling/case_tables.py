@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
-from build_fmu import KINDS
 from coupling.errors import CaseError
 from coupling.files.robot_file import Vector3
 from coupling.files.toml_file import Positive, Schema, nearest
+from coupling.fmu_export.build import KINDS
 from coupling.process import Task
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance

@@ -19,8 +19,8 @@ import pytest
 from hypothesis import settings
 from places import HOSTS, REFERENCE, TESTS
 
-from build_fmu import KINDS, build_kind
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from elastic_robot.description import Robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
@@ -43,7 +43,7 @@ def example() -> Robot:
 @pytest.fixture(scope="session", params=KINDS)
 def build(request: pytest.FixtureRequest) -> Callable[[Robot, Path], Path]:
     """The FMUs of either kind keep the same contract: the tests run over both."""
-    return functools.partial(build_kind, kind=request.param)
+    return functools.partial(build_fmu, options=BuildOptions(request.param))
 
 
 @pytest.fixture(scope="session")

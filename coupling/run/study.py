@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from build_fmu import build_kind
 from coupling.case import Case
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.tool_gap import PinchGap
@@ -160,9 +160,8 @@ def _desk(case: Case, watch: Watch) -> Iterator[_Desk]:
         members = []
         for placed in case.robots:
             planner = Planner(placed.description, placed.home)
-            file = build_kind(
-                placed.description, folder / f"{placed.name}.fmu", kind=case.settings.fmu
-            )
+            options = BuildOptions(case.settings.fmu)
+            file = build_fmu(placed.description, folder / f"{placed.name}.fmu", options)
             fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, progress))
             fmus.append(fmu)
             members.append(Member(placed.name, placed.placement, fmu, planner))

@@ -15,8 +15,8 @@ import plotly.graph_objects as go
 import tomli_w
 from plotly.subplots import make_subplots
 
-from build_fmu import build
 from coupling.case import Case, load_case
+from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.milling_force import MeanMilling, ToothPassing
 from coupling.robot.inverse_kinematics import Planner
@@ -88,7 +88,7 @@ def milled(case: Case) -> Milled:
     """Couple a case with its process."""
     joints = Planner(case.robot, case.home).plan(case.desired)
     with tempfile.TemporaryDirectory() as folder:
-        fmu = build(case.robot, Path(folder, "Robot.fmu"))
+        fmu = build_fmu(case.robot, Path(folder, "Robot.fmu"))
         with RobotFmu(fmu, case.settings.torque_curve) as robot:
             unloaded = robot.simulate(joints, WrenchHistory.none(joints.time), case.settings.mode)
             result = couple(

@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringRobot
 
-from build_fmu import build, build_kind
 from coupling.errors import CaseError, SimulationError
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, Task
 from coupling.robot.robot_fmu import RobotFmu
@@ -168,7 +168,7 @@ def arm_fmu(tmp_path_factory):
     link = Body(mass=20.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
     joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=100.0)
     robot = Robot("arm", (joint,), gravity=(0.0, 0.0, 0.0), tcp_position=(1.0, 0.0, 0.0))
-    return build(robot, tmp_path_factory.mktemp("arm") / "Arm.fmu")
+    return build_fmu(robot, tmp_path_factory.mktemp("arm") / "Arm.fmu")
 
 
 @pytest.mark.parametrize("scheme", ["aitken", "anderson"])
@@ -288,7 +288,7 @@ def test_an_fmu_of_fmi_3_takes_the_path_of_one_of_fmi_2(example, tmp_path, mode)
     load = np.outer(np.sin(9.0 * time), [100.0, -50.0, 300.0, 5.0, 10.0, -5.0])
     poses = []
     for fmi in ("2", "3"):
-        file = build_kind(example, tmp_path / f"{fmi}.fmu", kind="native", fmi=fmi)
+        file = build_fmu(example, tmp_path / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
         with RobotFmu(file) as robot:
             path = robot.simulate(JointPath(time, drives), WrenchHistory(time, load), mode)
         poses.append(path.pose)
