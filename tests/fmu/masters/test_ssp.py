@@ -9,7 +9,6 @@ import re
 import shutil
 import subprocess
 import sys
-import textwrap
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -181,50 +180,19 @@ def test_a_program_without_python_runs_it_after_the_line_of_the_page(system, pos
     np.testing.assert_allclose(shown, poses[:-1, 1:4], rtol=0, atol=6e-7)
 
 
-def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_path):
+def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_path, run_host):
     """Random poses about the desired path, in a process where the project cannot be imported."""
     case, rng = system.case, np.random.default_rng(3)
     time = case.desired.time
     pose = case.desired.pose.copy()
     pose[:, :3] += rng.normal(scale=1e-3, size=(len(time), 3))
     np.savez(tmp_path / "path.npz", time=time, pose=pose)
-    code = """
-        import os, sys
-        sys.modules |= dict.fromkeys(["coupling", "elastic_robot", "process_slave.forces", "scipy"])
-        import numpy as np
-        from fmpy import extract, read_model_description
-        from fmpy.fmi2 import FMU2Slave
-        path = np.load("path.npz")
-        description = read_model_description(sys.argv[1])
-        process = FMU2Slave(guid=description.guid, unzipDirectory=extract(sys.argv[1]),
-                            modelIdentifier="Process", instanceName="process")
-        process.instantiate()
-        process.setupExperiment(startTime=0.0)
-        process.enterInitializationMode()
-        process.exitInitializationMode()
-        wrench = []
-        for start, end, pose in zip(path["time"], path["time"][1:], path["pose"]):
-            process.setReal(list(range(7)), pose)
-            process.doStep(start, end - start)
-            wrench.append(process.getReal(list(range(7, 13))))
-        np.save("wrench.npy", wrench)
-        try:
-            process.setReal([1], [float("nan")])
-        except Exception as error:
-            print(error)
-        os._exit(0)
-    """
     fmu = system.folder / "resources" / "Process.fmu"
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), str(fmu)],
-        cwd=tmp_path,
-        text=True,
-        capture_output=True,
-    )
+    said = run_host("process_path", fmu, tmp_path / "path.npz", tmp_path / "wrench.npy")
     expected = case.process.wrench(ToolPath(time, pose)).wrench[:-1]
-    assert np.abs(expected).max() > 100.0, done.stderr
+    assert np.abs(expected).max() > 100.0
     np.testing.assert_allclose(np.load(tmp_path / "wrench.npy"), expected, rtol=0, atol=1e-9)
-    assert "process: tcp.y is nan; needed is a finite number" in done.stderr
+    assert "process: tcp.y is nan; needed is a finite number" in said
 
 
 def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):
