@@ -115,15 +115,18 @@ class Driver(ABC):
 
     Attributes:
         version: Version of FMI, "2" or "3".
+        slave_type: FMPy's class.
+        setter, getter: Names of the standard's functions that set and get reals.
+        counted: Whether these are told the number of values as well.
     """
 
+    version: ClassVar[str]
     slave_type: ClassVar[type]
     setter: ClassVar[str]
     getter: ClassVar[str]
     counted: ClassVar[bool]
 
     def __init__(self, folder: Path, description: ModelDescription) -> None:
-        self.version: str = description.fmiVersion[0]
         self._description = description
         self._references = {v.name: v.valueReference for v in description.modelVariables}
         self._slave = self.slave_type(
@@ -163,9 +166,8 @@ class Driver(ABC):
             finally:
                 self._free()
         except Exception as cause:  # FMPy raises bare Exception for most refusals
-            last = self._errors[-1] if self._errors else ""
-            reason = last.splitlines()[-1] if last else cause
-            raise FmuError(f"{type(cause).__name__}: {reason}") from cause
+            *_, last = "", *"\n".join(self._errors).splitlines()
+            raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
 
     def _simulate(self, job: Job, progress: Progress) -> np.ndarray:
         time, last, slave = job.time.tolist(), len(job.time) - 1, self._slave
@@ -199,7 +201,8 @@ class Driver(ABC):
 
 
 class _Fmi2(Driver):
-    slave_type, setter, getter, counted = FMU2Slave, "fmi2SetReal", "fmi2GetReal", False
+    version, slave_type = "2", FMU2Slave
+    setter, getter, counted = "fmi2SetReal", "fmi2GetReal", False
 
     def _instantiate(self) -> None:
         callbacks = fmi2CallbackFunctions(
@@ -220,7 +223,8 @@ class _Fmi2(Driver):
 
 
 class _Fmi3(Driver):
-    slave_type, setter, getter, counted = FMU3Slave, "fmi3SetFloat64", "fmi3GetFloat64", True
+    version, slave_type = "3", FMU3Slave
+    setter, getter, counted = "fmi3SetFloat64", "fmi3GetFloat64", True
 
     def _instantiate(self) -> None:
         self._slave.instantiate(loggingOn=True, logMessage=self._log)
@@ -233,7 +237,7 @@ class _Fmi3(Driver):
         self._slave.fmi3FreeInstance(self._slave.component)
 
 
-_DRIVERS: dict[str, type[Driver]] = {"2": _Fmi2, "3": _Fmi3}
+_DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2, _Fmi3)}
 
 
 def load(folder: Path) -> Driver:

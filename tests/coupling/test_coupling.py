@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from spring_robot import SpringRobot
 
 from coupling.errors import CaseError, SimulationError
-from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, Task
 from coupling.robot.robot_fmu import RobotFmu
@@ -24,7 +24,6 @@ from coupling.solve.relaxation import SCHEMES, Aitken, Constant
 from coupling.toolpaths import Cone
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.fmi.interface import MODES
 
 TIGHT = Tolerance(path=1e-11, rms=1e-11, force=1e-9)
 
@@ -196,104 +195,6 @@ def test_fmu_at_loop_gain_five_diverges_plainly(arm_fmu):
         result = couple(robot, wall, command, Constant(1.0), TIGHT)
     assert not result.converged
     assert "diverged" in result.reason
-
-
-def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
-    import zipfile
-
-    broken = tmp_path / "broken.fmu"
-    broken.write_text("no archive")
-    with pytest.raises(SimulationError, match="not a readable FMU"):
-        RobotFmu(broken)
-    empty = tmp_path / "empty.fmu"
-    with zipfile.ZipFile(empty, "w") as archive:
-        archive.writestr("resources/nothing.txt", "")
-    with pytest.raises(SimulationError, match="not an FMU that runs here"):
-        RobotFmu(empty)
-
-
-def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
-    """A quasi-static path in two halves, side by side, is the same to the last bit."""
-    time = np.linspace(0.0, 1.0, 200)
-    command = JointPath(time, 0.3 * np.sin(5.0 * time)[:, None])
-    wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
-    with RobotFmu(arm_fmu) as robot:
-        alone = robot.simulate(command, wrench, "quasistatic")
-        monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 10)
-        monkeypatch.setattr("os.cpu_count", lambda: 2)
-        shared = robot.simulate(command, wrench, "quasistatic")
-        assert len(robot._processes) == 2
-    assert np.array_equal(shared.pose, alone.pose)
-
-
-def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
-    time = np.array([0.0, 1.0])
-    with RobotFmu(arm_fmu) as robot:
-        robot._processes[0]._process.kill()
-        robot._processes[0]._process.wait()
-        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
-            robot.simulate(JointPath(time, np.zeros((2, 1))), WrenchHistory.none(time), "dynamic")
-
-
-def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu, monkeypatch):
-    """The second of two processes has died when it is given its half; the first one has its own."""
-    monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 100)
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
-    time = np.linspace(0.0, 1.0, 100)
-    command = JointPath(time, 0.3 * time[:, None])
-    loaded = WrenchHistory(time, np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], (100, 1)))
-    with RobotFmu(arm_fmu) as robot:
-        expected = robot.simulate(command, WrenchHistory.none(time), "quasistatic")
-        robot._processes[1]._process.kill()
-        robot._processes[1]._process.wait()
-        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
-            robot.simulate(command, loaded, "quasistatic")
-        for n in (50, 100):  # by one process, and by two
-            short = JointPath(time[:n], command.q[:n])
-            answer = robot.simulate(short, WrenchHistory.none(short.time), "quasistatic")
-            np.testing.assert_array_equal(answer.pose, expected.pose[:n])
-
-
-def test_simulation_error_carries_the_fmus_sentence(arm_fmu):
-    time = np.array([0.0, 1.0])
-    with RobotFmu(arm_fmu, "linear") as robot:
-        # The arm points at -x, the force at +x, pushing it in: it buckles under k / l = 1e5 N.
-        load = np.array([[0, 0, 0, 0, 0, 0], [1e9, 0, 1e9, 0, 0, 0]], dtype=float)
-        command = JointPath(time, np.full((2, 1), np.pi))
-        with pytest.raises(SimulationError, match="too soft for this load"):
-            robot.simulate(command, WrenchHistory(time, load), "quasistatic")
-        with pytest.raises(SimulationError, match="different times"):
-            robot.simulate(command, WrenchHistory.none(2.0 * time), "quasistatic")
-
-
-def test_every_simulation_has_the_mode_that_it_is_given(arm_fmu):
-    """A dynamic simulation in between leaves no trace: the arm swings, and then it does not."""
-    time = np.linspace(0.0, 0.1, 50)
-    command = JointPath(time, np.zeros((50, 1)))
-    load = WrenchHistory(time, np.outer(time > 0.02, [0.0, 0.0, 300.0, 0.0, 0.0, 0.0]))
-    with RobotFmu(arm_fmu, "linear") as robot:
-        still, swinging, again = (
-            robot.simulate(command, load, mode).pose
-            for mode in ("quasistatic", "dynamic", "quasistatic")
-        )
-    np.testing.assert_array_equal(again, still)
-    assert np.ptp(still[time > 0.03, 2]) < 1e-12 < 1e-4 < np.ptp(swinging[time > 0.03, 2])
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_an_fmu_of_fmi_3_takes_the_path_of_one_of_fmi_2(example, tmp_path, mode):
-    """Its wrench and its pose are arrays."""
-    time = np.linspace(0.0, 0.5, 60)
-    drives = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]) + 0.1 * np.sin(time)[:, None]
-    load = np.outer(np.sin(9.0 * time), [100.0, -50.0, 300.0, 5.0, 10.0, -5.0])
-    poses = []
-    for fmi in ("2", "3"):
-        file = build_fmu(example, tmp_path / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
-        with RobotFmu(file) as robot:
-            path = robot.simulate(JointPath(time, drives), WrenchHistory(time, load), mode)
-        poses.append(path.pose)
-    assert np.ptp(poses[0][:, 0]) > 1e-2
-    np.testing.assert_array_equal(*poses)
 
 
 LAW = {
