@@ -1,6 +1,6 @@
 """Times a robot FMU through FMPy: python -m benchmarks.fmu_process JOB.pickle ANSWER.npz.
 
-A process of its own, as `coupling.fmu.fmu_worker` explains; it imports nothing of `elastic_robot`, so
+A process of its own, as `coupling.fmu.driver` explains; it imports nothing of `elastic_robot`, so
 that the FMU's own modules answer.
 """
 
@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.stopwatch import timed
-from coupling.fmu.fmu_worker import Worker
+from coupling.fmu.driver import load
 
 if __name__ == "__main__":
     folder, job = pickle.loads(Path(sys.argv[1]).read_bytes())
-    worker = Worker(folder)
-    wall, poses = timed(lambda: worker.run(job, lambda done, total: None))
+    driver = load(folder)
+    wall, poses = timed(lambda: driver.run(job, lambda done, total: None))
     np.savez(sys.argv[2], wall=wall, poses=poses)
     os._exit(0)  # past the destructors of PythonFMU's binary

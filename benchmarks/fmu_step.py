@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.task import ROBOT
-from build_fmu import KINDS, build_kind
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
 from elastic_robot.description import Robot
 
@@ -32,27 +32,39 @@ GOAL = 5.0
 # What the FMU in Python and FMPy are meant to add to a step of the model at most [us].
 OVERHEAD_GOAL = 20.0
 _COLUMNS = "its six derivatives by the wrench"
-_THROUGH_FMPY = """
+# What both scripts begin with, each in a process of its own.
+_FMU = """
 import json, sys, time
+from pathlib import Path
 import fmpy
 from fmpy.fmi2 import FMU2Slave
-folder, sizes = sys.argv[1], json.loads(sys.argv[2])
-d = fmpy.read_model_description(folder)
-fmu = FMU2Slave(guid=d.guid, unzipDirectory=folder, modelIdentifier="ElasticRobot", instanceName="r")
+folder = Path(sys.argv[1])
+d = fmpy.read_model_description(str(folder))
+names = {v.name: v.valueReference for v in d.modelVariables}
+wrench = [names[f"{n}.{c}"] for n in ("force", "moment") for c in "xyz"]
+tcp = [names[f"tcp.{c}"] for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+fmu = FMU2Slave(
+    guid=d.guid, unzipDirectory=folder, modelIdentifier="ElasticRobot", instanceName="r"
+)
+def step(k, size):
+    fmu.setReal(wrench, [0.0, 0.0, -500.0 * (k % 70 < 30), 0.0, 0.0, 0.0])
+    fmu.doStep(k * size, size)
+    fmu.getReal(tcp)
+"""
+_THROUGH_FMPY = f"""{_FMU}
+drives = [names[f"q_cmd[{{i}}]"] for i in range(1, 7)]
 best = []
-for size in sizes:
+for size in json.loads(sys.argv[2]):
     walls = []
     for trial in range(5):
         fmu.instantiate()
         fmu.setupExperiment()
         fmu.enterInitializationMode()
-        fmu.setReal(list(range(6, 12)), [0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+        fmu.setReal(drives, [0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
         fmu.exitInitializationMode()
         start = time.perf_counter()
         for k in range(300):
-            fmu.setReal([0, 1, 2, 3, 4, 5], [0.0, 0.0, -500.0 * (k % 70 < 30), 0.0, 0.0, 0.0])
-            fmu.doStep(k * size, size)
-            fmu.getReal([24, 25, 26, 27, 28, 29, 30])
+            step(k, size)
         walls.append((time.perf_counter() - start) / 300)
         fmu.fmi2FreeInstance(fmu.component)
     best.append(1e6 * min(walls))
@@ -60,41 +72,28 @@ print(json.dumps(best), flush=True)
 """
 # Steps of the FMU and of its model, in turns of 30, 1e5 of each; the best turn of each.
 # The model's own: from what it acts on to its pose, as the FMU asks for it.
-_OVER_THE_MODEL = """
-import sys, time
-from pathlib import Path
-import fmpy
-from fmpy.fmi2 import FMU2Slave
-folder = Path(sys.argv[1])
+_OVER_THE_MODEL = f"""{_FMU}
 sys.path.insert(0, str(folder / "resources"))
 import numpy as np
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.trajectory import HeldCommand
 TURN, TURNS, SIZE = 30, 3334, 1 / 256
-d = fmpy.read_model_description(str(folder))
-names = {v.name: v.valueReference for v in d.modelVariables}
-tcp = [names[f"tcp.{c}"] for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
-fmu = FMU2Slave(
-    guid=d.guid, unzipDirectory=folder, modelIdentifier="ElasticRobot", instanceName="r"
-)
 fmu.instantiate()
 fmu.setupExperiment()
 fmu.enterInitializationMode()
 fmu.exitInitializationMode()
 robot = Robot.from_json((folder / "resources" / "robot.json").read_text())
-model, rest, wrench = ElasticRobot(robot), np.zeros(len(robot.joints)), np.zeros(6)
-model.reset(0.0, HeldCommand(0.0, rest, rest, rest), wrench)
+model, rest, none = ElasticRobot(robot), np.zeros(len(robot.joints)), np.zeros(6)
+model.reset(0.0, HeldCommand(0.0, rest, rest, rest), none)
 best = [np.inf, np.inf]
 for turn in range(TURNS):
     start = time.perf_counter()
     for k in range(TURN * turn, TURN * (turn + 1)):
-        fmu.setReal([0, 1, 2, 3, 4, 5], [0.0, 0.0, -500.0 * (k % 70 < 30), 0.0, 0.0, 0.0])
-        fmu.doStep(k * SIZE, SIZE)
-        fmu.getReal(tcp)
+        step(k, SIZE)
     middle = time.perf_counter()
     for k in range(TURN * turn, TURN * (turn + 1)):
-        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), wrench)
+        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), none)
         model.tcp()
     end = time.perf_counter()
     best = [min(best[0], middle - start), min(best[1], end - middle)]
@@ -149,16 +148,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for kind in KINDS:
-            file = build_kind(ROBOT, folder / f"{kind}.fmu", kind=kind)
+            file = build_fmu(ROBOT, folder / f"{kind}.fmu", BuildOptions(kind))
             fmpy.extract(str(file), unzipdir=str(folder / kind))
         costs = from_c(folder)
         for task, title in (("step", "native FMU, host in C"), ("columns", _COLUMNS)):
             table.add_row(title, *[f"{costs[task, size]:.1f}" for size in SIZES])
-        for kind in reversed(KINDS):
+        for kind in reversed(list(KINDS)):
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]
             table.add_row(f"{kind} FMU, FMPy", *row)
         trivial = rigid(ROBOT)
-        folder = Path(fmpy.extract(str(build_kind(trivial, folder / "rigid.fmu", kind="python"))))
+        folder = Path(fmpy.extract(str(build_fmu(trivial, folder / "rigid.fmu"))))
         rigid_fmu, rigid_model = over_the_model(folder)
     console.print(table)
     state, step = costs["state", 0.0], costs["step", 4e-3]

@@ -15,8 +15,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
-from build_fmu import build_kind
-from coupling.fmu.fmu_worker import Job
+from coupling.fmu.driver import Job
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.robot.robot_fmu import SIGNALS
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
@@ -89,8 +90,10 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
                 np.savez(folder / "path.npz", **samples)
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
-            job = Job(settings, times, np.zeros((len(times), 6)))
-            fmu = build_kind(ROBOT, folder / "Robot.fmu", kind=kind)
+            inputs, outputs = SIGNALS["2"]
+            loads = np.zeros((len(times), len(inputs)))
+            job = Job(settings, times, inputs, loads, outputs, len(outputs))
+            fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"
             order.write_bytes(pickle.dumps((folder / "fmu", job)))

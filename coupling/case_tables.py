@@ -10,12 +10,11 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from scipy.spatial.transform import Rotation
 
-from build_fmu import KINDS
 from coupling.errors import CaseError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, Vector3, nearest
+from coupling.fmu_export.build import KINDS
 from coupling.robot.cell import Placement
-from coupling.robot.robot import Mode
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.relaxation import SCHEMES, Scheme
 from coupling.toolpaths.part import Part
@@ -23,7 +22,7 @@ from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
-from elastic_robot.fmi.interface import MODES
+from elastic_robot.fmi.interface import MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 

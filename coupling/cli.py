@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,11 +15,11 @@ for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import typer
 from rich.console import Console
 
-import build_fmu
 from coupling.case import Case, load_case
 from coupling.errors import CouplingError
 from coupling.events import Watch
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import BuildOptions, build_fmu, platform_names, remark
 from coupling.report import write_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import new_run_folder, write_run
@@ -58,13 +58,10 @@ def build(
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
 ) -> None:
     """Build the FMU of a robot."""
-    described = load_robot(find_robot(robot))
-    file = build_fmu.build_kind(
-        described, output, kind=kind, platforms=platforms, with_sources=sources, fmi=fmi
-    )
-    Console().print(f"{file}: built")
-    if told := build_fmu.remark(file, kind):
-        Console().print(told, soft_wrap=True)
+    options = BuildOptions(kind, platform_names(platforms), sources, fmi)
+    file = build_fmu(load_robot(find_robot(robot)), output, options)
+    for line in filter(None, (f"{file}: built", remark(file, options))):
+        Console().print(line, soft_wrap=True)
 
 
 @app.command()
@@ -115,10 +112,10 @@ def _run(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit status 0 converged, 1 not converged, 2 bad input."""
     try:
-        app()
+        app(arguments)
     except (CouplingError, ElasticRobotError) as error:
         text = "\n".join([f"error: {error}", *_notes(error)])
         Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)

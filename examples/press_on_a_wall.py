@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu import build
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.process import ElasticWall
 from coupling.robot.robot_fmu import RobotFmu
@@ -27,7 +27,7 @@ def press() -> tuple[float, float, int]:
     """Return the depth [m], the force [N] and the number of process evaluations."""
     robot = load_robot(shipped_robots()["icme2008"])
     with tempfile.TemporaryDirectory() as folder:
-        fmu = build(robot, Path(folder, "Robot.fmu"))
+        fmu = build_fmu(robot, Path(folder, "Robot.fmu"))
         with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
             unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
             point = unloaded.position[0, 0] + [0.0, 0.0, COMMANDED_DEPTH]

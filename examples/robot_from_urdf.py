@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from build_fmu import build
 from coupling.files.robot_file import load_robot
+from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
@@ -34,7 +34,7 @@ def deviations() -> np.ndarray:
     line = ToolPath(time, np.hstack([position, np.tile(DOWN, (len(time), 1))]))
     command = InverseKinematics(robot, HOME).plan(line)
     with tempfile.TemporaryDirectory() as folder:
-        fmu = build(robot, Path(folder, "KukaKr210.fmu"))
+        fmu = build_fmu(robot, Path(folder, "KukaKr210.fmu"))
         with RobotFmu(fmu, torque_curve="linear") as robot_fmu:
             unloaded = robot_fmu.simulate(command, WrenchHistory.none(time), "quasistatic")
             pushed = []

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
-from places import HOSTS, REFERENCE, TESTS
+from places import HOSTS, REFERENCE
 
-from build_fmu import KINDS, build_kind
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from elastic_robot.description import Robot
 
 settings.register_profile("project", deadline=None, derandomize=True, max_examples=25)
@@ -43,43 +43,12 @@ def example() -> Robot:
 @pytest.fixture(scope="session", params=KINDS)
 def build(request: pytest.FixtureRequest) -> Callable[[Robot, Path], Path]:
     """The FMUs of either kind keep the same contract: the tests run over both."""
-    return functools.partial(build_kind, kind=request.param)
+    return functools.partial(build_fmu, options=BuildOptions(request.param))
 
 
 @pytest.fixture(scope="session")
 def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(example, tmp_path_factory.mktemp("fmu") / "ElasticRobot.fmu")
-
-
-@pytest.fixture
-def run_fmu(tmp_path: Path):
-    """Run jobs of tests/fmu/fmu_host.py in one fresh process that has not imported the project."""
-
-    def run(fmu: Path, *jobs: dict) -> list[dict]:
-        order = tmp_path / "jobs.json"
-        order.write_text(json.dumps({"fmu": str(fmu), "jobs": jobs}, default=_plain))
-        done = subprocess.run(
-            [
-                sys.executable,
-                str(TESTS / "fmu" / "fmu_host.py"),
-                str(order),
-                str(tmp_path / "answers.npz"),
-            ],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-        )
-        assert done.returncode == 0, done.stderr
-        with np.load(tmp_path / "answers.npz") as archive:
-            answers = [{} for _ in jobs]
-            for key in archive.files:
-                number, name = key.split("|")
-                answers[int(number)][name] = archive[key]
-        for answer in answers:
-            answer["stderr"] = done.stderr
-        return answers
-
-    return run
 
 
 @pytest.fixture
@@ -96,6 +65,24 @@ def run_host(tmp_path: Path):
         assert (done.returncode == 0) == succeeds, done.stderr
         assert done.returncode >= 0, f"killed by signal {-done.returncode}"
         return done.stderr
+
+    return run
+
+
+@pytest.fixture
+def run_fmu(tmp_path: Path, run_host):
+    """Run jobs of tests/fmu/hosts/jobs.py in one fresh process."""
+
+    def run(fmu: Path, *jobs: dict) -> list[dict]:
+        order, answered = tmp_path / "jobs.json", tmp_path / "answers.npz"
+        order.write_text(json.dumps(jobs, default=_plain))
+        said = run_host("jobs", fmu, order, answered)
+        answers: list[dict] = [{"stderr": said} for _ in jobs]
+        with np.load(answered) as archive:
+            for key in archive.files:
+                number, name = key.split("|")
+                answers[int(number)][name] = archive[key]
+        return answers
 
     return run
 

@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,9 +17,26 @@ _FILE_MODE = 0o100644
 _LIBRARY_MODE = 0o100755
 
 
-def write_fmu(file: Path, entries: Mapping[str, bytes], date: datetime) -> None:
-    """Write an FMU; arguments and errors as for `write_archive`, the file's name ends in .fmu."""
-    write_archive(file, ".fmu", entries, date)
+def write_fmu(
+    file: Path,
+    entries: Mapping[str, bytes],
+    identified: Callable[[str], Mapping[str, bytes]],
+    date: datetime,
+) -> Path:
+    """Write an FMU whose GUID is a hash of its content, and return the file.
+
+    Args:
+        file: Where to write it, ending in .fmu.
+        entries: Content by path inside the archive, without what states the GUID.
+        identified: Returns the entries that state the GUID.
+        date: Of every entry.
+
+    Raises:
+        BuildError: If the file cannot be written.
+    """
+    guid = content_guid({**entries, **identified("")})
+    write_archive(file, ".fmu", {**entries, **identified(guid)}, date)
+    return file
 
 
 def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: datetime) -> None:

@@ -21,7 +21,10 @@ from pathlib import Path
 import elastic_robot
 from coupling.errors import BuildError
 
-SOURCES = Path(elastic_robot.__file__).parent.parent / "native"
+# What goes into FMUs beside the model: in the checkout, or as a wheel has it (pyproject.toml).
+_SHIPPED = Path(__file__).parent / "fmu_src"
+FMU_SOURCES = _SHIPPED if _SHIPPED.is_dir() else Path(elastic_robot.__file__).parent.parent
+SOURCES = FMU_SOURCES / "native"
 # Contracted multiply-adds are as exact as rounded ones, and nobody asks for errno; anything that drops
 # checks of NaN is not used.
 FLAGS = (

@@ -9,26 +9,38 @@ from pathlib import Path
 import elastic_robot
 from coupling.fmu_export.model_description import About
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, STEP_SIZE, TOLERANCE
+from elastic_robot.fmi.interface import STEP_SIZE, TOLERANCE
 
 ICON = Path(__file__).parent / "model.png"
 
 
-def about_robot(
-    robot: Robot, with_what: str, date: datetime, capabilities: tuple[str, ...]
+def robot_line(robot: Robot) -> str:
+    """Return a robot's FMU in one line."""
+    return (
+        f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
+        " tool forces in, TCP pose out"
+    )
+
+
+def about(
+    model_name: str,
+    description: str,
+    with_what: str,
+    date: datetime,
+    capabilities: tuple[str, ...],
 ) -> About:
-    """Return what a robot's FMU tells of itself.
+    """Return what an FMU tells of itself.
 
     Args:
-        robot: The robot in the FMU.
+        model_name: Name of the model; also of its library.
+        description: One line.
         with_what: Tool beside this one that it was made with.
         date: Of the build.
         capabilities: Flags of `CoSimulation` that are true.
     """
     return About(
-        model_name=MODEL_NAME,
-        description=f"Industrial robot {robot.name} with elastic joints, tilts and backlash:"
-        " tool forces in, TCP pose out",
+        model_name=model_name,
+        description=description,
         version=elastic_robot.__version__,
         tool=f"elastic-robot-fmu {elastic_robot.__version__}, {with_what}",
         date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
@@ -38,8 +50,14 @@ def about_robot(
     )
 
 
-def license_text(distribution: str) -> str:
-    """Return the licence of an installed distribution."""
-    text = metadata.distribution(distribution).read_text("licenses/LICENSE")
-    assert text is not None, distribution
-    return text
+def licenses(**distributions: str) -> dict[str, bytes]:
+    """Return the licences of installed distributions as an FMU's content, by the names of the files.
+
+    This project's own is always among them.
+    """
+    entries = {}
+    for name, distribution in {"license": "elastic-robot-fmu", **distributions}.items():
+        text = metadata.distribution(distribution).read_text("licenses/LICENSE")
+        assert text is not None, distribution
+        entries[f"documentation/licenses/{name}.txt"] = text.encode()
+    return entries

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 
 import elastic_robot
 from coupling.errors import BuildError
-from coupling.fmu_export.archive import build_date, content_guid, write_fmu
+from coupling.fmu_export.archive import build_date, write_fmu
 from coupling.fmu_export.compiler import (
     PLATFORMS,
     SOURCES,
     compile_library,
     host_platform,
 )
-from coupling.fmu_export.identity import about_robot, license_text
+from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.interface_text import interface_text
-from coupling.fmu_export.native_standards import STANDARDS, Standard
+from coupling.fmu_export.native_standards import Standard
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME, Block, blocks
@@ -32,43 +31,35 @@ _NEEDS = "This FMU needs nothing of its host but the C library."
 def build_native_fmu(
     robot: Robot,
     file: Path,
-    platforms: Sequence[str] = (),
-    with_sources: bool = False,
-    resources: Mapping[str, bytes] = MappingProxyType({}),
-    fmi: str = "2",
+    resources: Mapping[str, bytes],
+    platforms: Sequence[str],
+    with_sources: bool,
+    standard: Standard,
 ) -> Path:
-    """Write a robot's native FMU; an existing file is replaced only when the new one is complete.
+    """Write a robot's native FMU and return the file.
 
     Args:
         robot: The robot, fixed in the FMU.
         file: Where to write it, ending in .fmu.
+        resources: More files by name; `trajectory` can name one of them.
         platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
-        resources: More files by name; `trajectory` can name one of them.
-        fmi: Version of FMI, one of STANDARDS.
-
-    Returns:
-        The file.
+        standard: Version of FMI.
 
     Raises:
-        BuildError: If the file cannot be written, a platform or the version of FMI is not known or
-            the compiler fails.
+        BuildError: If the file cannot be written, a platform is not known or the compiler fails.
         RobotFileError: If the robot is larger than the C core holds.
         ValueError: If a torque table's curve does not rise.
     """
-    if fmi not in STANDARDS:
-        raise BuildError(f"FMI version is {fmi!r}; needed is one of {', '.join(STANDARDS)}")
-    standard = STANDARDS[fmi]
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
     table = blocks(robot)
     rows, version = standard.variable_rows(table), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
     texts = {
         "documentation/index.html": index_html(robot, rows, standard.version, version, _NEEDS),
-        "documentation/licenses/license.txt": license_text("elastic-robot-fmu"),
         "documentation/licenses/fmi-headers.txt": standard.headers_license(),
     }
-    entries = {name: text.encode() for name, text in texts.items()}
+    entries = licenses() | {name: text.encode() for name, text in texts.items()}
     entries |= {f"resources/{name}": data for name, data in resources.items()}
     entries |= _libraries(standard, platforms or [host_platform().name])
     source_files: tuple[str, ...] = ()
@@ -78,15 +69,15 @@ def build_native_fmu(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
     entries |= standard.further_entries(source_files)
-    about = about_robot(robot, "native", date, standard.capabilities)
-    # Description and robot are part of the content that the GUID stands for.
-    draft = standard.describe(about, table, "", source_files)
-    data = robot_data(robot, table, guid="")
-    guid = content_guid({**entries, "modelDescription.xml": draft, ROBOT_ENTRY: data})
-    entries["modelDescription.xml"] = standard.describe(about, table, guid, source_files)
-    entries[ROBOT_ENTRY] = robot_data(robot, table, guid)
-    write_fmu(file, entries, date)
-    return file
+    told = about(MODEL_NAME, robot_line(robot), "native", date, standard.capabilities)
+
+    def identified(guid: str) -> dict[str, bytes]:
+        return {
+            "modelDescription.xml": standard.describe(told, table, guid, source_files),
+            ROBOT_ENTRY: robot_data(robot, table, guid),
+        }
+
+    return write_fmu(file, entries, identified, date)
 
 
 def robot_data(robot: Robot, table: Mapping[str, Block], guid: str) -> bytes:

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import io
 import json
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 
 import elastic_robot
-import process_slave
 from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date
-from coupling.fmu_export.model_description import About
-from coupling.fmu_export.python_slave import slave_entries, write_slave
+from coupling.fmu_export.python_slave import PythonSlave
 from coupling.path.histories import ToolPath
 from coupling.process import Process, force_laws
 from coupling.process.base import MemorylessProcess
-from elastic_robot.fmi.interface import AXES, POSE, STEP_SIZE, TOLERANCE, Block, Variable
+from elastic_robot.fmi.interface import AXES, POSE, Block, Variable
 
 MODEL_NAME = "Process"
 
@@ -45,25 +42,18 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
             f"process: a {type(process).__name__} needs the whole path at once; step by step work the"
             " models elastic-wall and isf-force-law"
         )
-    slave = Path(process_slave.__file__)
-    entries = slave_entries(slave, MODEL_NAME, _law(process, desired))
-    version = elastic_robot.__version__
-    date = build_date(Path(elastic_robot.__file__).parent)
-    about = About(
+    slave = PythonSlave(
+        script="process_slave.py",
         model_name=MODEL_NAME,
         description=f"{type(process).__name__}: TCP pose in, wrench on the tool out",
-        version=version,
-        tool=f"elastic-robot-fmu {version}, PythonFMU {metadata.version('pythonfmu')}",
-        date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
         capabilities=(
             "canHandleVariableCommunicationStepSize",
             "canNotUseMemoryManagementFunctions",
         ),
-        step_size=STEP_SIZE,
-        tolerance=TOLERANCE,
+        blocks=_blocks(desired.pose[0, 0]),
     )
-    write_slave(file, about, _blocks(desired.pose[0, 0]), entries, date)
-    return file
+    date = build_date(Path(elastic_robot.__file__).parent)
+    return slave.write(file, date, _law(process, desired), {})
 
 
 def _law(process: MemorylessProcess, desired: ToolPath) -> dict[str, bytes]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from coupling.errors import BuildError
 from coupling.fmu_export.compiler import (
+    FMU_SOURCES,
     PLATFORMS,
     SOURCES,
     CompilerError,
@@ -21,7 +22,7 @@ from coupling.fmu_export.compiler import (
 )
 from coupling.fmu_export.native_standards import STANDARDS
 
-HOST_SOURCES = SOURCES.parent / "python_host"
+HOST_SOURCES = FMU_SOURCES / "python_host"
 _INNER = "_pythonfmu"  # as library.h has it
 _SYSTEMS = {".so": "library_linux.c", ".dll": "library_windows.c"}
 _LICENSE = "documentation/licenses/fmi-headers.txt"

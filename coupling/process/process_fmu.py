@@ -15,8 +15,8 @@ from coupling.errors import CaseError, ProcessError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS
 from coupling.files.toml_file import FilePath
-from coupling.fmu.process_fmu_worker import SignalJob
-from coupling.fmu.worker import WorkerError, WorkerProcess, unpack
+from coupling.fmu.driver import FmuError, Job
+from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified, ProcessTable
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
@@ -57,12 +57,13 @@ class ProcessFmu(Identified):
             ProcessError: If it cannot be run, does not know a name or fails.
         """
         poses = poses_in(self.frame, path, self.part)
-        job = SignalJob(
+        job = Job(
             self.parameters,
             path.time,
             tuple(self.inputs.values()),
             poses[:, [POSE_COLUMNS.index(name) for name in self.inputs]],
             tuple(self.outputs.values()),
+            len(self.outputs),
         )
         wrench = np.zeros((len(path.time), len(WRENCH_COLUMNS)))
         wrench[:, [WRENCH_COLUMNS.index(name) for name in self.outputs]] = self._run(job)
@@ -74,19 +75,18 @@ class ProcessFmu(Identified):
         in_base = wrench_in_base(self.frame, wrench, path, self.part)
         return Answer(WrenchHistory(path.time, in_base))
 
-    def _run(self, job: SignalJob) -> np.ndarray:
+    def _run(self, job: Job) -> np.ndarray:
         with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
             try:
                 unpack(self.file, Path(folder))
-                worker = WorkerProcess("coupling.fmu.process_fmu_worker", Path(folder))
+                worker = WorkerProcess(Path(folder))
                 try:
                     worker.send(job)
-                    answers: np.ndarray = worker.receive(self._tell)
+                    return worker.receive(self._tell)
                 finally:
                     worker.close()
-            except WorkerError as cause:
+            except FmuError as cause:
                 raise ProcessError(f"{self.file}: {cause}") from cause
-        return answers
 
     def _tell(self, done: int, total: int) -> None:
         self.watch(Progress("evaluating the process", done, total))

@@ -9,7 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
-from coupling.robot.robot import Mode, RateWarning, SimulatedRobot
+from coupling.robot.robot import RateWarning, SimulatedRobot
+from elastic_robot.fmi.interface import Mode
 
 
 @dataclass(frozen=True)

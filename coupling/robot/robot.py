@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-
-Mode = Literal["dynamic", "quasistatic"]
+from elastic_robot.fmi.interface import Mode
 
 
 @dataclass(frozen=True)

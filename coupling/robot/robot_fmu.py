@@ -8,22 +8,27 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 
 from coupling.errors import SimulationError
 from coupling.events import Progress, Watch, unwatched
-from coupling.fmu.fmu_worker import Job
-from coupling.fmu.worker import WorkerError, WorkerProcess, unpack
+from coupling.fmu.driver import FmuError, Job
+from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.robot import Mode
 from elastic_robot.fingerprint import fingerprint
+from elastic_robot.fmi.interface import AXES, POSE, Mode
 
+# Names of the wrench and of the pose by version of FMI; in 3.0 they are arrays.
+SIGNALS = {
+    "2": (
+        tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
+        tuple(f"tcp.{name}" for name in POSE),
+    ),
+    "3": (("force", "moment"), ("tcp.position", "tcp.orientation")),
+}
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
-
-
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
 
@@ -44,10 +49,7 @@ class RobotFmu:
     """
 
     def __init__(
-        self,
-        file: Path,
-        torque_curve: str = "backlash",
-        watch: Watch = unwatched,
+        self, file: Path, torque_curve: str = "backlash", watch: Watch = unwatched
     ) -> None:
         self.torque_curve = torque_curve
         self._file = file
@@ -61,23 +63,18 @@ class RobotFmu:
         with _simulation_errors(f"{file}: "):
             unpack(file, Path(self._folder.name))
         self.fingerprint = fingerprint(Path(self._folder.name, "resources"))
-        self._processes = [self._start()]
+        self._processes: list[WorkerProcess] = []
+        self._started(1)
 
     def __enter__(self) -> RobotFmu:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
         """End the processes and remove the unpacked files."""
-        for process in self._processes:
-            process.close()
+        self._end()
         self._folder.cleanup()
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
@@ -87,7 +84,8 @@ class RobotFmu:
 
         Args:
             command: Drive angles.
-            wrench: On the tool, at the command's times.
+            wrench: Wrench on the tool, at the command's times.
+            mode: "dynamic" or "quasistatic".
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
@@ -95,52 +93,59 @@ class RobotFmu:
         if not np.array_equal(command.time, wrench.time):
             raise SimulationError("command and wrench are given at different times")
         trajectory = Path(self._folder.name, "trajectory.npz")
-        columns = ["time", *(f"q{i + 1}" for i in range(command.q[0].shape[1]))]
-        np.savez(trajectory, columns=columns, data=np.column_stack([command.time, command.q[0]]))
-        settings = {
+        (angles,), (loads,) = command.q, wrench.wrench
+        columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
+        np.savez(trajectory, columns=columns, data=np.column_stack([command.time, angles]))
+        parameters = {
             "trajectory": str(trajectory),
             "torque_curve": self.torque_curve,
             "mode": mode,
         }
-        parts = self._parts(len(command.time), mode)
-        for process, rows in zip(self._processes, parts, strict=False):
-            with _simulation_errors():
-                process.send(Job(settings, wrench.time[rows], wrench.wrench[0, rows]))
+        parts = _parts(len(command.time), mode)
+        processes = self._started(len(parts))
+        inputs, outputs = SIGNALS[processes[0].version]
+        jobs = [
+            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, len(POSE))
+            for rows in parts
+        ]
 
         def progress(done: int, total: int) -> None:
             what = f"simulating the {mode} robot"
             self._watch(Progress(what, len(parts) * done, len(parts) * total))
 
-        # Every answer is taken, so that no old one is in the way after an error.
-        poses: list[np.ndarray] = []
-        errors: list[SimulationError] = []
-        for process, _ in zip(self._processes, parts, strict=False):
-            try:
-                with _simulation_errors():
-                    poses.append(process.receive(progress))
-            except SimulationError as error:
-                errors.append(error)
-        if errors:
-            raise errors[0]
+        try:
+            with _simulation_errors():
+                for process, job in zip(processes, jobs, strict=True):
+                    process.send(job)
+                poses = [process.receive(progress) for process in processes]
+        except BaseException:
+            self._end()  # what they still answer would be taken for the next simulation's
+            raise
         return ToolPath(command.time, np.vstack(poses))
 
-    def _parts(self, samples: int, mode: Mode) -> list[slice]:
-        """Return the samples for each process."""
-        if mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
-            return [slice(0, samples)]
-        if len(self._processes) < 2:
-            self._processes.append(self._start())
-        return [slice(0, samples // 2), slice(samples // 2, samples)]
+    def _started(self, count: int) -> list[WorkerProcess]:
+        """Return as many processes."""
+        while len(self._processes) < count:
+            with _simulation_errors(f"{self._file}: "):
+                self._processes.append(WorkerProcess(Path(self._folder.name)))
+        return self._processes[:count]
 
-    def _start(self) -> WorkerProcess:
-        with _simulation_errors(f"{self._file}: "):
-            return WorkerProcess("coupling.fmu.fmu_worker", Path(self._folder.name))
+    def _end(self) -> None:
+        while self._processes:
+            self._processes.pop().close()
+
+
+def _parts(samples: int, mode: Mode) -> list[slice]:
+    """Return the samples for each process."""
+    if mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
+        return [slice(0, samples)]
+    return [slice(0, samples // 2), slice(samples // 2, samples)]
 
 
 @contextmanager
 def _simulation_errors(where: str = "") -> Iterator[None]:
-    """Turn a worker's errors into those of a simulation."""
+    """Turn an FMU's errors into those of a simulation."""
     try:
         yield
-    except WorkerError as cause:
+    except FmuError as cause:
         raise SimulationError(f"{where}{cause}") from cause

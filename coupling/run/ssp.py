@@ -11,10 +11,10 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 import numpy as np
 
 import elastic_robot
-from build_fmu import build
 from coupling.case import Case
 from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date, write_archive
+from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path.histories import JointPath
@@ -60,8 +60,10 @@ def write_ssp(case: Case, file: Path) -> Path:
     }
     with tempfile.TemporaryDirectory() as folder:
         fmus = (
-            build(
-                robot.description, Path(folder, "ElasticRobot.fmu"), {_TRAJECTORY: _table(command)}
+            build_fmu(
+                robot.description,
+                Path(folder, "ElasticRobot.fmu"),
+                resources={_TRAJECTORY: _table(command)},
             ),
             build_process_fmu(case.process, case.desired, Path(folder, "Process.fmu")),
         )

@@ -9,9 +9,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from build_fmu import build_kind
 from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell, Member
@@ -168,7 +168,7 @@ def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[RobotF
     members, fmus = [], []
     for placed in case.robots:
         planner = InverseKinematics(placed.description, placed.home)
-        file = build_kind(placed.description, folder / f"{placed.name}.fmu", kind=case.fmu)
+        file = build_fmu(placed.description, folder / f"{placed.name}.fmu", BuildOptions(case.fmu))
         fmus.append(stack.enter_context(RobotFmu(file, placed.torque_curve, watch)))
         members.append(Member(placed.name, placed.placement, fmus[-1], planner))
     return Cell(tuple(members)), fmus

@@ -11,9 +11,10 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Answer, Process
-from coupling.robot.robot import Mode, SimulatedRobot
+from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import SCHEMES, Scheme
+from elastic_robot.fmi.interface import Mode
 
 RobotT_co = TypeVar("RobotT_co", bound=SimulatedRobot, covariant=True)
 

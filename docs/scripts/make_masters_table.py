@@ -7,9 +7,9 @@ import tempfile
 from itertools import pairwise
 from pathlib import Path
 
-from build_fmu import build
 from coupling.case import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.fmu_export.build import build_fmu
 from coupling.run.ssp import write_ssp
 from docs.scripts.masters import (
     MASTERS,
@@ -33,7 +33,7 @@ def import_table() -> str:
     rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        prepare(folder, build(load_robot(shipped_robots()["icme2008"]), folder / "Built.fmu"))
+        prepare(folder, build_fmu(load_robot(shipped_robots()["icme2008"]), folder / "Built.fmu"))
         reference = {kind: run_reference(kind, folder) for kind in (False, True)}
         for master in MASTERS:
             if master.version is None:

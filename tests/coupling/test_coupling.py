@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringRobot
 
-from build_fmu import build
 from coupling.errors import CaseError, SimulationError
+from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
 from coupling.robot.robot_fmu import RobotFmu
@@ -159,18 +159,13 @@ def test_aitken_solves_a_linear_spring_pair_in_two_updates():
     np.testing.assert_allclose(x, k_r * x_c / (k_r + k_p), rtol=1e-12)
 
 
-def still(time: np.ndarray, angle: float) -> JointPath:
-    """The arm at rest."""
-    return JointPath(time, (np.full((len(time), 1), angle),))
-
-
 @pytest.fixture(scope="module")
 def arm_fmu(tmp_path_factory):
     """One elastic joint about y, 1 m arm, 1e5 N m/rad: compliance 1e-5 m/N at the TCP."""
     link = Body(mass=20.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
     joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=100.0)
     robot = Robot("arm", (joint,), gravity=(0.0, 0.0, 0.0), tcp_position=(1.0, 0.0, 0.0))
-    return build(robot, tmp_path_factory.mktemp("arm") / "Arm.fmu")
+    return build_fmu(robot, tmp_path_factory.mktemp("arm") / "Arm.fmu")
 
 
 @pytest.mark.parametrize("scheme", ["aitken", "anderson"])
@@ -197,54 +192,6 @@ def test_fmu_at_loop_gain_five_diverges_plainly(arm_fmu):
     with RobotFmu(arm_fmu, "linear") as robot:
         result = couple(loop(robot, wall, Constant(1.0)), command)
     assert result.outcome is Outcome.DIVERGED
-
-
-def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
-    import zipfile
-
-    broken = tmp_path / "broken.fmu"
-    broken.write_text("no archive")
-    with pytest.raises(SimulationError, match="not a readable FMU"):
-        RobotFmu(broken)
-    empty = tmp_path / "empty.fmu"
-    with zipfile.ZipFile(empty, "w") as archive:
-        archive.writestr("resources/nothing.txt", "")
-    with pytest.raises(SimulationError, match="not a robot FMU that runs here"):
-        RobotFmu(empty)
-
-
-def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
-    """A quasi-static path in two halves, side by side, is the same to the last bit."""
-    time = np.linspace(0.0, 1.0, 200)
-    command = JointPath(time, (0.3 * np.sin(5.0 * time)[:, None],))
-    wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
-    with RobotFmu(arm_fmu) as robot:
-        alone = robot.simulate(command, wrench, "quasistatic")
-        monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 10)
-        monkeypatch.setattr("os.cpu_count", lambda: 2)
-        shared = robot.simulate(command, wrench, "quasistatic")
-        assert len(robot._processes) == 2
-    assert np.array_equal(shared.pose, alone.pose)
-
-
-def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
-    time = np.array([0.0, 1.0])
-    with RobotFmu(arm_fmu) as robot:
-        robot._processes[0]._process.kill()
-        robot._processes[0]._process.wait()
-        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
-            robot.simulate(still(time, 0.0), WrenchHistory.none(time), "quasistatic")
-
-
-def test_simulation_error_carries_the_fmus_sentence(arm_fmu):
-    time = np.array([0.0, 1.0])
-    with RobotFmu(arm_fmu, "linear") as robot:
-        # The arm points at -x, the force at +x, pushing it in: it buckles under k / l = 1e5 N.
-        load = np.array([[0, 0, 0, 0, 0, 0], [1e9, 0, 1e9, 0, 0, 0]], dtype=float)
-        with pytest.raises(SimulationError, match="too soft for this load"):
-            robot.simulate(still(time, np.pi), WrenchHistory(time, load), "quasistatic")
-        with pytest.raises(SimulationError, match="different times"):
-            robot.simulate(still(time, 0.0), WrenchHistory.none(2.0 * time), "quasistatic")
 
 
 LAW = {

@@ -144,7 +144,7 @@ def test_trajectory_is_sought_where_the_master_runs_and_then_in_the_fmu(
 ):
     """Joint 1 stands at 0.3 rad in the packed file, at 0.1 rad in the one beside the master."""
     table = "time,q1,q2,q3,q4,q5,q6\n0,{0},0,0,0,0,0\n1,{0},0,0,0,0,0\n"
-    fmu = build(example, tmp_path / "R.fmu", {"motion.csv": table.format(0.3).encode()})
+    fmu = build(example, tmp_path / "R.fmu", resources={"motion.csv": table.format(0.3).encode()})
     job = {
         "settings": {"trajectory": "motion.csv", "mode": "quasistatic"},
         "time": [0.0, 0.1],

@@ -12,7 +12,7 @@ from places import HOSTS, TESTS
 from pythonfmu.builder import FmuBuilder
 from random_robots import make_robot
 
-from build_fmu import build_kind
+from coupling.fmu_export.build import build_fmu
 from elastic_robot.description import Body, Joint, Robot
 
 
@@ -20,7 +20,7 @@ def test_instances_do_not_mix(build, example_fmu, run_host, tmp_path):
     run_host("instances", example_fmu, build(make_robot(5, 6), tmp_path / "Other.fmu"))
 
 
-PROMISES = [
+CLAUSES = [
     "rollback",
     "serialised_state",
     "not_a_number",
@@ -31,23 +31,23 @@ PROMISES = [
 ]
 
 
-@pytest.mark.parametrize("promise", PROMISES)
-def test_promises_are_kept(example_fmu, run_host, promise):
-    run_host("promises", example_fmu, promise)
+@pytest.mark.parametrize("clause", CLAUSES)
+def test_the_contract_is_kept(example_fmu, run_host, clause):
+    run_host("contract", example_fmu, clause)
 
 
 def test_a_refused_step_leaves_the_parameters_as_they_were(example_fmu, run_host):
     """The compliance, computed when read, is still that of the old gravity."""
-    run_host("promises", example_fmu, "parameters_before_a_refused_step")
+    run_host("contract", example_fmu, "parameters_before_a_refused_step")
 
 
-@pytest.mark.parametrize("promise", PROMISES)
-def test_a_stock_fmu_breaks_them(run_host, tmp_path, promise):
+@pytest.mark.parametrize("clause", CLAUSES)
+def test_a_stock_fmu_breaks_it(run_host, tmp_path, clause):
     """So that the tests above can fail."""
     options = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
     stock = TESTS / "fmu" / "stock" / "stock_robot.py"
     file = FmuBuilder.build_FMU(stock, dest=tmp_path, **options)
-    assert "AssertionError" in run_host("promises", file, promise, succeeds=False)
+    assert "AssertionError" in run_host("contract", file, clause, succeeds=False)
 
 
 NEEDED = {
@@ -94,7 +94,7 @@ def rigid_robot() -> Robot:
 
 
 def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):
-    fmu = build_kind(example, tmp_path / "Robot.fmu", kind="python")
+    fmu = build_fmu(example, tmp_path / "Robot.fmu")
     tmp_path.joinpath("pinocchio.py").write_text(
         "raise ImportError(\"No module named 'pinocchio'\")"
     )

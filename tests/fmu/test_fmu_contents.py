@@ -17,7 +17,8 @@ from places import TESTS
 from pythonfmu.builder import FmuBuilder
 
 import elastic_robot
-from build_fmu import build, main
+from build_fmu import main
+from coupling.fmu_export.build import build_fmu
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Fmu:
 
 @pytest.fixture(scope="module")
 def ours(example, tmp_path_factory) -> Fmu:
-    return Fmu.read(build(example, tmp_path_factory.mktemp("python") / "ElasticRobot.fmu"))
+    return Fmu.read(build_fmu(example, tmp_path_factory.mktemp("python") / "ElasticRobot.fmu"))
 
 
 @pytest.fixture(scope="module")
@@ -235,17 +236,17 @@ def test_start_values_are_exact(ours, example):
 
 
 def test_the_same_input_gives_the_same_bytes(example, tmp_path, monkeypatch):
-    one, two = (build(example, tmp_path / name) for name in ("1.fmu", "2.fmu"))
+    one, two = (build_fmu(example, tmp_path / name) for name in ("1.fmu", "2.fmu"))
     assert one.read_bytes() == two.read_bytes()
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1500000000")
-    dated, again = (build(example, tmp_path / name) for name in ("3.fmu", "4.fmu"))
+    dated, again = (build_fmu(example, tmp_path / name) for name in ("3.fmu", "4.fmu"))
     assert dated.read_bytes() == again.read_bytes() != one.read_bytes()
     stated = Fmu.read(dated).description.get("generationDateAndTime")
     assert stated == "2017-07-14T02:40:00Z"
 
 
 def test_the_guid_follows_the_content(ours, example, tmp_path):
-    moon = Fmu.read(build(replace(example, gravity=(0.0, 0.0, -1.62)), tmp_path / "moon.fmu"))
+    moon = Fmu.read(build_fmu(replace(example, gravity=(0.0, 0.0, -1.62)), tmp_path / "moon.fmu"))
     assert moon.description.get("guid") != ours.description.get("guid")
 
 

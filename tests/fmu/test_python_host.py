@@ -14,9 +14,10 @@ import pytest
 from emulators import EMULATORS
 from places import TESTS
 
-from build_fmu import build_kind, main
+from build_fmu import main
 from coupling.errors import BuildError
 from coupling.fmu_export import compiler
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, SOURCES, host_platform, zig
 from coupling.fmu_export.python_host import host_library, without_host
 from elastic_robot.robot import ElasticRobot
@@ -31,7 +32,7 @@ POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
 
 @pytest.fixture(scope="module")
 def fmu(example, tmp_path_factory) -> Path:
-    return build_kind(example, tmp_path_factory.mktemp("fmu") / "Robot.fmu", kind="python")
+    return build_fmu(example, tmp_path_factory.mktemp("fmu") / "Robot.fmu")
 
 
 @pytest.fixture(scope="module")
@@ -144,18 +145,18 @@ def test_without_a_compiler_pythonfmus_library_stands_alone(
     assert without_host(file, "ElasticRobot") == ["linux64", "win64"]
     run_host("alone", file)
     with pytest.raises(BuildError, match="there is no C compiler for linux64"):
-        build_kind(example, tmp_path / "R.fmu", kind="python", platforms="linux64")
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("python", ("linux64",)))
 
 
 @pytest.mark.parametrize("platform", ["darwin64", "aarch64-linux", "amiga"])
 def test_platforms_that_pythonfmu_has_no_library_for_are_refused(example, tmp_path, platform):
     with pytest.raises(BuildError, match="PythonFMU has libraries for linux64, win64"):
-        build_kind(example, tmp_path / "R.fmu", kind="python", platforms=platform)
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("python", (platform,)))
 
 
 @pytest.mark.skipif(zig() is None, reason="needs ziglang")
 def test_it_is_compiled_for_all_platforms_that_pythonfmu_has_libraries_for(example, tmp_path):
-    file = build_kind(example, tmp_path / "R.fmu", kind="python", platforms="linux64,win64")
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("python", ("linux64", "win64")))
     assert without_host(file, "ElasticRobot") == []
     assert host_library(PLATFORMS["win64"]).read_bytes().startswith(b"MZ")
 

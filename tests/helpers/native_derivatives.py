@@ -10,7 +10,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from random_robots import make_robot
 
-from coupling.fmu_export.native_fmu import build_native_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
 
@@ -66,7 +66,7 @@ def instance_of(
     case: Case, folder: Path, trajectory: str = ""
 ) -> tuple[FMU2Slave, dict[str, list[int]]]:
     """An instance of the case's FMU, initialised; the value references of each block."""
-    file = build_native_fmu(case.robot, folder / "R.fmu")
+    file = build_fmu(case.robot, folder / "R.fmu", BuildOptions("native"))
     fmpy.extract(str(file), unzipdir=str(folder / "fmu"))
     slave = FMU2Slave(
         guid=fmpy.read_model_description(str(folder / "fmu")).guid,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.robot import Mode
+from elastic_robot.fmi.interface import Mode
 
 
 def upright(points: np.ndarray) -> np.ndarray:

@@ -22,13 +22,12 @@ from lxml import etree
 from places import DOCS, TESTS
 from random_robots import make_robot
 
-from build_fmu import build_kind, main
-from coupling.errors import BuildError, SimulationError
+from build_fmu import main
+from coupling.errors import BuildError
 from coupling.fmu_export.arrays import array_variables
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, SOURCES, host_platform, zig
-from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
-from coupling.robot.robot_fmu import RobotFmu
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
 
@@ -104,7 +103,7 @@ class Pair:
 
 def make_pair(robot: Robot, folder: Path) -> Pair:
     for fmi in ("2", "3"):
-        file = build_native_fmu(robot, folder / f"{fmi}.fmu", fmi=fmi)
+        file = build_fmu(robot, folder / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
         fmpy.extract(str(file), unzipdir=str(folder / fmi))
     return Pair(folder / "2", folder / "3")
 
@@ -115,7 +114,7 @@ def pair(example, tmp_path_factory) -> Pair:
 
 
 def test_contents_are_valid_and_complete(example, tmp_path):
-    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True, fmi="3")
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", sources=True, fmi="3"))
     assert fmpy.validation.validate_fmu(str(file)) == []
     with zipfile.ZipFile(file) as archive:
         names = set(archive.namelist())
@@ -139,7 +138,7 @@ def test_the_packed_sources_compile_to_the_library_by_themselves(example, tmp_pa
     compiler, objdump = shutil.which("cc"), shutil.which("objdump")
     if compiler is None or objdump is None or host_platform().suffix != ".so":
         pytest.skip("needs cc and objdump on Linux")
-    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True, fmi="3")
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", sources=True, fmi="3"))
     fmpy.extract(str(file), unzipdir=str(tmp_path / "fmu"))
     sources = tmp_path / "fmu" / "sources"
     listed = etree.parse(sources / "buildDescription.xml").findall(".//SourceFile")
@@ -255,7 +254,7 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
 
 def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypatch):
     """As stepped by hand with the force at each step's start, to the rounding of FMPy's times."""
-    build_native_fmu(example, tmp_path / "ElasticRobot3.fmu", fmi="3")
+    build_fmu(example, tmp_path / "ElasticRobot3.fmu", BuildOptions("native", fmi="3"))
     monkeypatch.chdir(tmp_path)
     page = (DOCS / "native.md").read_text()
     (snippet,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
@@ -497,15 +496,9 @@ def test_a_windows_path_of_the_resources_is_taken_in_wine(pair, tmp_path):
     assert done.stdout.startswith("200 calls")
 
 
-def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):
-    file = build_native_fmu(example, tmp_path / "R.fmu", fmi="3")
-    with pytest.raises(SimulationError, match=r"is of FMI 3\.0; needed is one of FMI 2\.0"):
-        RobotFmu(file)
-
-
 def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):
     assert main(["-o", str(tmp_path / "R.fmu"), "--fmi", "3"]) == 2
     assert "needed is --kind native" in capsys.readouterr().err
     with pytest.raises(BuildError, match="FMI version is '1'; needed is one of 2, 3"):
-        build_kind(example, tmp_path / "R.fmu", kind="native", fmi="1")
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="1"))
     assert not list(tmp_path.iterdir())

@@ -19,8 +19,9 @@ from fmpy.fmi2 import FMU2Slave
 from places import TESTS
 from random_robots import make_robot
 
-from build_fmu import build_kind, main
+from build_fmu import main
 from coupling.errors import BuildError
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import (
     PLATFORMS,
     SOURCES,
@@ -29,7 +30,6 @@ from coupling.fmu_export.compiler import (
     host_platform,
     zig,
 )
-from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.robot import ElasticRobot
@@ -66,7 +66,9 @@ class Unpacked:
 @pytest.fixture(scope="session")
 def unpacked(example, tmp_path_factory) -> Unpacked:
     folder = tmp_path_factory.mktemp("native")
-    return Unpacked(build_native_fmu(example, folder / "Robot.fmu"), folder / "fmu")
+    return Unpacked(
+        build_fmu(example, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu"
+    )
 
 
 def start(slave: FMU2Slave, q=POSTURE, time=0.0, **strings: str) -> FMU2Slave:
@@ -189,7 +191,7 @@ def test_the_core_has_no_mutable_global_state(unpacked):
 
 
 def test_contents_are_valid_and_complete(example, tmp_path):
-    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True)
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", sources=True))
     assert fmpy.validation.validate_fmu(str(file)) == []
     with zipfile.ZipFile(file) as archive:
         names = set(archive.namelist())
@@ -208,7 +210,7 @@ def test_contents_are_valid_and_complete(example, tmp_path):
 
 def test_the_packed_sources_compile_to_the_library_by_themselves(example, tmp_path, c_host):
     """As a master does it: the listed files, the folder of sources alone, no flags of ours."""
-    file = build_kind(example, tmp_path / "R.fmu", kind="native", with_sources=True)
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", sources=True))
     fmu = Unpacked(file, tmp_path / "fmu")
     xml = (fmu.folder / "modelDescription.xml").read_text()
     sources = [
@@ -231,7 +233,9 @@ def test_the_packed_sources_compile_to_the_library_by_themselves(example, tmp_pa
 
 def test_both_kinds_have_the_same_variables(example, tmp_path):
     kinds = [
-        fmpy.read_model_description(str(build_kind(example, tmp_path / f"{kind}.fmu", kind=kind)))
+        fmpy.read_model_description(
+            str(build_fmu(example, tmp_path / f"{kind}.fmu", BuildOptions(kind)))
+        )
         for kind in ("python", "native")
     ]
     one, two = (
@@ -247,7 +251,7 @@ def test_both_kinds_have_the_same_variables(example, tmp_path):
 def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
     """Every real in turn is set to NaN; the sentence names it as the table does, with its unit."""
     robot = make_robot(3, 5)
-    fmu = Unpacked(build_native_fmu(robot, tmp_path / "R.fmu"), tmp_path / "fmu")
+    fmu = Unpacked(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
     slave, said = fmu.slave(), []
     table = blocks(robot)
     strings = table.pop("strings")
@@ -309,7 +313,7 @@ def test_a_locale_with_decimal_commas_changes_nothing(unpacked, tmp_path):
 def test_paths_of_any_characters_are_taken(example, tmp_path):
     """A folder with blanks, umlauts, per cent and plus; the URI encodes it or not."""
     folder = tmp_path / "a b äö 100%41 + c"
-    fmu = Unpacked(build_native_fmu(example, tmp_path / "R.fmu"), folder)
+    fmu = Unpacked(build_fmu(example, tmp_path / "R.fmu", BuildOptions("native")), folder)
     slave = start(fmu.slave())
     assert np.isfinite(slave.getReal([TCP])[0])
 
@@ -426,7 +430,9 @@ def test_kinds_agree_on_random_robots(tmp_path):
     for seed in (2, 5, 8):
         robot = make_robot(seed, 3)
         table = blocks(robot)
-        fmu = Unpacked(build_native_fmu(robot, tmp_path / f"{seed}.fmu"), tmp_path / f"{seed}")
+        fmu = Unpacked(
+            build_fmu(robot, tmp_path / f"{seed}.fmu", BuildOptions("native")), tmp_path / f"{seed}"
+        )
         time = np.linspace(0.0, 0.3, 16)
         q = np.cumsum(0.01 * rng.normal(size=(16, 3)), axis=0)
         columns = ["time", "q1", "q2", "q3"]
@@ -466,7 +472,7 @@ def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
     assert main(["-o", str(tmp_path / "R.fmu"), "--sources"]) == 2
     assert "needed is --kind native" in capsys.readouterr().err
     with pytest.raises(BuildError, match="kind is 'java'"):
-        build_kind(example, tmp_path / "R.fmu", kind="java")
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("java"))
     assert not list(tmp_path.iterdir())
 
 
@@ -522,7 +528,7 @@ def test_the_aarch64_library_gives_the_same_poses_in_an_emulator(
 ):
     """Other instructions and another libm round otherwise: 1e-10 m after 200 steps."""
     name = "aarch64-linux"
-    fmu = build_native_fmu(example, tmp_path / "A.fmu", [name])
+    fmu = build_fmu(example, tmp_path / "A.fmu", BuildOptions("native", (name,)))
     fmpy.extract(str(fmu), unzipdir=str(tmp_path / "fmu"))
     other = Unpacked.__new__(Unpacked)
     other.library = tmp_path / "fmu" / "binaries" / name / "ElasticRobot.so"
@@ -580,7 +586,7 @@ int main(int count, char **arguments)
 )
 def test_the_windows_library_runs_in_wine(unpacked, example, tmp_path):
     """Height of the TCP at rest after 100 steps, as here to 1e-12 m."""
-    fmu = build_native_fmu(example, tmp_path / "W.fmu", ["win64"])
+    fmu = build_fmu(example, tmp_path / "W.fmu", BuildOptions("native", ("win64",)))
     fmpy.extract(str(fmu), unzipdir=str(tmp_path / "fmu"))
     guid = fmpy.read_model_description(str(fmu)).guid
     (tmp_path / "host.c").write_text(WINDOWS_HOST)

@@ -8,6 +8,7 @@ fmi/interface.h.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -23,7 +24,8 @@ TOLERANCE = 1e-6
 AXES = ("x", "y", "z")
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 TORQUE_CURVE_DEFAULT = "backlash"
-MODES = ("dynamic", "quasistatic")
+Mode = Literal["dynamic", "quasistatic"]
+MODES: tuple[Mode, ...] = get_args(Mode)
 INITIAL_STATES = ("equilibrium", "undeflected")
 
 Names = tuple[str, ...]

@@ -22,14 +22,14 @@ class Fmu:
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
         self._numbers = itertools.count(1)
 
-    def instance(self):
-        return Instance(self, f"robot{next(self._numbers)}")
+    def instance(self, name=None, logging=False):
+        return Instance(self, name or f"robot{next(self._numbers)}", logging)
 
 
 class Instance:
     """An instance whose variables go by name."""
 
-    def __init__(self, fmu, name):
+    def __init__(self, fmu, name, logging):
         self.slave = FMU2Slave(
             guid=fmu.description.guid,
             unzipDirectory=fmu.folder,
@@ -37,14 +37,14 @@ class Instance:
             instanceName=name,
         )
         self._references, self._outputs = fmu.references, fmu.outputs
-        self.slave.instantiate()
+        self.slave.instantiate(loggingOn=logging)
 
-    def start(self, time=0.0, tolerance=None, strings=(), **reals):
+    def start(self, time=0.0, tolerance=None, strings=(), posture=POSTURE, **reals):
         self.slave.setupExperiment(startTime=time, tolerance=tolerance)
         for name, value in dict(strings).items():
             self.slave.setString([self._references[name]], [value])
         self.slave.enterInitializationMode()
-        posture = {name: q for name, q in POSTURE.items() if name in self._references}
+        posture = {name: q for name, q in posture.items() if name in self._references}
         if posture or reals:
             self.set({**posture, **reals})
         self.slave.exitInitializationMode()

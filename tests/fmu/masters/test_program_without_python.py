@@ -14,7 +14,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from build_fmu import build_kind
+from coupling.fmu_export.build import BuildOptions, build_fmu
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the program is taken from the Linux wheel")
@@ -26,7 +26,7 @@ def test_the_native_fmu_runs_where_there_is_no_python(example, tmp_path):
         pytest.skip("ecospy is not installed: make masters")
     program = shutil.copy(str(shipped), tmp_path)
     os.chmod(program, 0o755)  # the wheel ships it without
-    file = build_kind(example, tmp_path / "Native.fmu", kind="native")
+    file = build_fmu(example, tmp_path / "Native.fmu", BuildOptions("native"))
     done = subprocess.run(
         [program, "simulate", "--path", file.name, "--stepSize", "0.004", "--stopTime", "0.4"],
         cwd=tmp_path,

@@ -1,4 +1,4 @@
-"""What an FMU must hold to, one by one: promises.py FMU PROMISE."""
+"""What an FMU must hold to, one by one: contract.py FMU CLAUSE."""
 
 import sys
 

@@ -1,0 +1,260 @@
+"""Runs an FMU of FMI 2 or 3: the only place that drives FMPy.
+
+It belongs into a process of its own (`coupling.fmu.worker`), because only in one that has not imported
+the model the FMU's own modules answer, and because PythonFMU's binary, where it stands alone, corrupts
+the heap when it is unloaded or the process ends in the ordinary way.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
+from fmpy.fmi3 import FMU3Slave
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription
+from fmpy.simulation import apply_start_values
+
+from coupling.errors import CouplingError
+
+Progress = Callable[[int, int], None]
+
+# Statuses of FMI 2 and 3: the highest of a call that did what it was asked, and the lowest of a log
+# message that tells of an error.
+_WARNING, _ERROR = 1, 3
+# Steps between two reports of progress.
+_REPORT_EVERY = 100
+
+
+class FmuError(CouplingError):
+    """An FMU cannot be loaded or refuses a job, with its reason, or its process has ended."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One simulation of an FMU between sampled inputs and outputs.
+
+    Attributes:
+        parameters: Start values by name.
+        time: Communication points [s], (n,).
+        inputs: Names of real variables; an array counts as all its elements.
+        rows: Values of the inputs; row k is held over the step that ends at time[k], row 0 in
+            initialisation, (n, k).
+        outputs: Names of real variables.
+        width: Number of values of the outputs.
+    """
+
+    parameters: Mapping[str, float | int | bool | str]
+    time: np.ndarray
+    inputs: tuple[str, ...]
+    rows: np.ndarray
+    outputs: tuple[str, ...]
+    width: int
+
+
+class _Series:
+    """Rows of reals, each set or read in place by one call.
+
+    FMPy's own calls make lists of every row, which costs more than a step of a fast FMU.
+
+    Args:
+        slave: Has an instance.
+        function: Name of the standard's function that sets or gets reals.
+        references: Value references of the columns' variables.
+        rows: In C order, (n, k).
+        counted: Whether the function is told the number of values as well.
+    """
+
+    def __init__(
+        self,
+        slave: FMU2Slave | FMU3Slave,
+        function: str,
+        references: Sequence[int],
+        rows: np.ndarray,
+        counted: bool,
+    ) -> None:
+        size, pointer = ctypes.c_size_t, ctypes.c_void_p
+        types = [pointer, pointer, size, pointer, *([size] if counted else [])]
+        self._name, self._component, self._rows = function, slave.component, rows
+        self._call = ctypes.CFUNCTYPE(ctypes.c_int, *types)((function, slave.dll))
+        self._references = (ctypes.c_uint32 * len(references))(*references)
+        self._count = len(references)
+        self._counted = [rows.shape[1]] if counted else []
+        self._start, self._stride = rows.ctypes.data, rows.strides[0]
+
+    def move(self, k: int) -> None:
+        """Move row `k` to the FMU, or from it."""
+        address = self._start + k * self._stride
+        status = self._call(self._component, self._references, self._count, address, *self._counted)
+        if status > _WARNING:
+            raise FMICallException(function=self._name, status=status)
+
+
+class Driver(ABC):
+    """An unpacked FMU, its library loaded once.
+
+    Args:
+        folder: Where it is unpacked.
+        description: Its model description.
+
+    Attributes:
+        version: Version of FMI, "2" or "3".
+        slave_type: FMPy's class.
+        setter, getter: Names of the standard's functions that set and get reals.
+        counted: Whether these are told the number of values as well.
+    """
+
+    version: ClassVar[str]
+    slave_type: ClassVar[type]
+    setter: ClassVar[str]
+    getter: ClassVar[str]
+    counted: ClassVar[bool]
+
+    def __init__(self, folder: Path, description: ModelDescription) -> None:
+        self._description = description
+        self._references = {v.name: v.valueReference for v in description.modelVariables}
+        self._slave = self.slave_type(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )
+        self._errors: list[str] = []
+
+    @abstractmethod
+    def _instantiate(self) -> None:
+        """Make an instance that logs."""
+
+    @abstractmethod
+    def _enter_initialization(self, job: Job) -> None:
+        """Set times and parameters and enter initialisation mode."""
+
+    @abstractmethod
+    def _free(self) -> None:
+        """Free the instance; not by FMPy's freeInstance, which unloads the library."""
+
+    def run(self, job: Job, progress: Progress) -> np.ndarray:
+        """Return the outputs at the communication points, (n, job.width).
+
+        Raises:
+            FmuError: If the FMU does not know a name or refuses a call.
+        """
+        unknown = {*job.inputs, *job.outputs, *job.parameters} - set(self._references)
+        if unknown:
+            known = ", ".join(sorted(self._references))
+            raise FmuError(f"has no variable {', '.join(sorted(unknown))}; it has {known}")
+        self._errors.clear()
+        try:
+            self._instantiate()
+            try:
+                return self._simulate(job, progress)
+            finally:
+                self._free()
+        except Exception as cause:  # FMPy raises bare Exception for most refusals
+            *_, last = "", *"\n".join(self._errors).splitlines()
+            raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
+
+    def _simulate(self, job: Job, progress: Progress) -> np.ndarray:
+        time, last, slave = job.time.tolist(), len(job.time) - 1, self._slave
+        answers = np.empty((last + 1, job.width))
+        inputs = self._series(self.setter, job.inputs, np.ascontiguousarray(job.rows, dtype=float))
+        outputs = self._series(self.getter, job.outputs, answers)
+        self._enter_initialization(job)
+        inputs.move(0)
+        slave.exitInitializationMode()
+        outputs.move(0)
+        for k in range(1, last + 1):
+            inputs.move(k)
+            slave.doStep(time[k - 1], time[k] - time[k - 1])
+            outputs.move(k)
+            if k % _REPORT_EVERY == 0 or k == last:
+                progress(k, last)
+        slave.terminate()
+        return answers
+
+    def _series(self, function: str, names: Sequence[str], rows: np.ndarray) -> _Series:
+        references = [self._references[name] for name in names]
+        return _Series(self._slave, function, references, rows, self.counted)
+
+    def _set_parameters(self, job: Job) -> None:
+        apply_start_values(self._slave, self._description, dict(job.parameters))
+
+    def _log(self, *message: Any) -> None:
+        # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
+        if message[-3] >= _ERROR:
+            self._errors.append(message[-1].decode(errors="replace").strip())
+
+
+class _Fmi2(Driver):
+    version, slave_type = "2", FMU2Slave
+    setter, getter, counted = "fmi2SetReal", "fmi2GetReal", False
+
+    def _instantiate(self) -> None:
+        callbacks = fmi2CallbackFunctions(
+            logger=fmi2CallbackLoggerTYPE(self._log),
+            allocateMemory=fmi2CallbackAllocateMemoryTYPE(calloc),
+            freeMemory=fmi2CallbackFreeMemoryTYPE(free),
+        )
+        addLoggerProxy(ctypes.byref(callbacks))
+        self._slave.instantiate(callbacks=callbacks, loggingOn=True)
+
+    def _enter_initialization(self, job: Job) -> None:
+        self._slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
+        self._set_parameters(job)
+        self._slave.enterInitializationMode()
+
+    def _free(self) -> None:
+        self._slave.fmi2FreeInstance(self._slave.component)
+
+
+class _Fmi3(Driver):
+    version, slave_type = "3", FMU3Slave
+    setter, getter, counted = "fmi3SetFloat64", "fmi3GetFloat64", True
+
+    def _instantiate(self) -> None:
+        self._slave.instantiate(loggingOn=True, logMessage=self._log)
+
+    def _enter_initialization(self, job: Job) -> None:
+        self._set_parameters(job)
+        self._slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
+
+    def _free(self) -> None:
+        self._slave.fmi3FreeInstance(self._slave.component)
+
+
+_DRIVERS: dict[str, type[Driver]] = {driver.version: driver for driver in (_Fmi2, _Fmi3)}
+
+
+def load(folder: Path) -> Driver:
+    """Return what runs jobs on the unpacked FMU in a folder.
+
+    Raises:
+        FmuError: If it is no FMU for co-simulation by FMI 2 or 3 that runs here.
+    """
+    try:
+        description = fmpy.read_model_description(str(folder), validate=False)
+        driver = _DRIVERS.get(description.fmiVersion[0])
+        if description.coSimulation is not None and driver is not None:
+            return driver(folder, description)
+    except Exception as cause:  # whatever FMPy finds wrong with the file
+        raise FmuError(f"is not an FMU that runs here: {cause}") from cause
+    raise FmuError(
+        f"is an FMU of FMI {description.fmiVersion}"
+        f"{'' if description.coSimulation else ' without co-simulation'}; needed is FMI 2 or 3"
+        " co-simulation"
+    )

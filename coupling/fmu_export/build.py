@@ -1,0 +1,136 @@
+"""robot -> FMU: the home of building, whoever asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from coupling.errors import BuildError
+from coupling.fmu_export.compiler import PLATFORMS
+from coupling.fmu_export.native_fmu import build_native_fmu
+from coupling.fmu_export.native_standards import STANDARDS
+from coupling.fmu_export.python_fmu import build_python_fmu
+from coupling.fmu_export.python_host import without_host
+from elastic_robot.description import Robot
+from elastic_robot.fmi.interface import MODEL_NAME
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """How an FMU is built.
+
+    Attributes:
+        kind: One of KINDS.
+        platforms: Names of the platforms that libraries are compiled for; none: this machine.
+        sources: Whether the C sources of a native FMU are packed as well.
+        fmi: Version of FMI, one of STANDARDS; 3 is for a native FMU.
+
+    Raises:
+        BuildError: If the kind or the version is not known, or the options do not fit the kind.
+
+    Example:
+        >>> BuildOptions("native", fmi="4")
+        Traceback (most recent call last):
+        coupling.errors.BuildError: FMI version is '4'; needed is one of 2, 3
+    """
+
+    kind: str = "python"
+    platforms: tuple[str, ...] = ()
+    sources: bool = False
+    fmi: str = "2"
+
+    def __post_init__(self) -> None:
+        for what, name, known in (
+            ("kind", self.kind, KINDS),
+            ("FMI version", self.fmi, STANDARDS),
+        ):
+            if name not in known:
+                raise BuildError(f"{what} is {name!r}; needed is one of {', '.join(known)}")
+        if self.kind == "python" and (self.sources or self.fmi != "2"):
+            raise BuildError(
+                "sources or FMI 3 are chosen for an FMU in Python; needed is --kind native"
+            )
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A kind of FMU.
+
+    Attributes:
+        build: Writes a robot's FMU.
+        remark: Returns a sentence on an FMU's libraries, empty where there is nothing to say.
+    """
+
+    build: Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]
+    remark: Callable[[Path], str]
+
+
+def _libraries_alone(file: Path) -> str:
+    alone = without_host(file, MODEL_NAME)
+    if not alone:
+        return ""
+    return (
+        f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
+        " (docs/fmu.md; --platforms)"
+    )
+
+
+KINDS = {
+    "python": _Kind(
+        build=lambda robot, file, resources, options: build_python_fmu(
+            robot, file, resources, options.platforms
+        ),
+        remark=_libraries_alone,
+    ),
+    "native": _Kind(
+        build=lambda robot, file, resources, options: build_native_fmu(
+            robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
+        ),
+        remark=lambda file: "",
+    ),
+}
+
+
+def build_fmu(
+    robot: Robot,
+    file: Path,
+    options: BuildOptions = BuildOptions(),
+    resources: Mapping[str, bytes] = MappingProxyType({}),
+) -> Path:
+    """Write a robot's FMU; an existing file is replaced only when the new one is complete.
+
+    The same robot, options and sources give the same bytes.
+
+    Args:
+        robot: The robot, fixed in the FMU.
+        file: Where to write it, ending in .fmu.
+        options: How it is built.
+        resources: More files by name; `trajectory` can name one of them.
+
+    Returns:
+        The file.
+
+    Raises:
+        BuildError: If a platform is not known, the compiler fails or the file cannot be written.
+        RobotFileError: If the robot is larger than a native FMU holds.
+    """
+    return KINDS[options.kind].build(robot, file, resources, options)
+
+
+def remark(file: Path, options: BuildOptions) -> str:
+    """Return a sentence on an FMU's libraries, empty where there is nothing to say."""
+    return KINDS[options.kind].remark(file)
+
+
+def platform_names(text: str) -> tuple[str, ...]:
+    """Return the platforms of a text with commas between them; "all" are all that there are.
+
+    Example:
+        >>> platform_names("linux64,win64")
+        ('linux64', 'win64')
+        >>> platform_names("")
+        ()
+    """
+    return tuple(PLATFORMS) if text == "all" else tuple(filter(None, text.split(",")))

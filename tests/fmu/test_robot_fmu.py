@@ -1,0 +1,130 @@
+"""The robot as an FMU in processes of its own: paths, modes, versions of FMI, and what goes wrong."""
+
+from __future__ import annotations
+
+import zipfile
+
+import numpy as np
+import pytest
+
+from coupling.errors import SimulationError
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.robot.robot_fmu import RobotFmu
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.fmi.interface import MODES
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    """One elastic joint about y, 1 m arm, 1e5 N m/rad: compliance 1e-5 m/N at the TCP."""
+    link = Body(mass=20.0, com=(0.5, 0.0, 0.0), inertia=(0.1, 1.0, 1.0))
+    joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=100.0)
+    return Robot("arm", (joint,), gravity=(0.0, 0.0, 0.0), tcp_position=(1.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def arm_fmu(arm, tmp_path_factory):
+    return build_fmu(arm, tmp_path_factory.mktemp("arm") / "Arm.fmu")
+
+
+def still(time: np.ndarray, angle: float = 0.0) -> JointPath:
+    """The arm at rest."""
+    return JointPath(time, (np.full((len(time), 1), angle),))
+
+
+def test_a_file_that_is_no_robot_fmu_is_refused(arm_fmu, tmp_path):
+    broken = tmp_path / "broken.fmu"
+    broken.write_text("no archive")
+    with pytest.raises(SimulationError, match="not a readable FMU"):
+        RobotFmu(broken)
+    empty = tmp_path / "empty.fmu"
+    with zipfile.ZipFile(empty, "w") as archive:
+        archive.writestr("resources/nothing.txt", "")
+    with pytest.raises(SimulationError, match="not an FMU that runs here"):
+        RobotFmu(empty)
+
+
+def test_a_shared_path_is_that_of_one_process(arm_fmu, monkeypatch):
+    """A quasi-static path in two halves, side by side, is the same to the last bit."""
+    time = np.linspace(0.0, 1.0, 200)
+    command = JointPath(time, (0.3 * np.sin(5.0 * time)[:, None],))
+    wrench = WrenchHistory(time, np.outer(np.sin(9.0 * time), [0, 0, 300.0, 0, 0, 0]))
+    with RobotFmu(arm_fmu) as robot:
+        alone = robot.simulate(command, wrench, "quasistatic")
+        monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 10)
+        monkeypatch.setattr("os.cpu_count", lambda: 2)
+        shared = robot.simulate(command, wrench, "quasistatic")
+        assert len(robot._processes) == 2
+    assert np.array_equal(shared.pose, alone.pose)
+
+
+def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
+    time = np.array([0.0, 1.0])
+    with RobotFmu(arm_fmu) as robot:
+        robot._processes[0]._process.kill()
+        robot._processes[0]._process.wait()
+        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
+            robot.simulate(still(time), WrenchHistory.none(time), "dynamic")
+
+
+def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu, monkeypatch):
+    """The second of two processes has died when it is given its half; the first one has its own."""
+    monkeypatch.setattr("coupling.robot.robot_fmu._WORTH_SHARING", 100)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    time = np.linspace(0.0, 1.0, 100)
+    command = JointPath(time, (0.3 * time[:, None],))
+    loaded = WrenchHistory(time, np.tile([0.0, 0.0, 300.0, 0.0, 0.0, 0.0], (100, 1)))
+    with RobotFmu(arm_fmu) as robot:
+        expected = robot.simulate(command, WrenchHistory.none(time), "quasistatic")
+        robot._processes[1]._process.kill()
+        robot._processes[1]._process.wait()
+        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
+            robot.simulate(command, loaded, "quasistatic")
+        for n in (50, 100):  # by one process, and by two
+            short = JointPath(time[:n], (command.q[0][:n],))
+            answer = robot.simulate(short, WrenchHistory.none(short.time), "quasistatic")
+            np.testing.assert_array_equal(answer.pose, expected.pose[:, :n])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_simulation_error_carries_the_fmus_sentence(arm, tmp_path, kind):
+    time = np.array([0.0, 1.0])
+    # The arm points at -x, the force at +x, pushing it in: it buckles under k / l = 1e5 N.
+    command = still(time, np.pi)
+    load = np.array([[0, 0, 0, 0, 0, 0], [1e9, 0, 1e9, 0, 0, 0]], dtype=float)
+    with RobotFmu(build_fmu(arm, tmp_path / "Arm.fmu", BuildOptions(kind)), "linear") as robot:
+        with pytest.raises(SimulationError, match="too soft for this load"):
+            robot.simulate(command, WrenchHistory(time, load), "quasistatic")
+        with pytest.raises(SimulationError, match="different times"):
+            robot.simulate(command, WrenchHistory.none(2.0 * time), "quasistatic")
+
+
+def test_every_simulation_has_the_mode_that_it_is_given(arm_fmu):
+    """A dynamic simulation in between leaves no trace: the arm swings, and then it does not."""
+    time = np.linspace(0.0, 0.1, 50)
+    command = still(time)
+    load = WrenchHistory(time, np.outer(time > 0.02, [0.0, 0.0, 300.0, 0.0, 0.0, 0.0]))
+    with RobotFmu(arm_fmu, "linear") as robot:
+        still, swinging, again = (
+            robot.simulate(command, load, mode).position[0]
+            for mode in ("quasistatic", "dynamic", "quasistatic")
+        )
+    np.testing.assert_array_equal(again, still)
+    assert np.ptp(still[time > 0.03, 2]) < 1e-12 < 1e-4 < np.ptp(swinging[time > 0.03, 2])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_an_fmu_of_fmi_3_takes_the_path_of_one_of_fmi_2(example, tmp_path, mode):
+    """Its wrench and its pose are arrays."""
+    time = np.linspace(0.0, 0.5, 60)
+    drives = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]) + 0.1 * np.sin(time)[:, None]
+    load = np.outer(np.sin(9.0 * time), [100.0, -50.0, 300.0, 5.0, 10.0, -5.0])
+    poses = []
+    for fmi in ("2", "3"):
+        file = build_fmu(example, tmp_path / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
+        with RobotFmu(file) as robot:
+            path = robot.simulate(JointPath(time, (drives,)), WrenchHistory(time, load), mode)
+        poses.append(path.pose[0])
+    assert np.ptp(poses[0][:, 0]) > 1e-2
+    np.testing.assert_array_equal(*poses)
