@@ -28,7 +28,7 @@ def arm_fmu(arm, tmp_path_factory):
     return build_fmu(arm, tmp_path_factory.mktemp("arm") / "Arm.fmu")
 
 
-def still(time: np.ndarray, angle: float = 0.0) -> JointPath:
+def at_rest(time: np.ndarray, angle: float = 0.0) -> JointPath:
     """The arm at rest."""
     return JointPath(time, (np.full((len(time), 1), angle),))
 
@@ -65,7 +65,7 @@ def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
         robot._processes[0]._process.kill()
         robot._processes[0]._process.wait()
         with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
-            robot.simulate(still(time), WrenchHistory.none(time), "dynamic")
+            robot.simulate(at_rest(time), WrenchHistory.none(time), "dynamic")
 
 
 def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu, monkeypatch):
@@ -91,7 +91,7 @@ def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu
 def test_simulation_error_carries_the_fmus_sentence(arm, tmp_path, kind):
     time = np.array([0.0, 1.0])
     # The arm points at -x, the force at +x, pushing it in: it buckles under k / l = 1e5 N.
-    command = still(time, np.pi)
+    command = at_rest(time, np.pi)
     load = np.array([[0, 0, 0, 0, 0, 0], [1e9, 0, 1e9, 0, 0, 0]], dtype=float)
     with RobotFmu(build_fmu(arm, tmp_path / "Arm.fmu", BuildOptions(kind)), "linear") as robot:
         with pytest.raises(SimulationError, match="too soft for this load"):
@@ -103,7 +103,7 @@ def test_simulation_error_carries_the_fmus_sentence(arm, tmp_path, kind):
 def test_every_simulation_has_the_mode_that_it_is_given(arm_fmu):
     """A dynamic simulation in between leaves no trace: the arm swings, and then it does not."""
     time = np.linspace(0.0, 0.1, 50)
-    command = still(time)
+    command = at_rest(time)
     load = WrenchHistory(time, np.outer(time > 0.02, [0.0, 0.0, 300.0, 0.0, 0.0, 0.0]))
     with RobotFmu(arm_fmu, "linear") as robot:
         still, swinging, again = (
