@@ -51,10 +51,10 @@ def in_plane(
         size: Width and height of the figure [px].
     """
     figure = go.Figure()
-    x, y = _MM * part.coordinates(desired)[:, :2].T
+    x, y = _MM * part.coordinates(desired.position[0])[:, :2].T
     figure.add_scatter(x=x, y=y, name="rigid", line={"color": RIGID, "width": 1.5})
     for curve, both in paths.items():
-        x, y = _MM * part.coordinates(both.ours)[:, :2].T
+        x, y = _MM * part.coordinates(both.ours.position[0])[:, :2].T
         line = {"color": COLORS[curve], "dash": _DASHES[curve], "width": 2}
         figure.add_scatter(x=x, y=y, name=CURVES[curve], line=line)
     x, y, half = _MM * window.x, _MM * window.y, _MM * window.half
@@ -80,7 +80,7 @@ def mark_mujoco(
     """Add MuJoCo's tool at every so many samples inside a window."""
     name = "circles: MuJoCo"
     for curve, both in paths.items():
-        points = part.coordinates(both.mujoco)[::every, :2]
+        points = part.coordinates(both.mujoco.position[0])[::every, :2]
         inside = np.abs(points - [window.x, window.y]).max(axis=1) < window.half
         x, y = _MM * points[inside].T
         marker = {"color": COLORS[curve], "symbol": "circle-open", "size": 8}
@@ -108,11 +108,11 @@ def released(falls: Mapping[str, Both], until: float) -> go.Figure:
     figure = go.Figure()
     for curve, both in falls.items():
         shown = both.ours.time <= until
-        start = both.ours.position[0, 2]
-        height = _MM * (both.ours.position[shown, 2] - start)
+        start = both.ours.position[0, 0, 2]
+        height = _MM * (both.ours.position[0, shown, 2] - start)
         line = {"color": COLORS[curve], "dash": _DASHES[curve], "width": 1.8}
         figure.add_scatter(x=both.ours.time[shown], y=height, name=CURVES[curve], line=line)
-        time, other = both.mujoco.time[shown][::8], both.mujoco.position[shown, 2][::8]
+        time, other = both.mujoco.time[shown][::8], both.mujoco.position[0, shown, 2][::8]
         marker = {"color": COLORS[curve], "symbol": "circle-open", "size": 6}
         figure.add_scatter(
             x=time, y=_MM * (other - start), mode="markers", marker=marker, showlegend=False

@@ -41,10 +41,12 @@ def statics() -> str:
 def sag_and_settling(falls: Mapping[str, Both]) -> str:
     """Return sag and settling time of the robot where the path begins."""
     rows = []
-    height = desired().position[0, 2]
+    height = desired().position[0, 0, 2]
     for curve, fall in falls.items():
         rest = rest_at_start(curve)
-        sags = [f"{_MM * (path.position[0, 2] - height):.6f}" for path in (rest.ours, rest.mujoco)]
+        sags = [
+            f"{_MM * (path.position[0, 0, 2] - height):.6f}" for path in (rest.ours, rest.mujoco)
+        ]
         times = [f"{settling_time(path):.3f}" for path in (fall.ours, fall.mujoco)]
         rows.append((CURVES[curve], *sags, *times))
     return table(("", "sag [mm]", "by MuJoCo", "settling time [s]", "by MuJoCo"), rows)

@@ -16,7 +16,7 @@ HEIGHT = 460
 
 def cone() -> list[go.Figure]:
     """Return the path in space and the deviation along it."""
-    run = read_run(RESULT)
+    run = read_run(RESULT).first
     factor = figures.amplification(run)
     space = figures.paths(run, factor)
     space.update_layout(

@@ -52,7 +52,7 @@ def import_table() -> str:
 def ssp_table() -> str:
     """Return how far co-simulation is from weak coupling, by step."""
     case = load_case(SSP_CASE)
-    path = coupled(case).achieved
+    path = coupled(case).correction.achieved
     with tempfile.TemporaryDirectory() as name:
         write_ssp(case, Path(name, "system.ssp"))
         distances = []

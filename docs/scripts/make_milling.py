@@ -13,10 +13,10 @@ from plotly.subplots import make_subplots
 from coupling.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import MeanMilling, ToothPassing
-from coupling.run.study import Run
+from coupling.run.study import Deviations, Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
-from docs.scripts.runs import compensated, coupled, evaluated, example
+from docs.scripts.runs import compensated, coupled, example
 
 SPEEDS = (20000, 40000)  # [1/min]
 COLORS = {20000: "#D55E00", 40000: "#0072B2"}
@@ -40,15 +40,16 @@ class Milled:
     @property
     def in_cut(self) -> np.ndarray:
         """Samples in the slot at full feed."""
-        speed = np.gradient(self.case.desired.position[:, 0], self.case.desired.time)
-        depth = -self.case.part.coordinates(self.case.desired)[:, 2]
+        speed = np.gradient(self.case.desired.position[0, :, 0], self.case.desired.time)
+        depth = -self.case.task.part.coordinates(self.case.desired.position[0])[:, 2]
         slot: np.ndarray = (depth > depth.max() - 1e-9) & (speed > 0.9999 * speed.max())
         return slot
 
     @property
     def given_way(self) -> np.ndarray:
         """How far the process pushes the tool, base axes [m], (n, 3)."""
-        return self.run.achieved.position - self.run.unloaded.position
+        found = self.run.correction
+        return found.achieved.position[0] - found.unloaded.position[0]
 
 
 def dynamic(speed: int) -> Case:
@@ -76,9 +77,9 @@ def rigid_forces(speed: int) -> tuple[ToolPath, np.ndarray, np.ndarray]:
     """Return the desired path, and along it the forces of teeth and mean [N], (n, 3) each."""
     case = dynamic(speed)
     assert isinstance(case.process, ToothPassing)
-    teeth, _ = evaluated(case.process, case.desired)
-    mean, _ = evaluated(MeanMilling(case.process.milling), case.desired)
-    return case.desired, teeth.wrench[:, :3], mean.wrench[:, :3]
+    teeth = case.process.evaluate(case.desired)
+    mean = MeanMilling(case.process.milling).evaluate(case.desired)
+    return case.desired, teeth.wrench.force[0], mean.wrench.force[0]
 
 
 def forces() -> go.Figure:
@@ -166,7 +167,7 @@ def deviation_table(still: Mapping[int, Milled], moving: Mapping[int, Milled]) -
         for name, cut in (("static", still[speed]), ("dynamic", moving[speed])):
             along, across, up = _UM * cut.given_way[cut.in_cut].T
             figures = (across.mean(), across.min(), across.max(), along.mean(), up.mean())
-            evaluations = str(cut.run.process_evaluations)
+            evaluations = str(cut.run.correction.evaluations)
             rows.append((_spindle(speed), name, *(f"{f:.0f}" for f in figures), evaluations))
     head = ("spindle", "robot", "across, mean [um]", "across, from [um]", "to [um]")
     return table((*head, "along, mean [um]", "up, mean [um]", "evaluations"), rows)
@@ -179,9 +180,10 @@ def _spindle(speed: int) -> str:
 def of_whole_case(speed: int) -> str:
     """Return what compensation does for the dynamic robot under the force of every tooth."""
     run = compensated(dynamic(speed))
+    deviations = Deviations.of(run)
     return (
-        f"from {_UM * run.before.maximum:.0f} to {_UM * run.after.maximum:.0f} um"
-        f" at {_spindle(speed)} ({run.process_evaluations} evaluations)"
+        f"from {_UM * deviations.before.maximum:.0f} to {_UM * deviations.after.maximum:.0f} um"
+        f" at {_spindle(speed)} ({run.correction.evaluations} evaluations)"
     )
 
 
@@ -200,16 +202,17 @@ def write() -> None:
         pushed[speed] = still[speed].given_way[still[speed].in_cut, 1].mean()
     slow, fast = SPEEDS
     corrected = compensated(quasistatic(slow))
-    assert corrected.shares.dynamic is not None
+    left = Deviations.of(corrected)
+    assert left.dynamic is not None
     fill(
         "milling",
         forces=force_table(moving),
         deviations=deviation_table(still, moving),
         fall=100.0 * (1.0 - across[fast] / across[slow]),
-        before=_UM * corrected.before.maximum,
-        after=_UM * corrected.after.maximum,
-        after_dynamic=_UM * corrected.shares.dynamic.maximum,
-        corrected_evaluations=corrected.process_evaluations,
+        before=_UM * left.before.maximum,
+        after=_UM * left.after.maximum,
+        after_dynamic=_UM * left.dynamic.maximum,
+        corrected_evaluations=corrected.correction.evaluations,
         whole=" and ".join(of_whole_case(speed) for speed in SPEEDS),
         fall_of_deviation=100.0 * (1.0 - pushed[fast] / pushed[slow]),
     )

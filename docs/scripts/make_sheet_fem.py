@@ -12,11 +12,11 @@ import numpy as np
 
 from coupling.case import Case
 from coupling.report import workpiece_figures
-from coupling.run.study import Run
+from coupling.run.study import Deviations, Run
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
 from docs.scripts.page import finish, replace, table
 from docs.scripts.pictures import save
-from docs.scripts.runs import compensated, example, gap_ranges, of_robots, workpieces
+from docs.scripts.runs import compensated, example, gap_ranges, peak_force, workpieces
 
 
 def cone() -> str:
@@ -28,21 +28,23 @@ def cone() -> str:
 
 
 def _verdict(run: Run) -> str:
-    each = run.durations["compensate"] / run.process_evaluations
-    before, after = 1e6 * run.before.maximum, 1e6 * run.after.maximum
-    gravity, process = 1e6 * run.shares.gravity.maximum, 1e6 * run.shares.process.maximum
+    found, deviations = run.correction, Deviations.of(run)
+    each = run.durations["compensate"] / found.evaluations
+    before, after = 1e6 * deviations.before.maximum, 1e6 * deviations.after.maximum
+    gravity, process = 1e6 * deviations.gravity.maximum, 1e6 * deviations.process.maximum
     return (
-        f"Verdict: {run.reason}; {run.process_evaluations} evaluations of the process, {each:.0f} s"
+        f"Verdict: {found.reason}; {found.evaluations} evaluations of the process, {each:.0f} s"
         f" each on average.\nDeviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
         f" process {process:.0f} um)\nand {after:.1f} um after, the process evaluated on the path really"
-        f" taken. Peak force {run.wrench.peak_force:.0f} N.\n"
+        f" taken. Peak force {found.answer.wrench.peak_force:.0f} N.\n"
     )
 
 
 def _contours(case: Case, run: Run) -> str:
     """Return the mean force in every contour, after compensation."""
-    points = case.part.coordinates(case.desired)
-    force = case.part.rotation.inv().apply(run.wrench.wrench[:, :3])
+    part = case.task.part
+    points = part.coordinates(case.desired.position[0])
+    force = part.rotation.inv().apply(run.correction.answer.wrench.force[0])
     outward = points * [1.0, 1.0, 0.0]
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     ahead = np.cross([0.0, 0.0, 1.0], outward)
@@ -79,14 +81,16 @@ def cell() -> str:
     case = example("two_robots_fem")
     run = compensated(case)
     rows = []
-    for name, own in of_robots(case, run).items():
+    for tool, name in enumerate(run.robots):
+        own = Deviations.of(run, tool)
         figures = (f"{1e6 * own.before.maximum:.0f} um", f"{1e6 * own.after.maximum:.1f} um")
-        rows.append((f"{name} tool", *figures, f"{own.wrench.peak_force:.0f} N"))
+        rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
     rows.append(("gap", *gap_ranges(run), ""))
-    each = run.durations["compensate"] / run.process_evaluations
+    found = run.correction
+    each = run.durations["compensate"] / found.evaluations
     return (
         table(("", "before, max", "after, max", "peak force"), rows)
-        + f"\n\nVerdict: {run.reason}; {run.process_evaluations} evaluations, {each:.0f} s each."
+        + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each."
     )
 
 

@@ -9,10 +9,10 @@ import plotly.graph_objects as go
 
 from coupling.case import Case
 from coupling.report.figures import AFTER, BEFORE, DESIRED
-from coupling.run.study import Run
+from coupling.run.study import Deviations, Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
-from docs.scripts.runs import compensated, example, gap_ranges, of_robots
+from docs.scripts.runs import compensated, example, gap_ranges, peak_force
 
 _UM, _MM = 1e6, 1e3
 # Deviations below this are not told apart in the figure [um].
@@ -23,7 +23,7 @@ _NEAR = 1e-9
 
 def tools(case: Case) -> go.Figure:
     """Draw both spheres where contours begin, in the plane of the part's x and z axes."""
-    forming, supporting = (case.part.coordinates(tool) for tool in case.desired.tools)
+    forming, supporting = (case.task.part.coordinates(p) for p in case.desired.position)
     diameter = case.resolved["support"]["tool_diameter_m"]  # the same of both tools in this case
     figure = go.Figure()
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
@@ -63,15 +63,16 @@ def gap(run: Run) -> go.Figure:
     return styled(figure, 520, 420)
 
 
-def deviations(robots: dict[str, Run]) -> go.Figure:
+def deviations(run: Run) -> go.Figure:
     """Draw the distance of each tool from its path, before and after."""
     figure = go.Figure()
-    for (name, run), dash in zip(robots.items(), ("solid", "dot"), strict=True):
+    for tool, (name, dash) in enumerate(zip(run.robots, ("solid", "dot"), strict=True)):
         for path, state, color in (
-            (run.uncompensated, "before", BEFORE),
-            (run.achieved, "after", AFTER),
+            (run.before, "before", BEFORE),
+            (run.correction.achieved, "after", AFTER),
         ):
-            distance = np.maximum(_UM * path.distance_to(run.desired), _FLOOR)
+            apart = path.tools[tool].distance_to(run.desired.tools[tool])
+            distance = np.maximum(_UM * apart, _FLOOR)
             line = {"color": color, "dash": dash, "width": 1.5}
             figure.add_scatter(x=path.time, y=distance, name=f"{name}, {state}", line=line)
     figure.update_yaxes(title="deviation [um]", type="log")
@@ -79,19 +80,20 @@ def deviations(robots: dict[str, Run]) -> go.Figure:
     return styled(figure, 520, 420)
 
 
-def figure_table(run: Run, robots: dict[str, Run]) -> str:
+def figure_table(run: Run) -> str:
     """Return deviations of both robots and the gap, as Markdown."""
     assert run.gap is not None
     rows = []
-    for name, own in robots.items():
-        assert own.shares.dynamic is not None
-        dynamic = f"{_UM * own.shares.dynamic.maximum:.0f} um"
+    for tool, name in enumerate(run.robots):
+        own = Deviations.of(run, tool)
+        assert own.dynamic is not None
+        dynamic = f"{_UM * own.dynamic.maximum:.0f} um"
         figures = (
             f"{_UM * own.before.maximum:.0f} um",
             f"{_UM * own.after.maximum:.1f} um",
             dynamic,
         )
-        rows.append((f"{name} tool", *figures, f"{own.wrench.peak_force:.0f} N"))
+        rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
     rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), "", ""))
     return table(("", "before, max", "after, max", "after, dynamic, max", "peak force"), rows)
 
@@ -100,18 +102,17 @@ def write() -> None:
     """Run the case, and write page and pictures."""
     case = example("two_robots")
     run = compensated(case)
-    robots = of_robots(case, run)
     save("two_robots_tools", tools(case))
-    save("two_robots_gap", gap(run), deviations(robots))
+    save("two_robots_gap", gap(run), deviations(run))
     fill(
         "two_robots",
         share=case.resolved["process"]["support_share"],
         stiffness=1e-3 * case.resolved["process"]["pinch_stiffness_N_m"],
         curve=case.resolved["robot"]["torque_curve"],
-        evaluations=run.process_evaluations,
-        table=figure_table(run, robots),
-        verdict=f"Verdict: {run.reason}.",
-        gravity=_UM * run.shares.gravity.maximum,
+        evaluations=run.correction.evaluations,
+        table=figure_table(run),
+        verdict=f"Verdict: {run.correction.reason}.",
+        gravity=_UM * Deviations.of(run).gravity.maximum,
     )
 
 

@@ -154,7 +154,7 @@ def distance_at_samples(poses: np.ndarray, coupled: ToolPath) -> np.ndarray:
     """
     rows = np.searchsorted(poses[:, 0], coupled.time[1:] - 1e-9)
     assert np.abs(poses[rows, 0] - coupled.time[1:]).max() < 1e-9
-    distance: np.ndarray = np.linalg.norm(poses[rows, 1:4] - coupled.position[1:], axis=1)
+    distance: np.ndarray = np.linalg.norm(poses[rows, 1:4] - coupled.position[0, 1:], axis=1)
     return distance
 
 

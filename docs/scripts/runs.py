@@ -11,10 +11,7 @@ from typing import Any
 import tomli_w
 
 from coupling.case import Case, load_case
-from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
-from coupling.process import Process
-from coupling.run.folder import runs_of_robots
 from coupling.run.study import Run, run_compensation, run_coupling
 
 CASES = Path(__file__).parents[2] / "examples" / "cases"
@@ -50,20 +47,14 @@ def compensated(case: Case) -> Run:
 
 
 def _converged(run: Run) -> Run:
-    if not run.converged:
-        raise RuntimeError(run.reason)
+    if not run.correction.converged:
+        raise RuntimeError(run.correction.reason)
     return run
 
 
-def of_robots(case: Case, run: Run) -> dict[str, Run]:
-    """Return the run of a cell as told for each of its robots, by name."""
-    return runs_of_robots(case, run)
-
-
-def evaluated(process: Process, path: ToolPath) -> tuple[WrenchHistory, Workpiece | None]:
-    """Return a process's wrench along a path, and the workpiece that it leaves."""
-    history = process.wrench(path)
-    return history, history.workpiece
+def peak_force(run: Run, tool: int) -> float:
+    """Return the largest force on a tool [N]."""
+    return run.correction.answer.wrench.tools[tool].peak_force
 
 
 def gap_ranges(run: Run) -> tuple[str, str]:
@@ -79,6 +70,6 @@ def gap_ranges(run: Run) -> tuple[str, str]:
 
 def workpieces(run: Run) -> dict[str, Workpiece]:
     """Return the workpieces of a corrected run."""
-    assert run.workpiece_before is not None
-    assert run.wrench.workpiece is not None
-    return {"before": run.workpiece_before, "after": run.wrench.workpiece}
+    found = run.correction
+    answers = {"before": found.uncorrected.answer, "after": found.answer}
+    return {stage: a.workpiece for stage, a in answers.items() if a.workpiece is not None}

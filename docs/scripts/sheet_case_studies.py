@@ -12,7 +12,7 @@ from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import schedule
 from coupling.sheet_fem.shape import DEFLECTION
 from docs.scripts.page import table
-from docs.scripts.runs import evaluated, example
+from docs.scripts.runs import example
 from docs.scripts.sheet_studies import ALUMINIUM
 
 
@@ -26,11 +26,11 @@ def gap_table() -> str:
             process={"element_m": 1e-3 * element},
             tool_path={"step_down_m": 0.0005, "depth_m": 0.001},
         )
-        deep = case.part.coordinates(case.desired.tools[0])[:, 2] < -0.99e-3
-        into_part = case.part.rotation.inv()
+        part = case.task.part
+        deep = part.coordinates(case.desired.position[0])[:, 2] < -0.99e-3
         forces = [
-            abs(into_part.apply(tool.wrench[deep, :3])[:, 2].mean())
-            for tool in evaluated(case.process, case.desired)[0].tools
+            abs(part.rotation.inv().apply(force[deep])[:, 2].mean())
+            for force in case.process.evaluate(case.desired).wrench.force
         ]
         rows.append((f"{gap} mm", f"{element} mm", *(f"{force:.0f}" for force in forces)))
     return table(("gap", "elements", "forming tool", "supporting tool"), rows)
@@ -45,10 +45,11 @@ def window_table() -> str:
         process.schedule, everywhere=np.ones_like(process.schedule.everywhere, dtype=bool)
     )
     start = time.process_time()
-    whole, piece = evaluated(replace(process, schedule=always), case.desired)
+    whole = replace(process, schedule=always).evaluate(case.desired)
     full = time.process_time() - start
-    assert piece is not None
-    points = case.part.coordinates(case.desired)
+    assert whole.workpiece is not None
+    shape = whole.workpiece.point_fields[DEFLECTION]
+    points = case.task.part.coordinates(case.desired.position[0])
     spacing = case.resolved["process"]["position_m"]
     rows = []
     for window, every in ((0.02, 8), (0.02, 4), (0.03, 5)):
@@ -57,11 +58,12 @@ def window_table() -> str:
         )
         plan = schedule(points, spacing, every)
         start = time.process_time()
-        found, other = evaluated(replace(process, model=model, schedule=plan), case.desired)
+        found = replace(process, model=model, schedule=plan).evaluate(case.desired)
         seconds = time.process_time() - start
-        assert other is not None
-        error = np.linalg.norm((found.wrench - whole.wrench)[:, :3], axis=1) / whole.peak_force
-        bend = other.point_fields[DEFLECTION] - piece.point_fields[DEFLECTION]
+        assert found.workpiece is not None
+        off = found.wrench.force[0] - whole.wrench.force[0]
+        error = np.linalg.norm(off, axis=1) / whole.wrench.peak_force
+        bend = found.workpiece.point_fields[DEFLECTION] - shape
         rows.append(
             (
                 f"{1e3 * window:.0f} mm, every {every}th",
