@@ -99,13 +99,7 @@ def equilibrium_sensitivity(
     """Return the derivatives of an equilibrium with respect to every parameter, (m, p).
 
     Each coordinate stays on its branch; a gear that carries no torque stays in the middle of its play.
-
-    Args:
-        dynamics: Forces of the robot.
-        curve: Torque curve S.
-        q: Drive angles [rad], (n,).
-        x: Elastic coordinates at rest [rad], (m,).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+    The arguments are those of `static_sensitivities`.
     """
     region = curve.region(x)
     drives = np.stack([q, np.zeros_like(q), np.zeros_like(q)])
