@@ -3,7 +3,8 @@
 PythonFMU puts the FMU's resources folder on the module path, imports this file by its name and runs
 it twice; modules of the host or of another FMU may answer instead of the FMU's own.  So everything
 that belongs to an instance is read from its own `resources` in `__init__`, no module has state, and
-an instance refuses to run with another version's modules.
+an instance refuses to run with another version's modules.  To come so far, a class body here uses
+no name of this file but `_reported`: it may see another version's.
 """
 
 from __future__ import annotations
@@ -67,22 +68,6 @@ def _reported(method: _Method) -> _Method:
             raise
 
     return cast(_Method, wrapper)
-
-
-def _none_of(kind: str) -> Callable[..., list[Any]]:
-    """Return a method that refuses variables of a kind."""
-
-    @_reported
-    def refuse(
-        self: ElasticRobotSlave, vrs: list[int], values: list[Any] | None = None
-    ) -> list[Any]:
-        if vrs:
-            raise ParameterError(
-                f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
-            )
-        return []
-
-    return refuse
 
 
 class ElasticRobotSlave(Fmi2Slave):
@@ -230,8 +215,33 @@ class ElasticRobotSlave(Fmi2Slave):
         """Return the fixed parameters."""
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
-    get_integer = set_integer = _none_of("integer")
-    get_boolean = set_boolean = _none_of("boolean")
+    @_reported
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Refuse: there are no integer variables."""
+        self._require_none(vrs, "integer")
+        return []
+
+    @_reported
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        """Refuse: there are no integer variables."""
+        self._require_none(vrs, "integer")
+
+    @_reported
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Refuse: there are no boolean variables."""
+        self._require_none(vrs, "boolean")
+        return []
+
+    @_reported
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Refuse: there are no boolean variables."""
+        self._require_none(vrs, "boolean")
+
+    def _require_none(self, vrs: list[int], kind: str) -> None:
+        if vrs:
+            raise ParameterError(
+                f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
+            )
 
     def _strings_asked(self, vrs: list[int]) -> list[str]:
         first = len(self._reals)
