@@ -13,7 +13,7 @@ import ctypes
 import functools
 import sys
 from collections.abc import Callable
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -138,24 +138,16 @@ class ElasticRobotSlave(Fmi2Slave):
         self._initialised()
         self._stepped = True
 
+    @_reported
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are held over it."""
-        try:
-            if not (0.0 < step_size < inf and abs(current_time - self._time) <= _TIME_SLACK):
-                self._require_step(current_time, step_size)
-                return True
-            model = self._initialised()
-            end, wrench = current_time + step_size, self._wrench.copy()
-            if self._parameters_changed:
-                self._step_with_new_parameters(model, end, wrench)
-            else:
-                model.step(end, self._drives(), wrench)
+        self._require_step(current_time, step_size)
+        if step_size > 0.0:
+            model, end = self._initialised(), current_time + step_size
+            self._step(model, end, self._wrench.copy())
             self._time = end
             self._computed.clear()
-            return True
-        except BaseException as error:  # as `_reported`, without its call
-            self._report(error)
-            raise
+        return True
 
     def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
@@ -165,9 +157,10 @@ class ElasticRobotSlave(Fmi2Slave):
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
 
-    def _step_with_new_parameters(
-        self, model: ElasticRobot, end: float, wrench: np.ndarray
-    ) -> None:
+    def _step(self, model: ElasticRobot, end: float, wrench: np.ndarray) -> None:
+        if not self._parameters_changed:
+            model.step(end, self._drives(), wrench)
+            return
         before = model.snapshot
         model.parameters = self._checked_parameters()
         try:
