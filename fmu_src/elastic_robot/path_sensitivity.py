@@ -30,7 +30,7 @@ class PathSensitivity:
     """Derivatives of a path with respect to every parameter.
 
     Attributes:
-        time: [s], (k,).
+        time: Times [s], (k,).
         tcp: Derivatives of the TCP: displacement [m], then small rotation [rad], base axes, (k, 6, p).
         x: Derivatives of the elastic coordinates [rad], (k, m, p).
     """
