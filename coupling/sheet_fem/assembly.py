@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -31,9 +30,7 @@ class Box(NamedTuple):
 @compiled
 def _elements(
     shell: Shell,
-    first: tuple[int, int],
-    width: int,
-    part: tuple[int, int],
+    places: np.ndarray,
     points: np.ndarray,
     plastic: np.ndarray,
     force: np.ndarray,
@@ -41,10 +38,10 @@ def _elements(
     new_plastic: np.ndarray,
     new_stretch: np.ndarray,
 ) -> None:
-    """Compute elements part[0] .. part[1] of the rows of `width` that begin at `first`."""
+    """Compute the elements at `places`."""
     local = np.empty((9, 3))
-    for e in range(part[0], part[1]):
-        i, j = first[0] + e // width, first[1] + e % width
+    for e in range(len(places)):
+        i, j = places[e, 0], places[e, 1]
         for A in range(9):
             local[A] = points[i + A // 3, j + A % 3]
         element(
@@ -62,16 +59,15 @@ def _elements(
 def _unknowns(
     box: Box,
     free: np.ndarray,
-    first: tuple[int, int],
-    count: tuple[int, int],
+    places: np.ndarray,
     force: np.ndarray,
     index: np.ndarray,
     residual: np.ndarray,
 ) -> None:
     """Number the elements' unknowns in the box, -1 for what is held, and sum their forces."""
     width = box.last_y - box.first_y
-    for e in range(count[0] * count[1]):
-        i, j = first[0] + e // count[1], first[1] + e % count[1]
+    for e in range(len(places)):
+        i, j = places[e, 0], places[e, 1]
         for A in range(9):
             x, y = i + A // 3, j + A % 3
             inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
@@ -126,13 +122,6 @@ class Assembler:
         """The box of all control points."""
         return Box(0, self._elements[0] + 2, 0, self._elements[1] + 2)
 
-    def elements_of(self, box: Box) -> tuple[slice, slice]:
-        """Return the elements that the control points of a box shape."""
-        return (
-            slice(max(box.first_x - 2, 0), min(box.last_x, self._elements[0])),
-            slice(max(box.first_y - 2, 0), min(box.last_y, self._elements[1])),
-        )
-
     def no_slip(self, sphere: Sphere) -> np.ndarray:
         """Return the elastic slip of a tool that has not touched the sheet."""
         count = len(self._surface.basis.area) if sphere.friction > 0.0 else 0
@@ -149,29 +138,33 @@ class Assembler:
             spheres: Tools that press on the sheet.
             after: State with the new control points; the history of the box's elements is written.
         """
-        x, y = self.elements_of(box)
-        first, count = (x.start, y.start), (x.stop - x.start, y.stop - y.start)
-        size = count[0] * count[1]
+        places = self._places(box)
+        size = len(places)
         force, stiffness, index = self._force[:size], self._stiffness[:size], self._index[:size]
-        parts = pairwise(size * k // _THREADS for k in range(_THREADS + 1))
-        results = (after.points, before.plastic, force, stiffness, after.plastic, after.stretch)
-        jobs = [
-            self._threads.submit(_elements, self._shell, first, count[1], part, *results)
-            for part in parts
-        ]
-        for job in jobs:
-            job.result()
+
+        def compute(part: slice) -> None:
+            results = (force[part], stiffness[part], after.plastic, after.stretch)
+            _elements(self._shell, places[part], after.points, before.plastic, *results)
+
+        parts = [slice(size * k // _THREADS, size * (k + 1) // _THREADS) for k in range(_THREADS)]
+        list(self._threads.map(compute, parts))
         wrenches = np.zeros((len(spheres), 6))
         for k, sphere in enumerate(spheres):
             moves = (before.points, after.points, before.slip[k], after.slip[k])
-            press(self._surface, sphere, first, count, *moves, force, stiffness, wrenches[k])
+            press(self._surface, sphere, places, *moves, force, stiffness, wrenches[k])
         if self._bears:
-            bear(self._surface, first, count, after.points, force, stiffness)
+            bear(self._surface, places, after.points, force, stiffness)
         width = box.last_y - box.first_y
         unknowns = 3 * (box.last_x - box.first_x) * width
         residual = np.zeros(unknowns)
-        _unknowns(box, self._free, first, count, force, index, residual)
+        _unknowns(box, self._free, places, force, index, residual)
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
         matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
         return Assembled(residual, matrix, wrenches)
+
+    def _places(self, box: Box) -> np.ndarray:
+        """Return the places (i, j) of the elements that the control points of a box shape, (n, 2)."""
+        x = np.arange(max(box.first_x - 2, 0), min(box.last_x, self._elements[0]))
+        y = np.arange(max(box.first_y - 2, 0), min(box.last_y, self._elements[1]))
+        return np.column_stack([np.repeat(x, len(y)), np.tile(y, len(x))])

@@ -88,8 +88,7 @@ def _spread(
 def press(
     surface: Surface,
     sphere: Sphere,
-    first: tuple[int, int],
-    count: tuple[int, int],
+    places: np.ndarray,
     before: np.ndarray,
     points: np.ndarray,
     slip: np.ndarray,
@@ -98,7 +97,7 @@ def press(
     stiffness: np.ndarray,
     on_tool: np.ndarray,
 ) -> None:
-    """Add the contact with a sphere to the elements.
+    """Add the contact with a sphere to the elements at `places`.
 
     `on_tool` gets the force on the sphere and the moment about its centre, (6,).  Friction acts on
     the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left out.
@@ -108,8 +107,8 @@ def press(
     margin = 2.0 * np.sqrt(np.sum(basis.area))
     apart, thrust, drift, drag = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     tangent, turn = np.empty((3, 3)), np.empty((3, 3))
-    for e in range(count[0] * count[1]):
-        i, j = first[0] + e // count[1], first[1] + e % count[1]
+    for e in range(len(places)):
+        i, j = places[e, 0], places[e, 1]
         if sphere.friction > 0.0:
             new_slip[i, j] = 0.0
         # The patch of control points encloses the element: farther ones cannot touch.
@@ -166,17 +165,16 @@ def press(
 @compiled
 def bear(
     surface: Surface,
-    first: tuple[int, int],
-    count: tuple[int, int],
+    places: np.ndarray,
     points: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add the backing plate, on which the flat sheet lies, to the elements."""
+    """Add the backing plate, on which the flat sheet lies, to the elements at `places`."""
     basis = surface.basis
     thrust, tangent = np.zeros(3), np.zeros((3, 3))
-    for e in range(count[0] * count[1]):
-        i, j = first[0] + e // count[1], first[1] + e % count[1]
+    for e in range(len(places)):
+        i, j = places[e, 0], places[e, 1]
         for g in range(basis.area.shape[0]):
             if not surface.supported[i, j, g]:
                 continue

@@ -65,19 +65,20 @@ def turn(matrix: np.ndarray, vectors: np.ndarray, turned: np.ndarray) -> None:
 
 @compiled
 def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, turned: np.ndarray) -> None:
-    """Fill `turned` with Q B Q^T of each 3 x 3 block B, (6, 6), Q being the matrix."""
-    half = np.empty((3, 3))
+    """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
+    half = np.empty((3, 6))
     for p in range(0, 6, 3):
-        for q in range(0, 6, 3):
+        for i in range(3):
+            for j in range(p + 3):
+                half[i, j] = (
+                    matrix[i, 0] * blocks[p, j]
+                    + matrix[i, 1] * blocks[p + 1, j]
+                    + matrix[i, 2] * blocks[p + 2, j]
+                )
+        for q in range(0, p + 1, 3):
             for i in range(3):
                 for j in range(3):
                     total = 0.0
                     for k in range(3):
-                        total += blocks[p + i, q + k] * matrix[j, k]
-                    half[i, j] = total
-            for i in range(3):
-                for j in range(3):
-                    total = 0.0
-                    for k in range(3):
-                        total += matrix[i, k] * half[k, j]
-                    turned[p + i, q + j] = total
+                        total += half[i, q + k] * matrix[j, k]
+                    turned[p + i, q + j] = turned[q + j, p + i] = total

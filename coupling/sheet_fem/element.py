@@ -7,24 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import Basis
-from coupling.sheet_fem.section import section
+from coupling.sheet_fem.section import CrossSection, section
 
 
 class Shell(NamedTuple):
     """What the elements need besides the state.
 
     Attributes:
-        material: Sheet metal.
-        thickness: First thickness [m].
-        layers: Points and weights over the thickness, -1 to 1, (2, layers).
+        cross: Metal, thickness and layers.
         basis: Splines at the integration points.
     """
 
-    material: Material
-    thickness: float
-    layers: np.ndarray
+    cross: CrossSection
     basis: Basis
 
 
@@ -103,17 +98,7 @@ def element(
             a[2] += first[0, k] * first[1, k]
             for i in range(3):
                 b[i] += second[i, k] * n[k]
-        stretch[g] = section(
-            shell.material,
-            shell.thickness,
-            shell.layers,
-            a,
-            b,
-            plastic[g],
-            resultant,
-            tangent,
-            new_plastic[g],
-        )
+        stretch[g] = section(shell.cross, a, b, plastic[g], resultant, tangent, new_plastic[g])
         area = basis.area[g]
         for i in range(6):
             resultant[i] *= area

@@ -17,6 +17,7 @@ from coupling.sheet_fem.equilibrium import (
 )
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
+from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
@@ -82,7 +83,7 @@ class SheetModel:
         contact_basis = basis(midpoints(_CONTACT_POINTS), size)
         self._start = mesh.control_points()
         self.assemble = Assembler(
-            Shell(material, thickness, np.array(rule), basis(gauss(_POINTS), size)),
+            Shell(CrossSection(material, thickness, np.array(rule)), basis(gauss(_POINTS), size)),
             Surface(
                 contact_basis,
                 0.5 * thickness,

@@ -15,6 +15,8 @@ plasticity in logarithmic strains.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
@@ -26,11 +28,23 @@ from coupling.sheet_fem.material import Material, plane_stress
 _BY_STRAIN = np.array([2.0, 2.0, 1.0, 1.0, 1.0, 0.5])
 
 
+class CrossSection(NamedTuple):
+    """What the sheet is made of.
+
+    Attributes:
+        material: Sheet metal.
+        thickness: First thickness [m].
+        layers: Points and weights over the thickness, -1 to 1, (2, layers).
+    """
+
+    material: Material
+    thickness: float
+    layers: np.ndarray
+
+
 @compiled
 def layer_resultants(
-    material: Material,
-    thickness: float,
-    layers: np.ndarray,
+    cross: CrossSection,
     strain: np.ndarray,
     plastic: np.ndarray,
     resultant: np.ndarray,
@@ -40,9 +54,7 @@ def layer_resultants(
     """Sum the layers' stresses.
 
     Args:
-        material: Sheet metal.
-        thickness: First thickness [m].
-        layers: Points and weights over the thickness, -1 to 1, (2, layers).
+        cross: Metal, thickness and layers.
         strain: e and kappa, (6,).
         plastic: Plastic strains of every layer before, (layers, 4).
         resultant: Written: conjugates of e and kappa [N/m, N], (6,).
@@ -54,12 +66,12 @@ def layer_resultants(
     modulus = np.empty((3, 3))
     resultant[:] = 0.0
     tangent[:, :] = 0.0
-    for layer in range(layers.shape[1]):
-        zeta = 0.5 * thickness * layers[0, layer]
-        weight = 0.5 * thickness * layers[1, layer]
+    for layer in range(cross.layers.shape[1]):
+        zeta = 0.5 * cross.thickness * cross.layers[0, layer]
+        weight = 0.5 * cross.thickness * cross.layers[1, layer]
         for i in range(3):
             at[i] = strain[i] - zeta * strain[3 + i]
-        plane_stress(material, at, plastic[layer], stress, modulus, new_plastic[layer])
+        plane_stress(cross.material, at, plastic[layer], stress, modulus, new_plastic[layer])
         for i in range(3):
             resultant[i] += weight * stress[i]
             resultant[3 + i] -= weight * zeta * stress[i]
@@ -193,9 +205,7 @@ def _pull_back(
 
 @compiled
 def section(
-    material: Material,
-    thickness: float,
-    layers: np.ndarray,
+    cross: CrossSection,
     a: np.ndarray,
     b: np.ndarray,
     plastic: np.ndarray,
@@ -206,9 +216,7 @@ def section(
     """Return the thickness stretch, and fill forces and moments per reference length.
 
     Args:
-        material: Sheet metal.
-        thickness: First thickness [m].
-        layers: Points and weights over the thickness, -1 to 1, (2, layers).
+        cross: Metal, thickness and layers.
         a: First fundamental form a11, a22, a12, (3,).
         b: Second fundamental form b11, b22, b12 [1/m], (3,).
         plastic: Plastic strains of every layer before, (layers, 4).
@@ -227,7 +235,7 @@ def section(
     strain, stress, modulus = np.empty(6), np.empty(6), np.empty((6, 6))
     e1, e2 = 0.5 * np.log(basis.x1), 0.5 * np.log(basis.x2)
     turn(out, np.array((e1, e2, 0.0, dk[6, 0], dk[6, 1], dk[6, 2])), strain)
-    layer_resultants(material, thickness, layers, strain, plastic, stress, modulus, new_plastic)
+    layer_resultants(cross, strain, plastic, stress, modulus, new_plastic)
 
     # In the eigenbasis.
     conjugate, conjugate_modulus = np.empty(6), np.empty((6, 6))

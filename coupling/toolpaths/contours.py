@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive
-from coupling.path.histories import ToolPath
-from coupling.toolpaths.motion import Segment, circle, follow, polyline, straight
+from coupling.toolpaths.motion import Driven, Segment, circle, polyline, straight
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.task import Task
 
 
-class _Contours(ToolPathTable):
+class _Contours(Driven):
     """Contours inside a wall of constant angle; depths of the TCP below the sheet's plane."""
 
     radius_m: Positive
     wall_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)]
     step_down_m: Positive
     depth_m: Positive
-    feed_m_s: Positive
-    blend_s: Positive = 0.2
     clearance_m: Positive = 0.005
-    sample_s: Positive = 0.02
 
     @model_validator(mode="after")
     def _wall_ends_before_the_axis(self) -> _Contours:
@@ -36,11 +33,6 @@ class _Contours(ToolPathTable):
                 f" needed is less than {self.radius_m * np.tan(np.deg2rad(self.wall_angle_deg)):.4g} m"
             )
         return self
-
-    def path(self, part: Part) -> ToolPath:
-        """Return the tool path in the robot's base frame."""
-        time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
-        return part.tool_path(time, points)
 
     def task(self, part: Part) -> Task:
         """Return what is to be made: a wall of this angle in steps."""
@@ -63,8 +55,9 @@ class _Contours(ToolPathTable):
     def _radius(self, depth: float) -> float:
         return self.radius_m - depth / float(np.tan(np.deg2rad(self.wall_angle_deg)))
 
-    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
-        raise TypeError("a contour has no shape of its own; use Cone or Pyramid")
+    @abstractmethod
+    def _contour(self, start: np.ndarray) -> Iterable[Segment]:
+        """Return the closed contour from its first point."""
 
 
 class Cone(_Contours):
@@ -77,8 +70,8 @@ class Cone(_Contours):
 
     kind: Literal["cone"]
 
-    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
-        yield circle(np.array([0.0, 0.0, start[2]]), float(start[0]))
+    def _contour(self, start: np.ndarray) -> Iterable[Segment]:
+        return [circle(np.array([0.0, 0.0, start[2]]), float(start[0]))]
 
 
 class Pyramid(_Contours):
@@ -86,7 +79,7 @@ class Pyramid(_Contours):
 
     kind: Literal["pyramid"]
 
-    def _contour(self, start: np.ndarray) -> Iterator[Segment]:
+    def _contour(self, start: np.ndarray) -> Iterable[Segment]:
         r, z = float(start[0]), float(start[2])
         corners = [(r, 0.0), (r, r), (-r, r), (-r, -r), (r, -r), (r, 0.0)]
-        yield from polyline(np.array([*corner, z]) for corner in corners)
+        return polyline(np.array([*corner, z]) for corner in corners)

@@ -8,10 +8,7 @@ from typing import Literal
 import numpy as np
 
 from coupling.files.toml_file import Positive
-from coupling.path.histories import ToolPath
-from coupling.toolpaths.motion import Segment, circle, follow, polyline
-from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import ToolPathTable
+from coupling.toolpaths.motion import Driven, Segment, circle, polyline
 
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
@@ -19,7 +16,7 @@ _LARGE_CIRCLE = 0.8
 _SMALL = 0.1
 
 
-class Iso9283(ToolPathTable):
+class Iso9283(Driven):
     """Squares, their diagonal and two circles, centred on the part frame, in its x-y plane.
 
     Keys: size_m, side of the large square; feed_m_s, blend_s of starts and stops, sample_s.  The
@@ -28,14 +25,6 @@ class Iso9283(ToolPathTable):
 
     kind: Literal["iso9283"]
     size_m: Positive
-    feed_m_s: Positive
-    blend_s: Positive = 0.2
-    sample_s: Positive = 0.02
-
-    def path(self, part: Part) -> ToolPath:
-        """Return the tool path in the robot's base frame."""
-        time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
-        return part.tool_path(time, points)
 
     def _segments(self) -> Iterator[Segment]:
         half, small = 0.5 * self.size_m, 0.5 * _SMALL * self.size_m

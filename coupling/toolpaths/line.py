@@ -7,14 +7,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coupling.files.toml_file import Positive, Vector3
-from coupling.path.histories import ToolPath
-from coupling.toolpaths.motion import follow, polyline
-from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import ToolPathTable
+from coupling.files.toml_file import Vector3
+from coupling.toolpaths.motion import Driven, Segment, polyline
 
 
-class Line(ToolPathTable):
+class Line(Driven):
     """Lines from point to point, at rest in each.
 
     Keys: points_m, at least two in the part frame; feed_m_s, blend_s, sample_s as for the cone.
@@ -22,9 +19,6 @@ class Line(ToolPathTable):
 
     kind: Literal["line"]
     points_m: Annotated[list[Vector3], Field(min_length=2)]
-    feed_m_s: Positive
-    blend_s: Positive = 0.2
-    sample_s: Positive = 0.02
 
     @model_validator(mode="after")
     def _points_differ(self) -> Line:
@@ -35,8 +29,5 @@ class Line(ToolPathTable):
                 )
         return self
 
-    def path(self, part: Part) -> ToolPath:
-        """Return the tool path in the robot's base frame."""
-        segments = polyline(np.array(self.points_m))
-        time, samples = follow(segments, self.feed_m_s, self.blend_s, self.sample_s)
-        return part.tool_path(time, samples)
+    def _segments(self) -> list[Segment]:
+        return polyline(np.array(self.points_m))

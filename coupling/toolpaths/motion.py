@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+
+from coupling.files.toml_file import Positive
+from coupling.path.histories import ToolPath
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import ToolPathTable
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,26 @@ def circle(center: np.ndarray, radius: float) -> Segment:
         return center + radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(s)])
 
     return Segment(2.0 * np.pi * radius, point)
+
+
+class Driven(ToolPathTable):
+    """A tool path along segments.
+
+    Keys: feed_m_s between the corners, blend_s of starts and stops, sample_s.
+    """
+
+    feed_m_s: Positive
+    blend_s: Positive = 0.2
+    sample_s: Positive = 0.02
+
+    def path(self, part: Part) -> ToolPath:
+        """Return the tool path in the robot's base frame."""
+        time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
+        return part.tool_path(time, points)
+
+    @abstractmethod
+    def _segments(self) -> Iterable[Segment]:
+        """Return the segments in the part frame, joined end to end."""
 
 
 def follow(

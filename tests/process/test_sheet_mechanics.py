@@ -17,7 +17,7 @@ from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material, hollomon_prestrain, plane_stress, yield_stress
 from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
-from coupling.sheet_fem.section import section
+from coupling.sheet_fem.section import CrossSection, section
 from coupling.sheet_fem.state import SheetState
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
@@ -36,7 +36,8 @@ def resultants(
     result, tangent, after = np.empty(6), np.empty((6, 6)), np.empty_like(plastic)
     a = np.array([1.0 + 2.0 * strain[0], 1.0 + 2.0 * strain[1], strain[2]])
     b = np.array([strain[3], strain[4], 0.5 * strain[5]])
-    section(material, THICKNESS, gauss_layers(layers), a, b, plastic, result, tangent, after)
+    cross = CrossSection(material, THICKNESS, gauss_layers(layers))
+    section(cross, a, b, plastic, result, tangent, after)
     return result, tangent
 
 
@@ -181,8 +182,9 @@ def cantilever_deflection(elements: int) -> float:
     free = np.ones((elements + 2, 4, 3), dtype=bool)
     free[:2] = False
     none = np.zeros((elements, 2, 1), dtype=bool)
+    metal = Material(E, 0.0, 1e15, 1.0, 0.0)
     assemble = Assembler(
-        Shell(Material(E, 0.0, 1e15, 1.0, 0.0), THICKNESS, gauss_layers(2), basis(gauss(2), size)),
+        Shell(CrossSection(metal, THICKNESS, gauss_layers(2)), basis(gauss(2), size)),
         Surface(basis(midpoints(1), size), 0.5 * THICKNESS, none, 1.0, 1.0),
         mesh.elements,
         free,
