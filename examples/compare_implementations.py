@@ -65,7 +65,7 @@ class Both:
     @property
     def angle(self) -> np.ndarray:
         """Angles between the two tools [rad], (n,)."""
-        turned: np.ndarray = np.linalg.norm(self.ours.deviation_from(self.mujoco)[:, 3:], axis=1)
+        turned: np.ndarray = np.linalg.norm(self.ours.deviation_from(self.mujoco)[0, :, 3:], axis=1)
         return turned
 
 
