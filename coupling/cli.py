@@ -60,7 +60,7 @@ def build(
     """Build the FMU of a robot."""
     options = BuildOptions(kind, platform_names(platforms), sources, fmi)
     file = build_fmu(load_robot(find_robot(robot)), output, options)
-    for line in filter(None, (f"{file}: built", remark(file, options))):
+    for line in filter(None, (f"{file}: built", remark(file))):
         Console().print(line, soft_wrap=True)
 
 

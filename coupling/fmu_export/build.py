@@ -54,41 +54,13 @@ class BuildOptions:
             )
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """A kind of FMU.
-
-    Attributes:
-        build: Writes a robot's FMU.
-        remark: Returns a sentence on an FMU's libraries, empty where there is nothing to say.
-    """
-
-    build: Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]
-    remark: Callable[[Path], str]
-
-
-def _libraries_alone(file: Path) -> str:
-    alone = without_host(file, MODEL_NAME)
-    if not alone:
-        return ""
-    return (
-        f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
-        " (docs/fmu.md; --platforms)"
-    )
-
-
-KINDS = {
-    "python": _Kind(
-        build=lambda robot, file, resources, options: build_python_fmu(
-            robot, file, resources, options.platforms
-        ),
-        remark=_libraries_alone,
+# What writes an FMU of each kind.
+KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]] = {
+    "python": lambda robot, file, resources, options: build_python_fmu(
+        robot, file, resources, options.platforms
     ),
-    "native": _Kind(
-        build=lambda robot, file, resources, options: build_native_fmu(
-            robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
-        ),
-        remark=lambda file: "",
+    "native": lambda robot, file, resources, options: build_native_fmu(
+        robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
     ),
 }
 
@@ -116,12 +88,18 @@ def build_fmu(
         BuildError: If a platform is not known, the compiler fails or the file cannot be written.
         RobotFileError: If the robot is larger than a native FMU holds.
     """
-    return KINDS[options.kind].build(robot, file, resources, options)
+    return KINDS[options.kind](robot, file, resources, options)
 
 
-def remark(file: Path, options: BuildOptions) -> str:
+def remark(file: Path) -> str:
     """Return a sentence on an FMU's libraries, empty where there is nothing to say."""
-    return KINDS[options.kind].remark(file)
+    alone = without_host(file, MODEL_NAME)
+    if not alone:
+        return ""
+    return (
+        f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
+        " (docs/fmu.md; --platforms)"
+    )
 
 
 def platform_names(text: str) -> tuple[str, ...]:

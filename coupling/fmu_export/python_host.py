@@ -79,6 +79,8 @@ def without_host(file: Path, model_name: str) -> list[str]:
     """Return the platforms on which PythonFMU's library stands alone in an FMU."""
     with zipfile.ZipFile(file) as archive:
         names = set(archive.namelist())
+    if "resources/slavemodule.txt" not in names:  # PythonFMU's library looks there for the slave
+        return []
     return [
         platform
         for platform in PLATFORMS

@@ -19,9 +19,11 @@ inputs = [v.valueReference for v in variables if v.causality == "input"]
 tunable = [v.valueReference for v in variables if v.variability == "tunable"]
 starts = {v.valueReference: v.start for v in variables}
 everything = [v.valueReference for v in variables]
+reals = [v.valueReference for v in variables if v.type == "Real"]
+last = max(everything)
 SIZES = [0.0, 1e-6, 0.001, 0.004, 0.01, 0.02, -0.001, float("nan"), float("inf")]
 VALUES = [0.0, 1.0, -20.0, 1e-300, float("nan"), float("inf"), -float("inf"), 1e308]
-REFERENCES = [0, 1, 7, 90, 97, 98, 99, 500, 2**31 - 1, 2**31, 2**32 - 1]
+REFERENCES = [0, 1, 7, last - 7, last, last + 1, last + 2, 500, 2**31 - 1, 2**31, 2**32 - 1]
 
 
 def random_call():
@@ -52,7 +54,7 @@ def random_call():
         return rng.choice(["getInteger", "getBoolean", "getString"]), [rng.choice(REFERENCES)]
     if kind == "r":
         return "getReal", [rng.choice(REFERENCES) for _ in range(rng.randint(0, 5))]
-    return "getReal", rng.sample(everything[:-4], 5)
+    return "getReal", rng.sample(reals, 5)
 
 
 def apply(instance, call):
