@@ -66,19 +66,14 @@ def turn(matrix: np.ndarray, vectors: np.ndarray, turned: np.ndarray) -> None:
 @compiled
 def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, turned: np.ndarray) -> None:
     """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
-    half = np.empty((3, 6))
     for p in range(0, 6, 3):
-        for i in range(3):
-            for j in range(p + 3):
-                half[i, j] = (
-                    matrix[i, 0] * blocks[p, j]
-                    + matrix[i, 1] * blocks[p + 1, j]
-                    + matrix[i, 2] * blocks[p + 2, j]
-                )
         for q in range(0, p + 1, 3):
             for i in range(3):
+                half0, half1, half2 = 0.0, 0.0, 0.0
+                for k in range(3):
+                    half0 += matrix[i, k] * blocks[p + k, q]
+                    half1 += matrix[i, k] * blocks[p + k, q + 1]
+                    half2 += matrix[i, k] * blocks[p + k, q + 2]
                 for j in range(3):
-                    total = 0.0
-                    for k in range(3):
-                        total += half[i, q + k] * matrix[j, k]
+                    total = matrix[j, 0] * half0 + matrix[j, 1] * half1 + matrix[j, 2] * half2
                     turned[p + i, q + j] = turned[q + j, p + i] = total

@@ -190,17 +190,17 @@ def _pull_back(
     G: np.ndarray, stress: np.ndarray, modulus: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
     """Fill `first`, (6,), with G^T stress, and add G^T modulus G to `second`, (6, 6)."""
-    product = np.zeros((6, 6))
-    for i in range(6):
-        for k in range(6):
-            for j in range(6):
-                product[i, j] += modulus[i, k] * G[k, j]
+    row = np.empty(6)
     first[:] = 0.0
     for k in range(6):
+        row[:] = 0.0
+        for m in range(6):
+            for j in range(6):
+                row[j] += modulus[k, m] * G[m, j]
         for i in range(6):
             first[i] += G[k, i] * stress[k]
             for j in range(6):
-                second[i, j] += G[k, i] * product[k, j]
+                second[i, j] += G[k, i] * row[j]
 
 
 @compiled
