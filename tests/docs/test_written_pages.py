@@ -64,4 +64,6 @@ def test_a_changed_example_differs_in_the_changed_key_only():
     assert changed.resolved["tool_path"].pop("depth_m") == 0.005
     case.resolved["tool_path"].pop("depth_m")
     assert changed.resolved == case.resolved
-    assert np.min(changed.part.coordinates(changed.desired)[:, 2]) == pytest.approx(-0.005)
+    assert np.min(
+        changed.task.part.coordinates(changed.desired.position[0])[:, 2]
+    ) == pytest.approx(-0.005)
