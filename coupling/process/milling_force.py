@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, Process, ProcessTable
+from coupling.process.base import Answer, Identified, ProcessTable
 from coupling.process.cutting_force import (
     Cut,
     Cutter,
@@ -127,50 +127,52 @@ class Milling:
         return np.hstack([turned(wrench[:, :3]), turned(wrench[:, 3:])])
 
 
+def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
+    """Return the force of every tooth as it passes; each sample is the mean over its step.
+
+    Args:
+        milling: The cut.
+        path: Actual path.
+        feed: Directions of the desired feed, (n, 2).
+
+    Returns:
+        Wrenches in the axes of the cut, (n, 6).
+    """
+    steps = np.diff(path.time, prepend=path.time[0])
+    total = np.zeros((len(path.time), 6))
+    for node, weight in zip(_NODES, 0.5 * _WEIGHTS, strict=True):
+        time = path.time - 0.5 * (1.0 - node) * steps
+        cut = milling.cut(path, time, feed)
+        total += weight * tooth_wrench(milling.cutter, milling.coefficients, cut, time)
+    return total
+
+
+def mean_of_a_turn(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:
+    """Return the force averaged over a revolution, for samples that are far apart; as above."""
+    cut = milling.cut(path, path.time, feed)
+    return mean_wrench(milling.cutter, milling.coefficients, cut)
+
+
+FORCES = {"tooth-passing": tooth_by_tooth, "mean": mean_of_a_turn}
+
+
 @dataclass(frozen=True)
-class ToothPassing(Identified):
-    """Milling force of every tooth as it passes; each sample is the mean over its step.
+class MillingForce(Identified):
+    """Force of a milling cut.
 
     Attributes:
         milling: The cut.
+        force: One of FORCES.
     """
 
     milling: Milling
+    force: Callable[[Milling, ToolPath, np.ndarray], np.ndarray]
 
     def evaluate(self, path: ToolPath) -> Answer:
-        """Return the wrench along an actual path."""
-        milling, feed = self.milling, self.milling.feed_directions()
-        steps = np.diff(path.time, prepend=path.time[0])
-        total = np.zeros((len(path.time), 6))
-        for node, weight in zip(_NODES, 0.5 * _WEIGHTS, strict=True):
-            time = path.time - 0.5 * (1.0 - node) * steps
-            cut = milling.cut(path, time, feed)
-            total += weight * tooth_wrench(milling.cutter, milling.coefficients, cut, time)
-        return Answer(WrenchHistory(path.time, milling.in_base(total, feed)))
-
-
-@dataclass(frozen=True)
-class MeanMilling(Identified):
-    """Milling force averaged over a revolution, for paths whose samples are far apart.
-
-    Attributes:
-        milling: The cut.
-    """
-
-    milling: Milling
-
-    def evaluate(self, path: ToolPath) -> Answer:
-        """Return the wrench along an actual path."""
-        milling, feed = self.milling, self.milling.feed_directions()
-        cut = milling.cut(path, path.time, feed)
-        wrench = mean_wrench(milling.cutter, milling.coefficients, cut)
-        return Answer(WrenchHistory(path.time, milling.in_base(wrench, feed)))
-
-
-FORCES: dict[str, type[ToothPassing] | type[MeanMilling]] = {
-    "tooth-passing": ToothPassing,
-    "mean": MeanMilling,
-}
+        """Return the wrench along the actual path of the tool."""
+        feed = self.milling.feed_directions()
+        wrench = self.force(self.milling, path, feed)
+        return Answer(WrenchHistory(path.time, self.milling.in_base(wrench, feed)))
 
 
 class MillingForceTable(ProcessTable):
@@ -211,7 +213,7 @@ class MillingForceTable(ProcessTable):
             )
         return self
 
-    def process(self, task: Task) -> Process:
+    def process(self, task: Task) -> MillingForce:
         """Return the milling force along a task's path.
 
         Raises:
@@ -250,4 +252,4 @@ class MillingForceTable(ProcessTable):
         )
         if not np.any(milling.feed_directions()):
             raise CaseError("process: the tool path never moves in the part's x-y plane")
-        return FORCES[self.force](milling, identity=self.identity(task))
+        return MillingForce(milling, FORCES[self.force], identity=self.identity(task))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -13,9 +13,9 @@ from coupling.files.toml_file import Positive, Schema
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import Robot
-from coupling.solve.correction import Correction, Pass
+from coupling.solve.correction import Correction, Pass, Uncorrected
 from coupling.solve.filters import limit_rate, low_pass
-from coupling.solve.fixed_point import Coupling, Loop, couple, unloaded_path
+from coupling.solve.fixed_point import Coupling, Loop, couple
 from coupling.solve.outcome import Outcome
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
@@ -67,13 +67,11 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        joints = loop.robot.plan(desired)
-        unloaded = unloaded_path(loop, joints)
-        uncorrected = couple(loop, joints, unloaded)
-        last = best = _Attempt(desired, joints, uncorrected)
-        passes = [Pass(0, measure(uncorrected.path, desired), uncorrected.evaluations)]
+        first = Uncorrected().correct(loop, desired)
+        last = best = _Attempt(desired, first.joints, first.uncorrected)
+        passes = list(first.passes)
         loop.watch(passes[0])
-        verdict = self._verdict(passes, uncorrected)
+        verdict = self._verdict(passes, first.uncorrected)
         while verdict is None:
             try:
                 last, report = self._mirrored(loop, last, desired)
@@ -91,7 +89,7 @@ class Mirror(Schema):
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
                 best = last
             verdict = self._verdict(passes, last.coupling)
-        return self._validated(loop, desired, unloaded, uncorrected, best, passes, verdict)
+        return self._validated(loop, desired, replace(first, passes=tuple(passes)), best, verdict)
 
     def _mirrored(
         self, loop: Loop[Robot], last: _Attempt, desired: ToolPath
@@ -157,17 +155,15 @@ class Mirror(Schema):
         self,
         loop: Loop[Robot],
         desired: ToolPath,
-        unloaded: ToolPath,
-        uncorrected: Coupling,
+        found: Correction,
         best: _Attempt,
-        passes: list[Pass],
         verdict: tuple[Outcome, str],
     ) -> Correction:
         """Run the best command once more with the process on the path that it really takes."""
         coupling, (outcome, reason) = best.coupling, verdict
         achieved, answer = coupling.path, coupling.answer
         consistency = coupling.evaluations[-1].path_change
-        evaluations = sum(len(entry.coupling) for entry in passes)
+        evaluations = sum(len(entry.coupling) for entry in found.passes)
         try:
             answer = loop.process.evaluate(coupling.path)
             achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
@@ -178,17 +174,15 @@ class Mirror(Schema):
             reason = f"{reason}; the process failed in the validation: {error}"
         else:
             outcome = self._validity(outcome, coupling, achieved, desired)
-        return Correction(
+        return replace(
+            found,
             outcome=outcome,
             reason=reason,
-            unloaded=unloaded,
-            uncorrected=uncorrected,
             command=best.command,
             joints=best.joints,
             achieved=achieved,
             answer=answer,
             consistency=consistency,
-            passes=tuple(passes),
             evaluations=evaluations,
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 
 from coupling.case import Case
 from coupling.path.histories import ToolPath
-from coupling.process.milling_force import MeanMilling, ToothPassing
+from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.study import Deviations, Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
@@ -76,9 +76,9 @@ def milled(case: Case) -> Milled:
 def rigid_forces(speed: int) -> tuple[ToolPath, np.ndarray, np.ndarray]:
     """Return the desired path, and along it the forces of teeth and mean [N], (n, 3) each."""
     case = dynamic(speed)
-    assert isinstance(case.process, ToothPassing)
+    assert isinstance(case.process, MillingForce)
     teeth = case.process.evaluate(case.desired)
-    mean = MeanMilling(case.process.milling).evaluate(case.desired)
+    mean = replace(case.process, force=FORCES["mean"]).evaluate(case.desired)
     return case.desired, teeth.wrench.force[0], mean.wrench.force[0]
 
 
