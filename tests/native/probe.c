@@ -5,6 +5,7 @@
 
 #include "chain.h"
 #include "inflate.h"
+#include "interface.h"
 #include "model.h"
 #include "number.h"
 
@@ -25,6 +26,20 @@ er_model *probe_create(const char *text)
         model = er_model_create(robot);
     free(robot);
     return model;
+}
+
+/* Whether these are the data of an FMU. */
+bool probe_read(const char *text)
+{
+    er_robot *robot = malloc(sizeof *robot);
+    er_interface *interface = malloc(sizeof *interface);
+    er_lines lines;
+    bool good;
+    er_lines_start(&lines, text, &failure);
+    good = er_robot_parse(robot, &lines) && er_interface_parse(interface, robot, &lines);
+    free(interface);
+    free(robot);
+    return good;
 }
 
 void probe_free(er_model *model)
