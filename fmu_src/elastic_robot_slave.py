@@ -3,14 +3,19 @@
 PythonFMU puts the FMU's resources folder on the module path, imports this file by its name and runs
 it twice; modules of the host or of another FMU may answer instead of the FMU's own.  So everything
 that belongs to an instance is read from its own `resources` in `__init__`, no module has state, and
-an instance refuses to run with another version's modules.
+an instance refuses to run with another version's modules.  To come so far, a class body here uses
+no name of this file but `_reported`: it may see another version's.
 """
+
+from __future__ import annotations
 
 import ctypes
 import functools
 import sys
-from math import inf, isfinite
+from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
+from typing import Any, TypeVar, cast
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
@@ -38,9 +43,12 @@ from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
 from elastic_robot.fmi.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
 from elastic_robot.fmi.real_variables import RealVariables
+from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.trajectory import HeldCommand, read_trajectory
+from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
 
 # A communication step may start this far [s] from where the last one ended (rounding of sums).
 _TIME_SLACK = 1e-9
@@ -48,24 +56,24 @@ _TIME_SLACK = 1e-9
 _UPPER = np.triu_indices(3)
 
 
-def _reported(method):
+def _reported(method: _Method) -> _Method:
     """Let the user see an error: FMI passes on a status only, and the log may be off."""
 
     @functools.wraps(method)
-    def wrapper(self, *args):
+    def wrapper(self: ElasticRobotSlave, *args: Any) -> Any:
         try:
             return method(self, *args)
         except BaseException as error:  # whatever it is, it is raised again
             self._report(error)
             raise
 
-    return wrapper
+    return cast(_Method, wrapper)
 
 
 class ElasticRobotSlave(Fmi2Slave):
     """The FMU: inputs, outputs and parameters of `elastic_robot.fmi.interface`."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.modelName = MODEL_NAME  # PythonFMU's builder names the binaries by it
         resources = Path(self.resources)
@@ -75,20 +83,22 @@ class ElasticRobotSlave(Fmi2Slave):
         table = blocks(self._robot)
         strings = table.pop("strings").variables
         self._reals = RealVariables(table)
-        self._strings = {variable.name: variable.start for variable in strings}
+        self._strings = {variable.name: str(variable.start) for variable in strings}
         self._string_names = list(self._strings)
         self._torsions = build_chain(self._robot).torsions
-        self._model = None  # None: to be computed from the present inputs and parameters
-        self._trajectory = None
+        # None: to be computed from the present inputs and parameters.
+        self._model: ElasticRobot | None = None
+        self._trajectory: Trajectory | None = None
         self._time = 0.0
         self._tolerance = TOLERANCE
         self._stepped = False
         self._parameters_changed = False
-        self._computed = set()  # blocks of outputs whose values are those of the present state
+        # Blocks of outputs whose values are those of the present state.
+        self._computed: set[str] = set()
         self._wrench = self._reals.block("wrench")
         self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
-    def _report(self, error):
+    def _report(self, error: BaseException) -> None:
         text = f"{self.instance_name}: {error}"
         print(text, file=sys.stderr, flush=True)
         self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
@@ -97,7 +107,7 @@ class ElasticRobotSlave(Fmi2Slave):
         for owned in (self, type(self), self.log_queue):
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
 
-    def _require_own_modules(self, resources):
+    def _require_own_modules(self, resources: Path) -> None:
         loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
         if loaded.resolve() != own.resolve() and fingerprint(loaded) != fingerprint(own):
             raise ElasticRobotError(
@@ -106,7 +116,9 @@ class ElasticRobotSlave(Fmi2Slave):
             )
 
     @_reported
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
         """Take the start time, and the tolerance as the error allowed at the TCP [m]."""
         if not isfinite(start_time):
             raise ParameterError(f"the start time is {start_time} s; needed is a finite number")
@@ -121,32 +133,23 @@ class ElasticRobotSlave(Fmi2Slave):
         self._computed.clear()
 
     @_reported
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> None:
         """Compute the initial state from the inputs and parameters set by now."""
-        self._initialise()
+        self._initialised()
         self._stepped = True
 
-    def do_step(self, current_time, step_size):
+    @_reported
+    def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are held over it."""
-        try:
-            if not (0.0 < step_size < inf and abs(current_time - self._time) <= _TIME_SLACK):
-                self._require_step(current_time, step_size)
-                return True
-            if self._model is None:
-                self._initialise()
-            end, wrench = current_time + step_size, self._wrench.copy()
-            if self._parameters_changed:
-                self._step_with_new_parameters(end, wrench)
-            else:
-                self._model.step(end, self._drives(), wrench)
+        self._require_step(current_time, step_size)
+        if step_size > 0.0:
+            model, end = self._initialised(), current_time + step_size
+            self._step(model, end, self._wrench.copy())
             self._time = end
             self._computed.clear()
-            return True
-        except BaseException as error:  # as `_reported`, without its call
-            self._report(error)
-            raise
+        return True
 
-    def _require_step(self, current_time, step_size):
+    def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
         if not abs(current_time - self._time) <= _TIME_SLACK:
@@ -154,32 +157,33 @@ class ElasticRobotSlave(Fmi2Slave):
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )
 
-    def _step_with_new_parameters(self, end, wrench):
-        before = self._model.snapshot
-        self._model.parameters = self._checked_parameters()
+    def _step(self, model: ElasticRobot, end: float, wrench: np.ndarray) -> None:
+        if not self._parameters_changed:
+            model.step(end, self._drives(), wrench)
+            return
+        before = model.snapshot
+        model.parameters = self._checked_parameters()
         try:
-            self._model.step(end, self._drives(), wrench)
+            model.step(end, self._drives(), wrench)
         except ElasticRobotError:
-            self._model.snapshot = before
+            model.snapshot = before
             raise
         self._parameters_changed = False
 
     @_reported
-    def get_real(self, vrs):
+    def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; an output is computed when it is read."""
         if not vrs:
             return []
         places = self._reals.places(vrs)
-        if places.outputs:
-            self._initialise()
         for key in places.outputs - self._computed:
-            value = getattr(self._model, key)()
+            value = getattr(self._initialised(), key)()
             self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
             self._computed.add(key)
         return self._reals.get(vrs, places)
 
     @_reported
-    def set_real(self, vrs, values):
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set inputs and parameters."""
         if not vrs:
             return
@@ -190,7 +194,7 @@ class ElasticRobotSlave(Fmi2Slave):
             self._computed.clear()
 
     @_reported
-    def set_string(self, vrs, values):
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Set the fixed parameters, before the initial state is computed."""
         names = self._strings_asked(vrs)
         if self._stepped:
@@ -200,38 +204,39 @@ class ElasticRobotSlave(Fmi2Slave):
         self._computed.clear()
 
     @_reported
-    def get_string(self, vrs):
+    def get_string(self, vrs: list[int]) -> list[str]:
         """Return the fixed parameters."""
         return [self._strings[name] for name in self._strings_asked(vrs)]
 
     @_reported
-    def get_integer(self, vrs):
+    def get_integer(self, vrs: list[int]) -> list[int]:
         """Refuse: there are no integer variables."""
-        return self._require_none(vrs, "integer")
+        self._require_none(vrs, "integer")
+        return []
 
     @_reported
-    def set_integer(self, vrs, values):
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Refuse: there are no integer variables."""
         self._require_none(vrs, "integer")
 
     @_reported
-    def get_boolean(self, vrs):
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Refuse: there are no boolean variables."""
-        return self._require_none(vrs, "boolean")
+        self._require_none(vrs, "boolean")
+        return []
 
     @_reported
-    def set_boolean(self, vrs, values):
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         """Refuse: there are no boolean variables."""
         self._require_none(vrs, "boolean")
 
-    def _require_none(self, vrs, kind):
+    def _require_none(self, vrs: list[int], kind: str) -> None:
         if vrs:
             raise ParameterError(
                 f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
             )
-        return []
 
-    def _strings_asked(self, vrs):
+    def _strings_asked(self, vrs: list[int]) -> list[str]:
         first = len(self._reals)
         for vr in vrs:
             if not 0 <= vr - first < len(self._string_names):
@@ -241,9 +246,10 @@ class ElasticRobotSlave(Fmi2Slave):
                 )
         return [self._string_names[vr - first] for vr in vrs]
 
-    def _initialise(self):
+    def _initialised(self) -> ElasticRobot:
+        """Return the model, in its initial state if it was not computed yet."""
         if self._model is not None:
-            return
+            return self._model
         model = self._new_model(self._strings, self._tolerance)
         model.parameters = self._checked_parameters()
         self._trajectory = self._read_trajectory(self._strings)
@@ -252,8 +258,9 @@ class ElasticRobotSlave(Fmi2Slave):
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
+        return model
 
-    def _new_model(self, strings, tolerance):
+    def _new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
         for name, known in (("mode", MODES), ("initial_state", INITIAL_STATES)):
             if strings[name] not in known:
                 raise ParameterError(
@@ -262,7 +269,7 @@ class ElasticRobotSlave(Fmi2Slave):
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 
-    def _read_trajectory(self, strings):
+    def _read_trajectory(self, strings: dict[str, str]) -> Trajectory | None:
         if not strings["trajectory"]:
             return None
         path = Path(strings["trajectory"])
@@ -270,12 +277,12 @@ class ElasticRobotSlave(Fmi2Slave):
         file = packed if packed.is_file() and not path.exists() else path
         return read_trajectory(file, len(self._robot.joints))
 
-    def _drives(self):
+    def _drives(self) -> Drives:
         if self._trajectory is not None:
             return self._trajectory
         return HeldCommand(self._time, *self._commands)
 
-    def _checked_parameters(self):
+    def _checked_parameters(self) -> Parameters:
         reals = self._reals
         for key, above in (("stiffness", True), ("damping", False), ("backlash", False)):
             reals.require_at_least_zero(key, above)
@@ -291,7 +298,7 @@ class ElasticRobotSlave(Fmi2Slave):
         )
 
     @_reported
-    def _get_fmu_state(self):
+    def _get_fmu_state(self) -> FmuState:
         """Return the state, an object that PythonFMU keeps for the host."""
         trajectory = None if self._model is None else self._trajectory
         return FmuState(
@@ -308,7 +315,7 @@ class ElasticRobotSlave(Fmi2Slave):
         )
 
     @_reported
-    def _set_fmu_state(self, state):
+    def _set_fmu_state(self, state: FmuState | PackedState) -> None:
         """Go back to a state of this instance or of another one of the same FMU."""
         if isinstance(state, PackedState):
             state = state.open(self._fingerprint, Parameters.of(self._robot))
@@ -322,7 +329,7 @@ class ElasticRobotSlave(Fmi2Slave):
             trajectory = state.trajectory
             if trajectory is None and state.trajectory_digest:
                 trajectory = self._read_trajectory(strings)
-                if trajectory.digest != state.trajectory_digest:
+                if trajectory is None or trajectory.digest != state.trajectory_digest:
                     raise StateError(
                         f"the file {strings['trajectory']} holds another motion than when the state was"
                         " saved; needed is the same file"
@@ -335,10 +342,10 @@ class ElasticRobotSlave(Fmi2Slave):
         self._computed.clear()
 
     @staticmethod
-    def _fmu_state_to_bytes(state):
+    def _fmu_state_to_bytes(state: FmuState | PackedState) -> bytes:
         return state.to_bytes()
 
     @staticmethod
-    def _fmu_state_from_bytes(data):
+    def _fmu_state_from_bytes(data: bytes) -> PackedState:
         # Damaged bytes are refused when they are set, where there is an instance to tell it.
         return PackedState(data)

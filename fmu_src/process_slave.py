@@ -5,12 +5,16 @@ constants) and, where the law follows a desired path, desired.npy (time, x, y, z
 read per instance and by path, so that process and robot FMUs in one process share nothing.
 """
 
+from __future__ import annotations
+
 import ctypes
 import importlib.util
 import json
 import sys
 from math import isfinite
 from pathlib import Path
+from types import ModuleType
+from typing import Any, NoReturn
 
 import numpy as np
 from pythonfmu import Fmi2Slave
@@ -23,7 +27,7 @@ _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
 class ProcessSlave(Fmi2Slave):
     """The force at the pose that is set, for the time at which a step starts."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.modelName = "Process"
         resources = Path(self.resources)
@@ -36,28 +40,30 @@ class ProcessSlave(Fmi2Slave):
         self._values = np.concatenate([law["pose_at_start"], np.zeros(len(WRENCH))])
         self._stepped = False
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
         """Take the start time."""
         self._time = start_time
 
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> None:
         """Compute the first wrench."""
         self._evaluate()
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time: float, step_size: float) -> bool:
         """Compute the wrench of the pose, which is the robot's at the step's start."""
         self._time = current_time
         self._evaluate()
         self._stepped = True
         return True
 
-    def get_real(self, vrs):
+    def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; before the first step the wrench follows the pose at once."""
         if not self._stepped:
             self._evaluate()
         return self._values[list(vrs)].tolist()
 
-    def set_real(self, vrs, values):
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set the pose."""
         for vr, value in zip(vrs, values, strict=True):
             if vr not in POSE:
@@ -66,7 +72,7 @@ class ProcessSlave(Fmi2Slave):
                 self._refuse(f"{_NAMES[vr]} is {value}; needed is a finite number")
         self._values[list(vrs)] = values
 
-    def _evaluate(self):
+    def _evaluate(self) -> None:
         arguments = dict(self._constants)
         if self._desired is not None:
             time, *axes = self._desired.T
@@ -74,7 +80,7 @@ class ProcessSlave(Fmi2Slave):
         force = self._force(self._values[None, :3], **arguments)[0]
         self._values[WRENCH.start :] = [*force, 0.0, 0.0, 0.0]
 
-    def _refuse(self, reason):
+    def _refuse(self, reason: str) -> NoReturn:
         text = f"{self.instance_name}: {reason}"
         print(text, file=sys.stderr, flush=True)  # FMI passes on a status only
         self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
@@ -85,9 +91,11 @@ class ProcessSlave(Fmi2Slave):
         raise ValueError(text)
 
 
-def _module(file):
+def _module(file: Path) -> ModuleType:
     """Import a file without a name that other FMUs could take."""
     spec = importlib.util.spec_from_file_location(f"forces of {file.parent}", file)
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

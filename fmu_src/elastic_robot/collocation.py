@@ -86,7 +86,7 @@ class State:
     """State of an integration; all of it, so that a copy continues identically.
 
     Attributes:
-        time: [s].
+        time: Time [s].
         x, v: Coordinates and rates, (m,).
         region: Branch of each coordinate's law: -1, 0, 1, (m,).
         step: Length proposed for the next step [s].

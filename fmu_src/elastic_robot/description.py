@@ -52,9 +52,9 @@ class Body:
     """Rigid body.
 
     Attributes:
-        mass: [kg], >= 0.
+        mass: Mass [kg], >= 0.
         com: Centre of mass in the body's frame [m], (3,).
-        inertia: About the centre of mass, in the body's axes [kg m^2]: xx, yy, zz or
+        inertia: Inertia about the centre of mass, in the body's axes [kg m^2]: xx, yy, zz or
             xx, yy, zz, xy, xz, yz.
 
     Raises:
@@ -125,8 +125,8 @@ class Tilt:
 
     Attributes:
         axis: Unit vector in the body's axes, (3,).
-        stiffness: [N m/rad], > 0.
-        damping: [N m s/rad], >= 0.
+        stiffness: Stiffness [N m/rad], > 0.
+        damping: Damping [N m s/rad], >= 0.
 
     Raises:
         ValueError: If a value is out of its range.
@@ -158,7 +158,7 @@ class Joint:
         max_rate: Highest drive rate [rad/s], or None.
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
-        name: Shown in messages.
+        name: Name for messages.
 
     Raises:
         ValueError: If a value is out of its range or a rigid joint has elastic properties.
@@ -230,12 +230,12 @@ class Robot:
 
     Attributes:
         name: The robot's name.
-        gravity: [m/s^2] in base axes, (3,).
+        gravity: Gravity [m/s^2] in base axes, (3,).
         tcp_position: TCP in the last body's frame [m], (3,).
         tcp_rpy: Roll, pitch, yaw of the tool's axes in the last body [rad],
             R = Rz(yaw) Ry(pitch) Rx(roll).
         joints: Base to tool, at least one.
-        payload: Carried by the last body, in its frame, or None.
+        payload: Body carried by the last one, in its frame, or None.
 
     Raises:
         ValueError: If a value is not finite or there is no joint.

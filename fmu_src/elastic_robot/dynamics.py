@@ -41,7 +41,7 @@ class Dynamics:
 
     Args:
         chain: The robot's chain; its model is used, and its gravity written, by this object alone.
-        gravity: [m/s^2] in base axes, (3,).
+        gravity: Gravity [m/s^2] in base axes, (3,).
     """
 
     def __init__(self, chain: Chain, gravity: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-_READ_BY_THE_MODEL = (".py", ".json", ".toml", ".txt")
+_READ_BY_THE_MODEL = (".py", ".json", ".txt")
 
 
 def fingerprint(folder: Path) -> str:

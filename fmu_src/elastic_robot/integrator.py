@@ -49,7 +49,7 @@ class GaussStepper:
         Args:
             system: The equations of motion.
             state: State at the start.
-            end: [s].
+            end: Time to end at [s].
             watch: Told of every step taken: the state before it, and the step.
 
         Raises:

@@ -28,7 +28,7 @@ class Modes:
     One entry of each conjugate pair, with the imaginary part >= 0; slowest first.
 
     Attributes:
-        eigenvalue: [1/s], complex, (k,).
+        eigenvalue: Eigenvalues [1/s], complex, (k,).
         shape: Elastic coordinates, scaled so that the largest is 1 rad, complex, (m, k).
         tcp: Displacement [m] and small rotation [rad] of the TCP in that motion, complex, (6, k).
     """
@@ -128,7 +128,7 @@ class Linearisation:
         """Return the frequency response of the TCP to the wrench, J (K + i w D - w^2 M)^-1 J^T.
 
         Args:
-            frequency: [Hz], (k,).
+            frequency: Frequencies [Hz], (k,).
 
         Returns:
             Complex: displacement [m] and rotation [rad] per N and per N m, (k, 6, 6).

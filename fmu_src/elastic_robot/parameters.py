@@ -14,9 +14,9 @@ class Parameters:
     """Tunable parameters of the robot model; one entry per elastic coordinate where (m,).
 
     Attributes:
-        gravity: [m/s^2] in base axes, (3,).
-        stiffness: [N m/rad], (m,).
-        damping: [N m s/rad], (m,).
+        gravity: Gravity [m/s^2] in base axes, (3,).
+        stiffness: Stiffness [N m/rad], (m,).
+        damping: Damping [N m s/rad], (m,).
         backlash: Half width of the dead band [rad], (m,); 0 for tilts.
         tables: Points of the characteristic curve (angle [rad], torque [N m]) of each coordinate
             that has its own, else None, (m,); used by the curve "spline" alone.

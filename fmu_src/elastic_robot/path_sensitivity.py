@@ -30,7 +30,7 @@ class PathSensitivity:
     """Derivatives of a path with respect to every parameter.
 
     Attributes:
-        time: [s], (k,).
+        time: Times [s], (k,).
         tcp: Derivatives of the TCP: displacement [m], then small rotation [rad], base axes, (k, 6, p).
         x: Derivatives of the elastic coordinates [rad], (k, m, p).
     """
@@ -99,13 +99,7 @@ def equilibrium_sensitivity(
     """Return the derivatives of an equilibrium with respect to every parameter, (m, p).
 
     Each coordinate stays on its branch; a gear that carries no torque stays in the middle of its play.
-
-    Args:
-        dynamics: Forces of the robot.
-        curve: Torque curve S.
-        q: Drive angles [rad], (n,).
-        x: Elastic coordinates at rest [rad], (m,).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+    The arguments are those of `static_sensitivities`.
     """
     region = curve.region(x)
     drives = np.stack([q, np.zeros_like(q), np.zeros_like(q)])

@@ -114,7 +114,7 @@ def by_parameter(
     Args:
         chain: The robot's chain.
         curve: Torque curve, or a branch of it.
-        x, rate: [rad, rad/s], (..., m).
+        x, rate: Elastic coordinates and their rates [rad, rad/s], (..., m).
         of_gravity: The columns of gravity, (..., m, 3).
     """
     names, m, torsions = parameter_names(chain), chain.elastic_count, chain.torsions

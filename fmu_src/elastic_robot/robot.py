@@ -133,7 +133,7 @@ class ElasticRobot:
         """Start at a time, at rest relative to the drives.
 
         Args:
-            time: [s].
+            time: Time [s].
             drives: Motion of the drives.
             wrench: Wrench on the robot at the TCP, base axes, (6,).
             undeflected: Start with x = 0 instead of the equilibrium under gravity and wrench.

@@ -1,7 +1,8 @@
 """Numerical settings of the model, once for Python and C.
 
-The native FMU carries them in its robot.txt.  What is not here belongs to one of the two alone: the
-C core keeps a mass matrix from step to step and may do with one pass of Newton's method.
+The native FMU carries them in its robot.txt.  What stepper and equilibrium have beside these belongs to
+one of the two alone: the C core keeps a mass matrix from step to step and may do with one pass of
+Newton's method.
 """
 
 from __future__ import annotations

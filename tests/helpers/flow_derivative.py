@@ -1,6 +1,6 @@
 """The exact flow of the independent model and its derivative along a change of the inputs.
 
-Collocation at eight Gauss nodes (order 16) of the equation of motion in tests/complex_robot.py, in
+Collocation at eight Gauss nodes (order 16) of the equation of motion in complex_robot.py, in
 complex arithmetic: inputs that are moved by an imaginary step carry the derivative of everything that
 follows, without truncation or cancellation.  Steps end where a coordinate passes a knot of its torque
 curve; the length of such a step is complex too, so that the moment of the passage moves as it should.

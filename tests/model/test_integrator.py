@@ -11,6 +11,7 @@ from elastic_robot import gauss
 from elastic_robot.errors import IntegrationError
 from elastic_robot.integrator import GaussStepper
 from elastic_robot.settings import SETTINGS
+from elastic_robot.step_length import StepLength
 
 
 class Oscillator:
@@ -173,3 +174,18 @@ def test_rest_is_kept_over_steps_of_any_length():
 def test_an_unstable_motion_is_an_error_not_a_hang():
     with pytest.raises(IntegrationError, match="needs steps below"), np.errstate(all="ignore"):
         run(Oscillator(force=lambda t: np.nan), 1.0)
+
+
+def test_more_steps_than_a_motion_can_need_are_an_error():
+    settings = replace(SETTINGS, longest_step=0.1, most_steps=10, most_steps_per_longest=1)
+    stepper = GaussStepper(1e-3, settings)
+    state = stepper.start(0.0, np.ones(1), np.zeros(1), np.ones(1, dtype=int))
+    assert stepper.advance(Oscillator(k=1.0), state, 1.0).time == 1.0
+    with pytest.raises(IntegrationError, match=r"from t = 0 s needs more than 20 steps to 1 s"):
+        stepper.advance(Oscillator(k=1e6), state, 1.0)
+
+
+@pytest.mark.parametrize(("left", "length"), [(0.2, 0.2), (1.05, 1.05), (1.1, 0.55), (3.0, 1.0)])
+def test_a_step_leaves_no_sliver_before_its_target(left, length):
+    """In lengths wanted: a little longer than wanted, or the first of two equal ones."""
+    assert StepLength(1.0, SETTINGS).towards(left, 1.0) == length

@@ -56,16 +56,16 @@ def largest_differences(robot: Robot, states: int, seed: int) -> np.ndarray:
     return worst
 
 
-def test_example_robot_over_a_thousand_states(example):
+def test_the_example_robot_is_mujocos_in_a_thousand_states(example):
     assert largest_differences(example, 1000, seed=1).max() < 1e-10
 
 
 @pytest.mark.parametrize("seed", range(50))
-def test_random_robots(seed):
+def test_random_robots_are_mujocos(seed):
     assert largest_differences(make_robot(seed, 3 + seed % 6), 20, seed).max() < 1e-10
 
 
-def test_payload_counts_in_both(example):
+def test_a_payload_counts_in_both(example):
     loaded = replace(example, payload=Body(50.0, (0.4, 0.1, 0.0), (1.0, 2.0, 2.5)))
     assert largest_differences(loaded, 50, seed=2).max() < 1e-10
     # The comparison sees the payload at all.
@@ -133,7 +133,7 @@ def test_mujoco_converges_to_our_motion(example, scenario, curve, order):
 
 
 @pytest.mark.parametrize("curve", ["nobacklash", "backlash"])
-def test_first_order_of_implicitfast(example, curve):
+def test_implicitfast_converges_to_the_reference_at_first_order(example, curve):
     """Halving the step halves the error against the reference, 1 s of the path."""
     expected = reference(f"d_iso_{curve}_10ms")[:101, 1:8]
     name = {"nobacklash": "linear", "backlash": "backlash"}[curve]

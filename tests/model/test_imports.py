@@ -1,0 +1,64 @@
+"""What the model needs, in a checkout and in the FMU."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import elastic_robot
+from coupling.fmu_export.python_fmu import build_python_fmu
+
+PACKAGE = Path(elastic_robot.__file__).parent
+FILES = sorted(PACKAGE.rglob("*.py"))
+NEEDED = {*sys.stdlib_module_names, "elastic_robot", "numpy", "scipy", "pinocchio"}
+
+
+def imported(source: str) -> set[str]:
+    """Return the packages that a source and the examples in its docstrings import, at any place."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, node.module
+            names.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            examples = doctest.DocTestParser().get_examples(ast.get_docstring(node) or "")
+            names = names.union(*(imported(example.source) for example in examples))
+    return names
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
+def test_the_model_imports_numpy_scipy_pinocchio_and_python_alone(file):
+    assert imported(file.read_text(encoding="utf-8")) <= NEEDED
+
+
+def test_every_module_in_the_fmu_is_imported_by_its_slave(example, tmp_path):
+    """From the FMU's own folder; nothing else of the project is there to be imported."""
+    file = build_python_fmu(example, tmp_path / "R.fmu", {}, ())
+    with zipfile.ZipFile(file) as archive:
+        archive.extractall(tmp_path / "fmu")
+    resources = tmp_path / "fmu" / "resources"
+    script = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import elastic_robot_slave
+modules = [getattr(module, "__file__", None) for module in list(sys.modules.values())]
+print(*sorted(Path(file).resolve() for file in modules if file), sep="\\n")
+"""
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script, str(resources)], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    loaded = {Path(line) for line in done.stdout.splitlines()}
+    packed = {file.resolve() for file in (resources / "elastic_robot").rglob("*.py")}
+    assert packed
+    assert packed <= loaded
+    assert not loaded & {file.resolve() for file in FILES}
