@@ -209,7 +209,7 @@ bool probe_drives(er_model *model, int count, const double *times, double *motio
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
     for (int i = 0; i < count; i++) {
-        if (!er_drives_cover(&drives, times[i], &failure))
+        if (!er_drives_cover(&drives, times[i], model->robot.settings.time_slack, &failure))
             return false;
         er_drives_at(&drives, times[i], motion + 3 * n * i, motion + 3 * n * i + n,
                      motion + 3 * n * i + 2 * n);
