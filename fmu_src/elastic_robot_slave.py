@@ -46,12 +46,11 @@ from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.settings import SETTINGS
 from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
-# A communication step may start this far [s] from where the last one ended (rounding of sums).
-_TIME_SLACK = 1e-9
 # Of the 6x6 compliance the translations' symmetric block is given: xx xy xz yy yz zz.
 _UPPER = np.triu_indices(3)
 
@@ -152,7 +151,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
-        if not abs(current_time - self._time) <= _TIME_SLACK:
+        if not abs(current_time - self._time) <= SETTINGS.time_slack:
             raise ParameterError(
                 f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
             )

@@ -53,6 +53,8 @@ class Settings:
         slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
             a smooth curve bends.
         across_play: Longest of its steps inside a play [half widths]: from anywhere it leads out of it.
+        time_slack: A step may start this far from the end of the last one, and a time pass the ends of a
+            trajectory by as much [s]: sums of communication steps round.
     """
 
     tcp_per_local_error: float = 1.0
@@ -83,6 +85,7 @@ class Settings:
     most_equilibrium_passes: int = 60
     slow_equilibrium: float = 0.1
     across_play: float = 2.0
+    time_slack: float = 1e-9
 
     def local_error(self, tolerance: float, play: bool) -> float:
         """Return the local error allowed [rad].

@@ -13,9 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
 from elastic_robot.errors import TrajectoryError
-
-# Sums of communication steps round; a time may pass the ends of a trajectory by this much [s].
-END_SLACK = 1e-9
+from elastic_robot.settings import SETTINGS
 
 
 class HeldCommand(NamedTuple):
@@ -88,10 +86,11 @@ class Trajectory:
         """Return q, q', q'' at rising times (k,), (3, k, n).
 
         Raises:
-            TrajectoryError: If a time is outside the samples by more than END_SLACK.
+            TrajectoryError: If a time is outside the samples by more than the setting `time_slack`.
         """
         lowest, highest = times[0], times[-1]
-        if not (self.start - END_SLACK <= lowest and highest <= self.end + END_SLACK):
+        slack = SETTINGS.time_slack
+        if not (self.start - slack <= lowest and highest <= self.end + slack):
             asked = lowest if lowest < self.start else highest
             raise TrajectoryError(
                 f"time is {asked:.9g} s; the trajectory covers {self.start:.9g} to {self.end:.9g} s"

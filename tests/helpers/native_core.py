@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from pathlib import Path
 
 import numpy as np
 from places import TESTS
@@ -28,13 +29,19 @@ def library() -> ctypes.CDLL:
     lib.probe_create.restype = ctypes.c_void_p
     lib.probe_failure.restype = ctypes.c_char_p
     lib.probe_next_kink.restype = ctypes.c_double
-    for name in ("reset", "step", "outputs", "run", "drives"):
+    for name in ("reset", "step", "outputs", "run", "drives", "read"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
 
 class CoreError(Exception):
     """The core's sentence."""
+
+
+def read_data(file: Path) -> None:
+    """Read an FMU's robot.txt, the robot and the variables, as an instance does."""
+    if not library().probe_read(file.read_bytes()):
+        raise CoreError(library().probe_failure().decode())
 
 
 def _array(values: np.ndarray | None) -> ctypes.c_void_p | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from native_fmu import NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -66,33 +66,31 @@ def instance_of(
     case: Case, folder: Path, trajectory: str = ""
 ) -> tuple[FMU2Slave, dict[str, list[int]]]:
     """An instance of the case's FMU, initialised; the value references of each block."""
-    file = build_fmu(case.robot, folder / "R.fmu", BuildOptions("native"))
-    fmpy.extract(str(file), unzipdir=str(folder / "fmu"))
-    slave = FMU2Slave(
-        guid=fmpy.read_model_description(str(folder / "fmu")).guid,
-        unzipDirectory=str(folder / "fmu"),
-        modelIdentifier="ElasticRobot",
-        instanceName="robot",
-    )
-    references, first = {}, 0
-    for name, block in blocks(case.robot).items():
-        references[name] = list(range(first, first + len(block.variables)))
-        first += len(block.variables)
-    slave.instantiate()
+    fmu = NativeFmu(build_fmu(case.robot, folder / "R.fmu", BuildOptions("native")), folder / "fmu")
+    references = {
+        name: fmu.of([v.name for v in block.variables])
+        for name, block in blocks(case.robot).items()
+    }
+    slave = fmu.slave()
     slave.setupExperiment(startTime=0.0, tolerance=case.tolerance)
     texts = [trajectory, case.curve, case.mode, case.initial_state]
     slave.setString(references["strings"], texts)
     slave.enterInitializationMode()
     inputs = case.before if case.length > 0.0 else case.inputs
-    slave.setReal(list(range(len(inputs))), inputs.tolist())
+    slave.setReal(inputs_of(references), inputs.tolist())
     slave.exitInitializationMode()
     return slave, references
+
+
+def inputs_of(references: dict[str, list[int]]) -> list[int]:
+    """Value references of the inputs, in the order of Case.inputs."""
+    return [k for name in ("wrench", "q_cmd", "qd_cmd", "qdd_cmd") for k in references[name]]
 
 
 def through_fmu(case: Case, folder: Path) -> Found:
     """Run the case through its FMU."""
     slave, references = instance_of(case, folder)
-    knowns = list(range(len(case.inputs)))
+    knowns = inputs_of(references)
     x = np.array(slave.getReal(references["deflection"]))
     if case.length > 0.0:
         slave.setReal(knowns, case.inputs.tolist())

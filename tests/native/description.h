@@ -27,7 +27,7 @@ static variable variables[200];
 static unsigned variable_count;
 
 /* Copies an attribute that stands between two places of a text; false if it does not. */
-static bool attribute(const char *from, const char *to, const char *name, char *value, size_t room)
+static inline bool attribute(const char *from, const char *to, const char *name, char *value, size_t room)
 {
     char wanted[32];
     const char *at;
@@ -44,14 +44,14 @@ static bool attribute(const char *from, const char *to, const char *name, char *
     return true;
 }
 
-static bool stands_between(const char *from, const char *to, const char *what)
+static inline bool stands_between(const char *from, const char *to, const char *what)
 {
     const char *at = strstr(from, what);
     return at != NULL && at < to;
 }
 
 /* Start of the next element that has a value reference, or the end of the text. */
-static const char *next_variable(const char *from)
+static inline const char *next_variable(const char *from)
 {
     const char *at = strstr(from, " valueReference=");
     if (at == NULL)
@@ -61,7 +61,7 @@ static const char *next_variable(const char *from)
     return at;
 }
 
-static variable variable_between(const char *from, const char *to)
+static inline variable variable_between(const char *from, const char *to)
 {
     variable v;
     char number[16];
@@ -78,7 +78,7 @@ static variable variable_between(const char *from, const char *to)
 }
 
 /* Reads the description that lies beside a folder of resources, given as a file: URI or a path. */
-static void read_variables(const char *resources)
+static inline void read_variables(const char *resources)
 {
     static char text[200000];
     char path[1000];

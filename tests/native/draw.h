@@ -6,28 +6,28 @@
 
 #include "description.h"
 
-static unsigned draw(unsigned below)
+static inline unsigned draw(unsigned below)
 {
     static unsigned long long seed = 1;
     seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
     return (unsigned)(seed >> 33) % below;
 }
 
-static double draw_value(void)
+static inline double draw_value(void)
 {
     static const double odd[] = {0.0, -1.0, 1.0, 1e300, -1e300, 1e-300, 1e7, NAN, INFINITY, -INFINITY};
     return draw(4) == 0 ? odd[draw(10)] : (draw(2000) - 1000.0) * pow(10.0, (int)draw(7) - 4);
 }
 
 /* Mostly a short step; a long one of a wild robot is no fault, but takes its time. */
-static double draw_step(void)
+static inline double draw_step(void)
 {
     double size = draw(8) == 0 ? draw_value() : 1e-4 * draw(100);
     return size > 1.0 ? -size : size;
 }
 
 /* A value for a string variable. */
-static const char *draw_text(void)
+static inline const char *draw_text(void)
 {
     static const char *const texts[] = {"linear", "backlash", "spline", "quasistatic", "dynamic", "",
                                         "%n%s", "undeflected", "no_such_file.csv"};
@@ -35,7 +35,7 @@ static const char *draw_text(void)
 }
 
 /* A variable of a causality, or of any. */
-static const variable *draw_variable(const char *causality, bool is_string)
+static inline const variable *draw_variable(const char *causality, bool is_string)
 {
     for (;;) {
         const variable *v = &variables[draw(variable_count)];

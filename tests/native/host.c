@@ -26,7 +26,7 @@ static void find_variables(void)
     for (int i = 0; i < 7; i++)
         tcp[i] = reference_of(pose[i]);
     for (int i = 0; i < 6; i++) {
-        char name[16];
+        char name[24];
         snprintf(name, sizeof name, "q_cmd[%d]", i + 1);
         drives[i] = reference_of(name);
         wrench[i] = reference_of(loads[i]);

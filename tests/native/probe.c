@@ -5,6 +5,7 @@
 
 #include "chain.h"
 #include "inflate.h"
+#include "interface.h"
 #include "model.h"
 #include "number.h"
 
@@ -25,6 +26,20 @@ er_model *probe_create(const char *text)
         model = er_model_create(robot);
     free(robot);
     return model;
+}
+
+/* Whether these are the data of an FMU. */
+bool probe_read(const char *text)
+{
+    er_robot *robot = malloc(sizeof *robot);
+    er_interface *interface = malloc(sizeof *interface);
+    er_lines lines;
+    bool good;
+    er_lines_start(&lines, text, &failure);
+    good = er_robot_parse(robot, &lines) && er_interface_parse(interface, robot, &lines);
+    free(interface);
+    free(robot);
+    return good;
 }
 
 void probe_free(er_model *model)
@@ -194,7 +209,7 @@ bool probe_drives(er_model *model, int count, const double *times, double *motio
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
     for (int i = 0; i < count; i++) {
-        if (!er_drives_cover(&drives, times[i], &failure))
+        if (!er_drives_cover(&drives, times[i], model->robot.settings.time_slack, &failure))
             return false;
         er_drives_at(&drives, times[i], motion + 3 * n * i, motion + 3 * n * i + n,
                      motion + 3 * n * i + 2 * n);

@@ -54,10 +54,10 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
     return drives;
 }
 
-static bool hold(const er_drives *drives, double time, const double wrench[6], er_held *held,
-                 er_failure *failure)
+static bool hold(const er_model *model, const er_drives *drives, double time, const double wrench[6],
+                 er_held *held, er_failure *failure)
 {
-    if (!er_drives_cover(drives, time, failure))
+    if (!er_drives_cover(drives, time, model->robot.settings.time_slack, failure))
         return false;
     er_drives_at(drives, time, held->q, held->qd, held->qdd);
     memcpy(held->wrench, wrench, sizeof held->wrench);
@@ -142,7 +142,7 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     drives = drives_of(model, time, command);
-    if (!hold(&drives, time, wrench, &memory->held, failure))
+    if (!hold(model, &drives, time, wrench, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
@@ -186,7 +186,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     er_drives drives = drives_of(model, model->memory.state.time, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    if (!hold(&drives, end, wrench, &held, failure) ||
+    if (!hold(model, &drives, end, wrench, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
                 : move_to(model, end, &drives, &held, failure)))
         return false;

@@ -33,7 +33,8 @@
     DO(equilibrium_step)                                                                            \
     DO(most_equilibrium_passes)                                                                     \
     DO(slow_equilibrium)                                                                            \
-    DO(across_play)
+    DO(across_play)                                                                                 \
+    DO(time_slack)
 
 #define ER_DECLARE_SETTING(name) double name;
 typedef struct {

@@ -66,8 +66,9 @@ static void begin(search *s)
 static double slope_for_step(const search *s, int k)
 {
     double slope = er_curve_slope(s->curve, k, s->region[k], s->x[k]);
+    double longest = s->robot->settings.across_play * guard(s, k);
     if (s->region[k] == 0)
-        slope = fmax(fabs(s->torque[k]) / (s->robot->settings.across_play * guard(s, k)) + diagonal(s, k), 0.0);
+        slope = fmax(fabs(s->torque[k]) / longest + diagonal(s, k), 0.0);
     return s->curve->spline[k].points > 0 ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
 }
 

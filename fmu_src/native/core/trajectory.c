@@ -194,7 +194,7 @@ static size_t interval(const er_trajectory *t, double time, size_t *hint)
     return *hint = low;
 }
 
-bool er_drives_cover(const er_drives *drives, double time, er_failure *failure)
+bool er_drives_cover(const er_drives *drives, double time, double slack, er_failure *failure)
 {
     const er_trajectory *t = drives->trajectory;
     double start, end;
@@ -202,7 +202,7 @@ bool er_drives_cover(const er_drives *drives, double time, er_failure *failure)
         return true;
     start = t->time[0];
     end = t->time[t->samples - 1];
-    if (time >= start - ER_END_SLACK && time <= end + ER_END_SLACK)
+    if (time >= start - slack && time <= end + slack)
         return true;
     return er_fail(failure, "time is %.9g s; the trajectory covers %.9g to %.9g s", time, start, end);
 }

@@ -11,9 +11,6 @@
 
 #include "robot_data.h"
 
-/* Sums of communication steps round; a time may pass the ends of a trajectory by this much [s]. */
-#define ER_END_SLACK 1e-9
-
 /* Polynomials through the samples. */
 typedef struct {
     int joints;
@@ -50,8 +47,8 @@ typedef struct {
     int joints;
 } er_drives;
 
-/* Refuses times outside the samples by more than ER_END_SLACK. */
-bool er_drives_cover(const er_drives *drives, double time, er_failure *failure);
+/* Refuses times outside the samples by more than a slack [s]. */
+bool er_drives_cover(const er_drives *drives, double time, double slack, er_failure *failure);
 
 /* q, q', q'' of each drive at a time [rad, rad/s, rad/s^2]; times beyond the ends are the ends. */
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd);

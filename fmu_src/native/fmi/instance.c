@@ -8,9 +8,6 @@
 #include "../io/hash.h"
 #include "../io/text_file.h"
 
-/* A communication step may start this far [s] from where the last one ended (rounding of sums). */
-#define TIME_SLACK 1e-9
-
 /* The file holds the robot and, behind it, the variables. */
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)
 {
@@ -190,7 +187,7 @@ bool er_instance_step(er_instance *instance, double start, double size)
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
                        er_shown(size, number));
-    if (!(fabs(start - progress->time) <= TIME_SLACK))
+    if (!(fabs(start - progress->time) <= instance->model->robot.settings.time_slack))
         return er_fail(&instance->failure, "the step starts at %s s; needed is the last step's end,"
                        " %s s", er_shown(start, number), er_shown(progress->time, other));
     if (size == 0.0)

@@ -43,7 +43,8 @@ static bool set_trajectory(er_instance *instance, const char *value)
     er_options *options = &instance->model->memory.options;
     if (strlen(value) >= ER_MAX_PATH)
         return er_fail(&instance->failure, "%s has %lu characters; needed are less than %d",
-                       instance->interface.string[ER_TRAJECTORY].name, (unsigned long)strlen(value), ER_MAX_PATH);
+                       instance->interface.string[ER_TRAJECTORY].name,
+                       (unsigned long)strlen(value), ER_MAX_PATH);
     memset(options->trajectory, 0, sizeof options->trajectory);
     strcpy(options->trajectory, value);
     return true;

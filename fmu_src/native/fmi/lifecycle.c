@@ -13,8 +13,10 @@ static const struct {
     unsigned phases;     /* in which the call may be made */
     const char *refusal; /* elsewhere, but for the terminated instance */
 } calls[] = {
-    [ER_CALL_SETUP] = {BEFORE, "the experiment is set up after initialisation; needed is to do so before"},
-    [ER_CALL_ENTER] = {BEFORE, "initialisation is entered after it has ended; needed is a reset first"},
+    [ER_CALL_SETUP] = {BEFORE, "the experiment is set up after initialisation; needed is to do so"
+                               " before"},
+    [ER_CALL_ENTER] = {BEFORE, "initialisation is entered after it has ended; needed is a reset"
+                               " first"},
     [ER_CALL_EXIT] = {ALIVE, NULL},
     [ER_CALL_STEP] = {IN(ER_RUNNING), "a step is asked for before initialisation has ended; needed is to"
                                       " end it first"},

@@ -1,0 +1,31 @@
+"""The example robot's native FMU of FMI 2.0 and masters in C, once for all tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from native_fmu import NativeFmu, build_master
+from native_pair import Pair, make_pair
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+
+
+@pytest.fixture(scope="session")
+def native(example, tmp_path_factory) -> NativeFmu:
+    folder = tmp_path_factory.mktemp("native")
+    return NativeFmu(
+        build_fmu(example, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu"
+    )
+
+
+@pytest.fixture(scope="session")
+def host(tmp_path_factory) -> Path:
+    """The master tests/native/host.c."""
+    return build_master("host", tmp_path_factory.mktemp("host") / "host")
+
+
+@pytest.fixture(scope="session")
+def pair(example, tmp_path_factory) -> Pair:
+    """The example robot of both versions of FMI."""
+    return make_pair(example, tmp_path_factory.mktemp("pair"))

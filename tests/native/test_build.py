@@ -1,0 +1,61 @@
+"""Building native FMUs: what is refused, and the cache of compiled libraries."""
+
+from __future__ import annotations
+
+import pytest
+
+from build_fmu import main
+from coupling.errors import BuildError, SimulationError
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
+from coupling.robot.robot_fmu import RobotFmu
+
+
+def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
+    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "native", "--platforms", "vax"]) == 2
+    assert "platform is 'vax'; needed is one of linux64, win64" in capsys.readouterr().err
+    assert main(["-o", str(tmp_path / "R.fmu"), "--platforms", "darwin64"]) == 2
+    assert "PythonFMU has libraries for linux64, win64" in capsys.readouterr().err
+    assert main(["-o", str(tmp_path / "R.fmu"), "--sources"]) == 2
+    assert "needed is --kind native" in capsys.readouterr().err
+    with pytest.raises(BuildError, match="kind is 'java'"):
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("java"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):
+    assert main(["-o", str(tmp_path / "R.fmu"), "--fmi", "3"]) == 2
+    assert "needed is --kind native" in capsys.readouterr().err
+    with pytest.raises(BuildError, match="FMI version is '1'; needed is one of 2, 3"):
+        build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="1"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="3"))
+    with pytest.raises(SimulationError, match=r"is of FMI 3\.0; needed is one of FMI 2\.0"):
+        RobotFmu(file)
+
+
+def test_libraries_are_compiled_once(tmp_path):
+    """The cache's key follows sources and flags."""
+    source = tmp_path / "one.c"
+    source.write_text("int one(void) { return 1; }")
+    first = compile_library(host_platform(), [source], cache=tmp_path / "cache")
+    stamp = first.stat().st_mtime_ns
+    assert compile_library(host_platform(), [source], cache=tmp_path / "cache") == first
+    assert first.stat().st_mtime_ns == stamp
+    other = compile_library(host_platform(), [source], ["-DX"], cache=tmp_path / "cache")
+    source.write_text("int one(void) { return 2; }")
+    changed = compile_library(host_platform(), [source], cache=tmp_path / "cache")
+    assert len({first, other, changed}) == 3
+    source.write_text("not C")
+    with pytest.raises(CompilerError, match=r"failed for"):
+        compile_library(host_platform(), [source], cache=tmp_path / "cache")
+
+
+def test_without_a_compiler_the_need_is_told(monkeypatch):
+    monkeypatch.setattr("coupling.fmu_export.compiler.zig", lambda: None)
+    other = next(p for p in PLATFORMS.values() if p != host_platform())
+    with pytest.raises(CompilerError, match=r"needed is one named cc, gcc or clang .* ziglang"):
+        compile_library(other, [])

@@ -1,0 +1,132 @@
+"""What is in a native FMU of either version of FMI: files, sources, the library's symbols."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import fmpy.validation
+import pytest
+from lxml import etree
+from native_fmu import NativeFmu, build_master, compiler, run_master
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.fmu_export.native_standards import STANDARDS
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
+SYSTEM = {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+C99 = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fPIC", "-shared"]
+
+
+@dataclass
+class Packed:
+    """An FMU with its sources, unpacked."""
+
+    fmi: str
+    file: Path
+    folder: Path
+
+    @property
+    def listed(self) -> list[str]:
+        """Source files that the FMU names."""
+        if self.fmi == "2":
+            found = etree.parse(self.folder / "modelDescription.xml").findall(".//File")
+        else:
+            found = etree.parse(self.folder / "sources" / "buildDescription.xml").findall(
+                ".//SourceFile"
+            )
+        return [element.get("name") for element in found]
+
+    @property
+    def library(self) -> Path:
+        platform = host_platform()
+        folder = platform.name if self.fmi == "2" else platform.machine
+        return self.folder / "binaries" / folder / f"ElasticRobot{platform.suffix}"
+
+
+@pytest.fixture(scope="module", params=STANDARDS)
+def packed(request, example, tmp_path_factory) -> Packed:
+    folder = tmp_path_factory.mktemp("packed")
+    fmi = request.param
+    file = build_fmu(example, folder / "R.fmu", BuildOptions("native", sources=True, fmi=fmi))
+    fmpy.extract(str(file), unzipdir=str(folder / "fmu"))
+    return Packed(fmi, file, folder / "fmu")
+
+
+def objdump(*arguments: str) -> str:
+    """What objdump says; the test is skipped where there is none."""
+    found = shutil.which("objdump")
+    if found is None or host_platform().suffix != ".so":
+        pytest.skip("needs objdump on Linux")
+    return subprocess.run([found, *arguments], capture_output=True, text=True).stdout
+
+
+def test_contents_are_valid_and_complete(packed):
+    assert fmpy.validation.validate_fmu(str(packed.file)) == []
+    with zipfile.ZipFile(packed.file) as archive:
+        names = set(archive.namelist())
+        licence = archive.read("documentation/licenses/fmi-headers.txt").decode()
+        page = archive.read("documentation/index.html").decode()
+    assert "2-Clause BSD" in licence
+    assert "Modelica Association" in licence
+    assert f"FMI {packed.fmi}.0" in page
+    fmi, other = packed.fmi, {"2": "3", "3": "2"}[packed.fmi]
+    files = {f"sources/fmi/fmi{fmi}.c", f"sources/fmi/fmi{fmi}Functions.h", "resources/robot.txt"}
+    assert files <= names
+    assert f"sources/fmi/fmi{other}.c" not in names
+    assert packed.library.relative_to(packed.folder).as_posix() in names
+    assert packed.listed == [
+        source.relative_to(SOURCES).as_posix() for source in STANDARDS[fmi].sources()
+    ]
+
+
+def test_what_only_one_version_has(example, packed):
+    if packed.fmi == "2":
+        assert fmpy.read_model_description(
+            str(packed.file)
+        ).coSimulation.providesDirectionalDerivative
+    else:
+        assert "q_cmd[6]" in (packed.folder / "documentation" / "index.html").read_text()
+        schema = etree.XMLSchema(etree.parse(SCHEMAS / "fmi3BuildDescription.xsd"))
+        schema.assertValid(etree.parse(packed.folder / "sources" / "buildDescription.xml"))
+
+
+def test_the_packed_sources_compile_to_the_library_by_themselves(packed, tmp_path):
+    """As a master does it: the listed files, all warnings on, no flags of ours; it has all functions."""
+    library = tmp_path / "own.so"
+    files = [str(packed.folder / "sources" / name) for name in packed.listed]
+    subprocess.run([compiler(), *C99, "-o", str(library), *files, "-lm"], check=True)
+    if packed.fmi == "2":
+        fmu = NativeFmu(packed.file, tmp_path / "fmu")
+        fmu.library = library
+        run_master(fmu, [str(build_master("host", tmp_path / "host"))], "run")
+    else:
+        header = (SOURCES / "fmi" / "fmi3Functions.h").read_text()
+        wanted = set(re.findall(r"fmi3FullName\((fmi3\w+)\)", header))
+        assert len(wanted) == 75
+        assert wanted <= set(
+            re.findall(r"\.text\s.*\s(fmi3\w+)$", objdump("-T", str(library)), re.M)
+        )
+
+
+def test_the_library_exports_nothing_else_and_needs_libc_and_libm_only(packed):
+    shown = objdump("-pT", str(packed.library))
+    assert set(re.findall(r"NEEDED\s+(\S+)", shown)) <= SYSTEM
+    defined = re.findall(r" g .*\.text\s.*\s(\S+)$", shown, re.MULTILINE)
+    assert defined
+    assert all(name.startswith(f"fmi{packed.fmi}") for name in defined)
+
+
+def test_the_core_has_no_mutable_global_state(packed):
+    """Nothing of its own in .data or .bss; constants that need relocation are in .data.rel.ro."""
+    shown = objdump("-t", str(packed.library))
+    symbols = re.findall(r" O (\.data|\.bss)\s+\S+\s+(?:\.hidden )?(\S+)$", shown, re.M)
+    linkers = {"completed.0", "__dso_handle", "__TMC_END__"}
+    assert ".text" in shown
+    assert {name for _, name in symbols} <= linkers

@@ -1,0 +1,86 @@
+"""Directional derivatives as masters ask for them: against differences, and without side effects."""
+
+from __future__ import annotations
+
+import fmpy
+import numpy as np
+import pytest
+from native_fmu import POSTURE, Q_CMD, TCP, WRENCH
+
+
+@pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
+@pytest.mark.parametrize("when", ["at the start", "after a step", "at rest"])
+def test_directional_derivatives_are_those_of_the_whole_step(native, curve, when):
+    """Against differences of four points through the FMU itself: other inputs from a saved state.
+
+    The differences' own error, h^4 and rounding over h, stays below 1e-6 of the largest entry.
+    """
+    names = [*TCP, *(f"{group}{c}" for group in ("tcp.v", "deviation.") for c in "xyz")]
+    outputs = native.of(names)
+    strings = {"torque_curve": curve, "mode": "quasistatic" if when == "at rest" else "dynamic"}
+    slave = native.started(**strings)
+    wrench, steps = [30.0, -20.0, -400.0, 5.0, 3.0, 1.0], (0.006, 0.004)
+    if when == "at the start":
+        slave = native.slave()
+        slave.setupExperiment(startTime=0.0)
+        slave.setString(native.of(["torque_curve"]), [curve])
+        slave.enterInitializationMode()
+        slave.setReal(native.of(Q_CMD), POSTURE)
+
+        def result(inputs):
+            native.set(slave, inputs)
+            return np.array(slave.getReal(outputs))
+    else:
+        slave.setReal(native.of(WRENCH), wrench)
+        slave.doStep(0.0, steps[0])
+        before = slave.getFMUState()
+
+        def result(inputs):
+            slave.setFMUState(before)
+            native.set(slave, inputs)
+            slave.doStep(steps[0], steps[1])
+            return np.array(slave.getReal(outputs))
+
+    rates = [f"{kind}[{i}]" for kind in ("qd_cmd", "qdd_cmd") for i in range(1, 7)]
+    values = [*wrench, *POSTURE, *[0.05] * 6, *[0.3] * 6]
+    base = dict(zip([*WRENCH, *Q_CMD, *rates], values, strict=True))
+    widths = {
+        "force.z": 40.0,
+        "moment.y": 40.0,
+        "q_cmd[2]": 4e-5,
+        "qd_cmd[2]": 4e-3,
+        "qdd_cmd[3]": 0.4,
+    }
+    for known, h in widths.items():
+        if when == "at the start" and known == "qdd_cmd[3]":
+            continue  # the initial state does not follow the drives' acceleration
+        moved = [result({**base, known: base[known] + f * h}) for f in (-2, -1, 1, 2)]
+        expected = (moved[0] - 8.0 * moved[1] + 8.0 * moved[2] - moved[3]) / (12.0 * h)
+        result(base)
+        found = np.array(slave.getDirectionalDerivative(outputs, native.of([known]), [1.0]))
+        scale = np.abs(expected).max()
+        assert scale > 0.0
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * scale)
+
+
+def test_derivatives_leave_the_instance_as_it_was(native):
+    slave = native.started()
+    twin = native.started()
+    for k in range(20):
+        for one in (slave, twin):
+            native.set(one, {"force.z": -400.0 * (k % 7 < 3)})
+            one.doStep(0.004 * k, 0.004)
+        knowns = native.of(["force.z", "q_cmd[1]"])
+        slave.getDirectionalDerivative(native.of(["tcp.x"]), knowns, [1.0, 0.1])
+        assert slave.getReal(native.reals) == twin.getReal(native.reals)
+
+
+@pytest.mark.parametrize(
+    ("unknown", "known", "message"),
+    [("force.z", "tcp.x", "needed is an output"), ("tcp.x", "tcp.x", "needed is an input")],
+)
+def test_derivatives_of_other_variables_are_refused(native, capfd, unknown, known, message):
+    slave = native.started()
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        slave.getDirectionalDerivative(native.of([unknown]), native.of([known]), [1.0])
+    assert message in capfd.readouterr().err

@@ -1,0 +1,121 @@
+"""What the native FMU of FMI 3.0 refuses, and how it says so."""
+
+from __future__ import annotations
+
+import pytest
+from fmpy.fmi1 import FMICallException
+
+STEP = 0.004  # [s]
+NAN = float("nan")
+
+REFUSED = {
+    "too few values": (
+        lambda p, s: s.setFloat64([p.references["force"]], [1.0, 2.0]),
+        "there are 2 values for variables of 3 elements; needed is one for each",
+    ),
+    "too many values": (
+        lambda p, s: s.setFloat64([p.references["force"], p.references["q_cmd"]], [0.0] * 10),
+        "there are 10 values for variables of 9 elements",
+    ),
+    "no room": (
+        lambda p, s: s.getFloat64([p.references["tcp.position"]]),
+        "there are 1 values for variables of 3 elements",
+    ),
+    "element of an array": (
+        lambda p, s: s.getFloat64([p.references["force"] + 1]),
+        "the value reference 1 is asked for as a Float64 variable; this FMU has none there",
+    ),
+    "behind all variables": (
+        lambda p, s: s.getFloat64([p.references["time"] + 1]),
+        "asked for as a Float64 variable; this FMU has none there",
+    ),
+    "string as Float64": (
+        lambda p, s: s.getFloat64([p.references["mode"]]),
+        "asked for as a Float64 variable; this FMU has none there",
+    ),
+    "often the same": (
+        lambda p, s: s.setFloat64([p.references["q_cmd"]] * 100, [0.0] * 600),
+        "600 values are given in one call",
+    ),
+    "output": (
+        lambda p, s: p.set(s, "tcp.position", [0.0] * 3),
+        "tcp.x is an output and cannot be set",
+    ),
+    "not finite": (
+        lambda p, s: p.set(s, "force", [0.0, NAN, 0.0]),
+        "force.y is nan N; needed is a finite number",
+    ),
+    "time": (lambda p, s: p.set(s, "time", [1.0]), "is asked for as a real variable"),
+    "Float64 as string": (
+        lambda p, s: s.getString([p.references["force"]]),
+        "is asked for as a string variable",
+    ),
+    "string too late": (
+        lambda p, s: s.setString([p.references["mode"]], ["dynamic"]),
+        "strings are fixed",
+    ),
+    "integer": (
+        lambda p, s: s.getInt32([3]),
+        "Int32 variable 3 is asked for; this FMU has Float64 and String variables only",
+    ),
+    "step elsewhere": (lambda p, s: s.doStep(0.5, STEP), "the step starts at 0.5 s; needed is"),
+    "step back": (lambda p, s: s.doStep(0.0, -STEP), "step size is -0.004 s"),
+    "event mode": (lambda p, s: s.enterEventMode(), "event mode is asked for"),
+    "configuration mode": (
+        lambda p, s: s.enterConfigurationMode(),
+        "configuration mode is asked for",
+    ),
+    "initialisation": (
+        lambda p, s: s.enterInitializationMode(),
+        "initialisation is entered after it has ended; needed is a reset first",
+    ),
+    "derivative's seed": (
+        lambda p, s: s.getDirectionalDerivative(*p.pick("tcp.position", "force"), [1.0], 3),
+        "there are 1 values for variables of 3 elements",
+    ),
+    "derivative of an input": (
+        lambda p, s: s.getDirectionalDerivative(*p.pick("force", "force"), [1.0] * 3, 3),
+        "needed is an output",
+    ),
+    "adjoint derivative": (
+        lambda p, s: s.getAdjointDerivative(*p.pick("tcp.position", "force"), [1.0] * 3),
+        "this FMU has directional ones",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_refused_call_says_why_and_changes_nothing(pair, capfd, name):
+    call, sentence = REFUSED[name]
+    slave = pair.started()
+    before = pair.everything(slave)
+    with pytest.raises(FMICallException):
+        call(pair, slave)
+    assert sentence in capfd.readouterr().err
+    assert pair.everything(slave) == before
+    slave.doStep(0.0, STEP)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"token": "{0}"}, "the GUID is {0}; this FMU's resources belong to {"),
+        ({"eventModeUsed": True}, "event mode is asked for; this FMU has none"),
+        ({"requiredIntermediateVariables": [0]}, "intermediate variables are asked for"),
+    ],
+)
+def test_an_instance_that_cannot_be_is_refused_with_a_sentence(pair, capfd, options, sentence):
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        pair.fmi3(**options)
+    assert sentence in capfd.readouterr().err
+
+
+def test_sentences_go_to_the_masters_log_where_it_is_on(pair, capfd):
+    said = []
+    slave = pair.fmi3(loggingOn=True, logMessage=lambda *message: said.append(message))
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    assert len(said) == 1
+    assert said[0][2] == b"logStatusError"
+    assert b"before initialisation has ended" in said[0][3]
+    assert "initialisation" not in capfd.readouterr().err

@@ -1,0 +1,137 @@
+"""What may be called when, for FMI 2.0 and FMI 3.0; no instance at all is answered with an error."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from native_fmu import TCP
+
+from coupling.fmu_export.compiler import SOURCES, host_platform
+
+STEP = 0.004  # [s]
+
+
+def refused(capfd, call, message: str) -> None:
+    with pytest.raises(FMICallException):
+        call()
+    assert message in capfd.readouterr().err
+
+
+def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
+    slave, strings = native.slave(), native.references["trajectory"]
+    for call, message in (
+        (lambda: slave.doStep(0.0, 0.01), "before initialisation has ended"),
+        (
+            lambda: native.start(slave) and slave.doStep(0.5, 0.01),
+            "the step starts at 0.5 s; needed is",
+        ),
+        (lambda: slave.doStep(0.0, -0.01), "step size is -0.01 s"),
+        (lambda: slave.doStep(0.0, float("nan")), "step size is nan s"),
+        (lambda: slave.setString([strings], ["x.csv"]), "strings are fixed"),
+        (lambda: slave.setupExperiment(startTime=1.0), "set up after initialisation"),
+        (lambda: slave.enterInitializationMode(), "initialisation is entered after it has ended"),
+        (
+            lambda: slave.getReal([strings]),
+            f"{strings} is asked for as a real variable; this FMU has 0 to {strings - 1}",
+        ),
+        (
+            lambda: slave.getString([strings - 1]),
+            f"{strings - 1} is asked for as a string variable; this FMU has {strings} to {strings + 3}",
+        ),
+        (lambda: slave.getInteger([3]), "integer variable 3 is asked for"),
+        (lambda: slave.setBoolean([3], [True]), "boolean variable 3 is asked for"),
+    ):
+        refused(capfd, call, message)
+
+
+def test_what_masters_do_beyond_the_standard_is_allowed(native):
+    """Values before initialisation mode, no initialisation mode at all, the experiment set up in it."""
+    slave = native.slave()
+    weight = native.get(slave, *TCP)
+    slave.exitInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, STEP)
+    other = native.slave()
+    other.enterInitializationMode()
+    other.setupExperiment(startTime=0.0)
+    other.enterInitializationMode()
+    other.exitInitializationMode()
+    assert native.get(other, *TCP) == weight
+
+
+def test_after_the_end_there_are_values_and_states_but_no_steps(native, capfd):
+    """FMI 2.0: until a reset, or a state from before."""
+    slave = native.started()
+    slave.doStep(0.0, STEP)
+    state, before = slave.getFMUState(), native.get(slave, *TCP)
+    slave.terminate()
+    for call in (
+        lambda: slave.doStep(STEP, STEP),
+        lambda: native.set(slave, {"force.z": 1.0}),
+        lambda: slave.setString(native.of(["mode"]), ["dynamic"]),
+        lambda: slave.setupExperiment(startTime=0.0),
+        slave.enterInitializationMode,
+        slave.exitInitializationMode,
+    ):
+        refused(capfd, call, "the simulation has been terminated")
+    assert native.get(slave, *TCP) == before
+    slave.setFMUState(state)
+    slave.doStep(STEP, STEP)
+    slave.terminate()
+    slave.reset()
+    native.start(slave)
+    slave.doStep(0.0, STEP)
+    assert native.get(slave, *TCP) == before
+
+
+def test_after_the_end_there_are_values_but_no_steps_in_fmi3(pair, capfd):
+    slave = pair.started()
+    slave.terminate()
+    for call in (
+        lambda: slave.doStep(0.0, STEP),
+        lambda: pair.set(slave, "force", [0.0] * 3),
+        slave.enterInitializationMode,
+        slave.exitInitializationMode,
+    ):
+        refused(capfd, call, "the simulation has been terminated")
+    assert len(pair.get(slave, "tcp.position")) == 3
+    slave.reset()
+    slave.enterInitializationMode()
+
+
+NO_INSTANCE = """
+import ctypes, sys
+library = ctypes.CDLL(sys.argv[1])
+for name in sys.argv[2:]:
+    print(name, getattr(library, name)(*[ctypes.c_void_p(None)] * 12), flush=True)
+"""
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_no_instance_is_answered_with_an_error_by_every_function(fmi, pair):
+    platform = host_platform()
+    folder = pair.folder2 if fmi == "2" else pair.folder3
+    named = platform.name if fmi == "2" else platform.machine
+    library = folder / "binaries" / named / f"ElasticRobot{platform.suffix}"
+    header = Path(SOURCES, "fmi", f"fmi{fmi}Functions.h").read_text()
+    found = set(re.findall(rf"fmi{fmi}FullName\((fmi{fmi}\w+)\)", header))
+    exported = ctypes.CDLL(str(library))
+    asked = sorted(
+        name
+        for name in found
+        if hasattr(exported, name) and not re.search("Instantiate|GetVersion|TypesPlatform", name)
+    )
+    assert {f"fmi{fmi}DoStep", f"fmi{fmi}Reset", f"fmi{fmi}FreeInstance"} <= set(asked)
+    done = subprocess.run(
+        [sys.executable, "-c", NO_INSTANCE, str(library), *asked], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout
+    answers = dict(line.split() for line in done.stdout.splitlines())
+    assert answers.pop(f"fmi{fmi}FreeInstance") is not None
+    assert set(answers.values()) == {"3"}, answers

@@ -1,0 +1,135 @@
+"""Trajectories that the C core reads: against the Python model, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from native_core import Core, CoreError
+from random_robots import make_robot
+
+from elastic_robot.trajectory import Trajectory, read_trajectory
+
+NO_LOAD = np.zeros(6)
+
+
+def _assert_relative(found, expected, tolerance):
+    """Largest difference relative to the largest entry."""
+    scale = np.abs(expected).max(initial=0.0)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * scale)
+
+
+def _trajectory(core: Core, path, n: int) -> None:
+    core.reset("linear", 0.0, np.zeros(n), NO_LOAD, path=path, quasistatic=True)
+
+
+def test_trajectories_agree_with_python(example, tmp_path):
+    """Quintic Hermite and clamped cubic, from CSV, NPZ and deflated NPZ, with columns in any order."""
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(0.01, 0.1, 40))
+    time -= time[0]
+    times = np.sort(np.append(rng.uniform(0.0, time[-1], 300), time))
+    for blocks in (("q",), ("q", "qd", "qdd")):
+        columns = ["note", *[f"{b}{i}" for b in blocks for i in range(6, 0, -1)], "time"]
+        table = rng.normal(size=(40, len(columns)))
+        table[:, -1] = time
+        np.savez(tmp_path / "t.npz", columns=columns, data=table)
+        np.savez_compressed(tmp_path / "c.npz", columns=columns, data=np.asfortranarray(table))
+        header = ", ".join(columns)
+        np.savetxt(tmp_path / "t.csv", table, "%.17g", ",", header=header, comments="")
+        python = read_trajectory(tmp_path / "t.npz", 6)
+        for name in ("t.npz", "c.npz", "t.csv"):
+            core = Core(example)
+            _trajectory(core, tmp_path / name, 6)
+            for found, expected in zip(core.drives(times, 6), python.at(times), strict=True):
+                _assert_relative(found, expected, 1e-11)
+            for jump in (0.0, 1e3):
+                for at in times[:-1:7]:
+                    kink = min(python.next_kink(float(at), jump), time[-1])
+                    assert core.next_kink(at, time[-1], jump) == kink
+
+
+def test_kinks_of_a_smooth_trajectory_are_none(example, tmp_path):
+    time = np.linspace(0.0, 1.0, 11)
+    columns = ["time", *[f"q{i + 1}" for i in range(6)]]
+    cubic = time**2 * (3.0 - 2.0 * time)  # rests at both ends: reproduced by the clamped spline
+    np.savez(tmp_path / "t.npz", columns=columns, data=np.column_stack([time, *[cubic] * 6]))
+    core = Core(example)
+    _trajectory(core, tmp_path / "t.npz", 6)
+    assert core.next_kink(0.0, 1.0, 1e-6) == 1.0
+    assert isinstance(read_trajectory(tmp_path / "t.npz", 6), Trajectory)
+
+
+BROKEN = {
+    "time,q1\n0,0\n1,0\n1,1\n": "time falls from 1 to 1 s at sample 3",
+    "time,q1\n0,0\n1,nan\n": "line 3: found 'nan'; needed is a finite number",
+    "time,q1\n0,0\n1,1e999\n": "line 3: found '1e999'",
+    "time,q2\n0,0\n1,1\n": "no column 'q1'; it has time, q2",
+    "t,q1\n0,0\n1,1\n": "no column 'time'",
+    "time,q1\n0,0\n": "1 samples; needed are at least 2",
+    "time,q1,qd1\n0,0,0\n1,1,0\n": "qd but no qdd",
+    "time,q1\n0,abc\n": "found 'abc'",
+    "time,q1\n0,0,0\n1,0,0\n": "2 column names over 3 columns",
+    "time,q1\n0;0\n1;0\n": "needed is a comma",
+    "": "no column 'time'",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN)
+def test_broken_trajectories_are_refused_with_file_and_reason(tmp_path, text):
+    file = tmp_path / "broken.csv"
+    file.write_text(text)
+    with pytest.raises(CoreError) as caught:
+        _trajectory(Core(make_robot(1, 1)), file, 1)
+    assert str(file) in str(caught.value)
+    assert BROKEN[text] in str(caught.value)
+
+
+def test_a_broken_archive_is_refused_at_every_length(tmp_path):
+    """Cut anywhere, and with any single byte changed: no crash, and a sentence where it is refused."""
+    np.savez_compressed(tmp_path / "t.npz", columns=["time", "q1"], data=np.eye(2))
+    content = (tmp_path / "t.npz").read_bytes()
+    file, rng = tmp_path / "broken.npz", np.random.default_rng(0)
+    for length in range(len(content)):
+        file.write_bytes(content[:length])
+        with pytest.raises(CoreError):
+            _trajectory(Core(make_robot(1, 1)), file, 1)
+    for at in range(len(content)):
+        changed = bytearray(content)
+        changed[at] ^= rng.integers(1, 256)
+        file.write_bytes(bytes(changed))
+        assert "broken.npz" in _refusal(file)
+
+
+def _refusal(file: Path) -> str:
+    """The sentence a trajectory is refused with; its name where it is taken."""
+    try:
+        _trajectory(Core(make_robot(1, 1)), file, 1)
+    except CoreError as error:
+        return str(error)
+    return file.name
+
+
+def test_times_outside_the_trajectory_are_refused(tmp_path):
+    (tmp_path / "t.csv").write_text("time,q1\n0,0\n1,1\n")
+    core = Core(make_robot(1, 1))
+    _trajectory(core, tmp_path / "t.csv", 1)
+    assert core.drives(np.array([1.0 + 5e-10]), 1)[0, 0, 0] == pytest.approx(1.0, abs=1e-15)
+    for time in (1.1, -0.1, np.nan):
+        with pytest.raises(CoreError, match=r"time is .* s; the trajectory covers 0 to 1 s"):
+            core.drives(np.array([time]), 1)
+
+
+def test_numbers_are_read_as_python_reads_them(tmp_path):
+    """Random decimals and doubles with all digits, bit by bit."""
+    rng = np.random.default_rng(4)
+    texts = [repr(float(v)) for v in rng.normal(size=300) * 10.0 ** rng.integers(-30, 30, 300)]
+    texts += [f"{v:.25g}" for v in rng.normal(size=50)]
+    texts += ["+1", "-0.0", ".5", "5.", "1e22", "1e23", "9007199254740993", "1e-320", "00012.50e+3"]
+    lines = [f"{k},{text}" for k, text in enumerate(texts)]
+    (tmp_path / "t.csv").write_text("time,q1\n" + "\n".join(lines))
+    core = Core(make_robot(1, 1))
+    _trajectory(core, tmp_path / "t.csv", 1)
+    found = core.drives(np.arange(len(texts) - 1.0), 1)[0, :, 0]
+    np.testing.assert_array_equal(found, [float(text) for text in texts[:-1]])

@@ -1,0 +1,154 @@
+"""The native FMU's variables, sentences and motion beyond the contract shared with the one in Python."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import fmpy
+import numpy as np
+import pytest
+from native_fmu import TCP, WRENCH, NativeFmu
+from random_robots import make_robot
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.fmi.interface import blocks
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.trajectory import Trajectory
+
+
+def test_both_kinds_have_the_same_variables(example, tmp_path):
+    kinds = [
+        fmpy.read_model_description(
+            str(build_fmu(example, tmp_path / f"{kind}.fmu", BuildOptions(kind)))
+        )
+        for kind in ("python", "native")
+    ]
+    one, two = (
+        [
+            (v.name, v.valueReference, v.causality, v.variability, v.unit, v.start)
+            for v in d.modelVariables
+        ]
+        for d in kinds
+    )
+    assert one == two
+
+
+def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
+    """Every real in turn is set to NaN; the sentence names it as the table does, with its unit."""
+    robot = make_robot(3, 5)
+    fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
+    slave, said = fmu.slave(), []
+    table = blocks(robot)
+    strings = table.pop("strings")
+    assert [v.name for v in strings.variables] == [
+        "trajectory",
+        "torque_curve",
+        "mode",
+        "initial_state",
+    ]
+    reals = [(b, v) for b in table.values() for v in b.variables]
+    read, write = os.pipe()
+    stderr = os.dup(2)
+    os.dup2(write, 2)
+    try:
+        for reference in range(len(reals)):
+            with pytest.raises(fmpy.fmi1.FMICallException):
+                slave.setReal([reference], [float("nan")])
+            said.append(os.read(read, 10000).decode())
+    finally:
+        os.dup2(stderr, 2)
+    for (block, variable), text in zip(reals, said, strict=True):
+        if block.causality == "output":
+            assert f"robot: {variable.name} is an output and cannot be set" in text
+        else:
+            sentence = f"robot: {variable.name} is nan {variable.unit}; needed is a finite number"
+            assert sentence in text
+    slave.freeInstance()
+
+
+def test_a_locale_with_decimal_commas_changes_nothing(native, tmp_path):
+    """The same CSV read under de_DE.UTF-8 if the machine has it, else any with a comma."""
+    import locale
+
+    line = "{0},0,-0.3125,0.5,0,{1},0\n"
+    file = tmp_path / "motion.csv"
+    file.write_text(
+        "time,q1,q2,q3,q4,q5,q6\n"
+        + line.format("0.0", "0.6789123456789012345")
+        + line.format("1.5", "0.7")
+    )
+    slave = native.started(trajectory=str(file))
+    expected = native.get(slave, *TCP)
+    names = ("de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "ru_RU.UTF-8")
+    for name in names:
+        try:
+            locale.setlocale(locale.LC_NUMERIC, name)
+            break
+        except locale.Error:
+            continue
+    else:
+        pytest.skip("needs a locale with a decimal comma")
+    try:
+        slave = native.started(trajectory=str(file))
+        assert native.get(slave, *TCP) == expected
+    finally:
+        locale.setlocale(locale.LC_NUMERIC, "C")
+
+
+def test_paths_of_any_characters_are_taken(example, tmp_path):
+    """A folder with blanks, umlauts, per cent and plus; the URI encodes it or not."""
+    folder = tmp_path / "a b äö 100%41 + c"
+    fmu = NativeFmu(build_fmu(example, tmp_path / "R.fmu", BuildOptions("native")), folder)
+    slave = fmu.started()
+    assert np.isfinite(fmu.get(slave, "tcp.x")[0])
+
+
+def test_a_motion_that_cannot_be_integrated_is_given_up(native, capfd):
+    """A force of 1e12 N turns the arm over within nanoseconds: an error soon, and the state kept."""
+    slave = native.started()
+    before = native.get(slave, *TCP)
+    native.set(slave, {"force.z": 1e12})
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        slave.doStep(0.0, 0.1)
+    assert "it is unstable or the load is not physical" in capfd.readouterr().err
+    native.set(slave, {"force.z": 0.0})
+    slave.doStep(0.0, 0.001)
+    after = native.get(slave, *TCP)
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-12)
+
+
+def test_kinds_agree_on_random_robots(tmp_path):
+    """Dynamic, a trajectory, a wrench and changed parameters: the native FMU and the Python model.
+
+    Both at 1e-8 m; they may differ by the sum.
+    """
+    rng = np.random.default_rng(5)
+    for seed in (2, 5, 8):
+        robot = make_robot(seed, 3)
+        table = blocks(robot)
+        fmu = NativeFmu(
+            build_fmu(robot, tmp_path / f"{seed}.fmu", BuildOptions("native")), tmp_path / f"{seed}"
+        )
+        time = np.linspace(0.0, 0.3, 16)
+        q = np.cumsum(0.01 * rng.normal(size=(16, 3)), axis=0)
+        columns = ["time", "q1", "q2", "q3"]
+        np.savez(tmp_path / "t.npz", columns=columns, data=np.column_stack([time, q]))
+        drives, wrench = Trajectory(time, q), rng.normal(size=6) * 100.0
+        python = ElasticRobot(robot, "backlash", tolerance=1e-8)
+        stiffness = 0.7 * python.parameters.stiffness
+        python.parameters = replace(python.parameters, stiffness=stiffness)
+        python.reset(0.0, drives, np.zeros(6))
+        slave = fmu.slave()
+        slave.setupExperiment(startTime=0.0, tolerance=1e-8)
+        slave.setString(fmu.of(["trajectory"]), [str(tmp_path / "t.npz")])
+        slave.enterInitializationMode()
+        names = [v.name for v in table["stiffness"].variables]
+        slave.setReal(fmu.of(names), stiffness.tolist())
+        slave.exitInitializationMode()
+        for k in range(1, 16):
+            load = wrench * (k % 4 < 2)
+            python.step(float(time[k]), drives, load)
+            slave.setReal(fmu.of(WRENCH), load.tolist())
+            slave.doStep(time[k - 1], time[k] - time[k - 1])
+            np.testing.assert_allclose(fmu.get(slave, *TCP), python.tcp(), rtol=0, atol=2e-8)
