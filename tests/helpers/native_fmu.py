@@ -91,7 +91,7 @@ def compiler() -> str:
 
 
 def build_master(name: str, file: Path, *flags: str) -> Path:
-    """Compile tests/native/NAME.c, a master in C that loads the library."""
+    """Compile a master in C of tests/native that loads the library."""
     command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra"]
     command += [f"-I{SOURCES / 'fmi'}", *flags, "-o", str(file), str(_MASTERS / f"{name}.c")]
     subprocess.run([*command, "-ldl", "-lm", "-lpthread"], check=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from build_fmu import main
-from coupling.errors import BuildError, SimulationError
+from coupling.errors import BuildError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
-from coupling.robot.robot_fmu import RobotFmu
 
 
 def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
@@ -29,12 +28,6 @@ def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):
     with pytest.raises(BuildError, match="FMI version is '1'; needed is one of 2, 3"):
         build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="1"))
     assert not list(tmp_path.iterdir())
-
-
-def test_a_robot_in_the_coupling_is_of_fmi2(example, tmp_path):
-    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="3"))
-    with pytest.raises(SimulationError, match=r"is of FMI 3\.0; needed is one of FMI 2\.0"):
-        RobotFmu(file)
 
 
 def test_libraries_are_compiled_once(tmp_path):
