@@ -22,8 +22,8 @@ def style(figure: go.Figure, height: int = 380) -> go.Figure:
     figure.update_layout(
         template="plotly_white",
         height=height,
-        margin={"l": 70, "r": 20, "t": 30, "b": 50},
-        legend={"orientation": "h", "y": 1.08},
+        margin={"l": 70, "r": 20, "t": 60, "b": 50},
+        legend={"orientation": "h", "y": 1.02, "yanchor": "bottom"},
         font={"family": "system-ui, sans-serif", "size": 13},
     )
     return figure
