@@ -104,5 +104,5 @@ def build_date(*sources: Path) -> datetime:
         return datetime.fromtimestamp(int(epoch), UTC)
     except (ValueError, OverflowError, OSError) as cause:
         raise BuildError(
-            f"SOURCE_DATE_EPOCH is {epoch!r}; needed is a whole number of seconds since 1970"
+            f"SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got {epoch!r}"
         ) from cause

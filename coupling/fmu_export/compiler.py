@@ -79,7 +79,7 @@ def host_platform() -> Platform:
     for known in PLATFORMS.values():
         if known.machine == name:
             return known
-    raise CompilerError(f"this machine is {name}; needed is one of {', '.join(PLATFORMS)}")
+    raise CompilerError(f"this machine: expected one of {', '.join(PLATFORMS)}, got {name}")
 
 
 def compile_library(
@@ -147,8 +147,8 @@ def _compiler(target: Platform) -> list[str]:
     found = zig()
     if found is None:
         raise CompilerError(
-            f"there is no C compiler for {target.name}; needed is one named cc, gcc or clang (for"
-            " this machine only) or the package ziglang (pip install ziglang)"
+            f"there is no C compiler for {target.name}: install cc, gcc or clang (for this machine"
+            " only) or the package ziglang (pip install ziglang)"
         )
     return [*found, "-target", target.target]
 

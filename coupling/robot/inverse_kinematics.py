@@ -43,7 +43,7 @@ class InverseKinematics:
         self._data = self._chain.model.createData()
         if len(home) != self._chain.joint_count:
             raise PlanningError(
-                f"home has {len(home)} angles; the robot has {self._chain.joint_count} joints"
+                f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
         self._reach = float(

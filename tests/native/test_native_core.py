@@ -364,7 +364,7 @@ def test_numbers_are_read_as_python_reads_them(tmp_path):
 
 def test_robots_that_the_core_cannot_hold_are_refused(example):
     joint = example.joints[0]
-    with pytest.raises(RobotFileError, match="13 joints; the native FMU takes at most 12"):
+    with pytest.raises(RobotFileError, match="at most 12 joints for a native FMU, got 13"):
         robot_text(replace(example, joints=(joint,) * 13), "{x}")
     with pytest.raises(CoreError, match="more than 12 joints"):
         Core(
@@ -373,7 +373,7 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
         )
     table = tuple((float(k), float(k)) for k in range(-40, 40))
     long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
-    with pytest.raises(RobotFileError, match="80 points; the native FMU takes at most 64"):
+    with pytest.raises(RobotFileError, match="at most 64 points for a native FMU, got 80"):
         robot_text(long, "{x}")
 
 

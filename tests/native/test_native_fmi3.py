@@ -498,7 +498,7 @@ def test_a_windows_path_of_the_resources_is_taken_in_wine(pair, tmp_path):
 
 def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):
     assert main(["-o", str(tmp_path / "R.fmu"), "--fmi", "3"]) == 2
-    assert "needed is --kind native" in capsys.readouterr().err
-    with pytest.raises(BuildError, match="FMI version is '1'; needed is one of 2, 3"):
+    assert "add --kind native" in capsys.readouterr().err
+    with pytest.raises(BuildError, match="FMI version: expected one of 2, 3, got '1'"):
         build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="1"))
     assert not list(tmp_path.iterdir())
