@@ -66,12 +66,12 @@ class Case:
     Attributes:
         name: The file's name without ending.
         robots: One robot, or forming and supporting robot of a cell.
-        mode: How the robots are simulated.
+        mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
-        task: What is to be made.
+        task: Task that the tools are to do.
         process: Process model.
         coupling: Table [coupling].
-        method: What corrects the command, with its keys of [compensation].
+        method: Method that corrects the command, with its keys of [compensation].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 

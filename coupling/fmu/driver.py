@@ -77,7 +77,7 @@ class _Series:
         slave: Has an instance.
         function: Name of the standard's function that sets or gets reals.
         references: Value references of the columns' variables.
-        rows: In C order, (n, k).
+        rows: Values in C order, (n, k).
         counted: Whether the function is told the number of values as well.
     """
 
@@ -110,7 +110,7 @@ class Driver(ABC):
     """An unpacked FMU, its library loaded once.
 
     Args:
-        folder: Where it is unpacked.
+        folder: Folder with the unpacked FMU.
         description: Its model description.
 
     Attributes:

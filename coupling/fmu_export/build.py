@@ -77,8 +77,8 @@ def build_fmu(
 
     Args:
         robot: The robot, fixed in the FMU.
-        file: Where to write it, ending in .fmu.
-        options: How it is built.
+        file: File to write, ending in .fmu.
+        options: Options of the build.
         resources: More files by name; `trajectory` can name one of them.
 
     Returns:

@@ -45,7 +45,7 @@ class Platform:
         name: As an FMI 2 archive names the folder of its binary; that of FMI 3 where FMI 2 has none.
         machine: Processor and system, as FMI 3 names them.
         target: As Zig names it, with the oldest system that the library runs on.
-        suffix: Of a shared library.
+        suffix: Ending of a shared library.
     """
 
     name: str
@@ -96,7 +96,7 @@ def compile_library(
         sources: C files; headers are found in SOURCES and beside them.
         definitions: Further flags, such as -DNAME.
         cache: Folder for libraries; `elastic-robot` in the user's cache folder unless given.
-        libraries: Of the system, to be linked where it is not Windows.
+        libraries: Libraries of the system, linked where it is not Windows.
 
     Raises:
         CompilerError: If there is no compiler for the platform, or it fails; with what it says.

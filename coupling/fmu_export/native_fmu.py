@@ -40,7 +40,7 @@ def build_native_fmu(
 
     Args:
         robot: The robot, fixed in the FMU.
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.

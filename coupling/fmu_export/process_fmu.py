@@ -29,7 +29,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     Args:
         process: A memoryless one.
         desired: Desired tool path; its first pose is the inputs' start value.
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
 
     Returns:
         The file.

@@ -35,7 +35,7 @@ def with_host(
 
     Args:
         entries: Content by path inside the archive, as PythonFMU's builder makes it.
-        model_name: That the libraries are named by.
+        model_name: Name of the libraries.
         platforms: Names of PLATFORMS that it must be on; none: this machine's, if there is a compiler.
 
     Raises:

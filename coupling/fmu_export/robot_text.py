@@ -22,7 +22,7 @@ def robot_text(robot: Robot, guid: str) -> str:
 
     Args:
         robot: The robot.
-        guid: Of the FMU; the C core compares it with the one it is instantiated with.
+        guid: GUID of the FMU; the C core compares it with the one it is instantiated with.
 
     Raises:
         RobotFileError: If the robot has more joints, or a table more points, than the core holds.

@@ -19,7 +19,7 @@ class Workpiece:
     with `read`.
 
     Attributes:
-        points: In the part frame [m], (n, 3).
+        points: Points in the part frame [m], (n, 3).
         cells: Corners, (m, 3) or (m, 4).
         point_fields: Name with unit -> values at the points, (n,).
         cell_fields: Name with unit -> values in the cells, (m,).

@@ -63,7 +63,7 @@ class Milling:
         part: Placement of the part.
         desired: Path of the tip's centre.
         cutter: The tool, its axis along the part's z.
-        coefficients: Of the material.
+        coefficients: Cutting coefficients of the material.
         engagement: "slot", "up" (material left of the feed) or "down" (right of it).
         radial_depth: Along the desired path [m].
         surface: Height of the raw surface in the part frame [m].

@@ -17,7 +17,7 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
 
     Args:
         model: "isf-force-law" and the like, or "my_process.py:MyTable".
-        folder: Where relative files begin.
+        folder: Folder in which relative files begin.
 
     Raises:
         CaseError: If there is none of that name, or its file cannot be imported.

@@ -39,7 +39,7 @@ def write_ssp(case: Case, file: Path) -> Path:
 
     Args:
         case: The case; its process must be memoryless.
-        file: Where to write it, ending in .ssp.
+        file: File to write, ending in .ssp.
 
     Returns:
         The file.
