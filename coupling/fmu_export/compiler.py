@@ -42,9 +42,9 @@ class Platform:
     """A kind of machine that an FMU's library is for.
 
     Attributes:
-        name: As an FMI 2 archive names the folder of its binary; that of FMI 3 where FMI 2 has none.
+        name: Name of the folder of its binary in an FMI 2 archive; that of FMI 3 where FMI 2 has none.
         machine: Processor and system, as FMI 3 names them.
-        target: As Zig names it, with the oldest system that the library runs on.
+        target: Name that Zig has for it, with the oldest system that the library runs on.
         suffix: Ending of a shared library.
     """
 

@@ -103,7 +103,7 @@ def _meshio(file: Path):  # type: ignore[no-untyped-def]  # the module, imported
         import meshio
     except ImportError as cause:
         raise ResultError(
-            f"{file}: VTK files need the package meshio, which is not installed; install the extra:"
+            f"{file}: VTK files need the package meshio, which is not installed: install the extra,"
             " pip install 'elastic-robot-fmu[fem]'"
         ) from cause
     return meshio

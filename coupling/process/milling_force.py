@@ -65,7 +65,7 @@ class Milling:
         cutter: The tool, its axis along the part's z.
         coefficients: Cutting coefficients of the material.
         engagement: "slot", "up" (material left of the feed) or "down" (right of it).
-        radial_depth: Along the desired path [m].
+        radial_depth: Radial depth along the desired path [m].
         surface: Height of the raw surface in the part frame [m].
     """
 

@@ -123,7 +123,7 @@ class InverseKinematics:
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
             raise PlanningError(
                 f"{where}: the robot is in a singular posture (smallest singular value"
-                f" {values[-1]:.2g}, joint {joint} moves most); move the part or the home posture"
+                f" {values[-1]:.2g}, joint {joint} moves most): move the part or the home posture"
             )
 
     def _require_continuity(self, q: np.ndarray, last: np.ndarray, where: str) -> None:
