@@ -21,7 +21,10 @@ def write_tables(page: Path, tables: dict[str, list[Row]], end: float) -> None:
     """
     text = page.read_text(encoding="utf-8")
     if text.count(_BEGIN) != 1 or text.count(_END) != 1:
-        raise ValueError(f"{page}: needed are the lines {_BEGIN!r} and {_END!r}, once each")
+        raise ValueError(
+            f"{page}: expected the lines {_BEGIN!r} and {_END!r} once each, got"
+            f" {text.count(_BEGIN)} and {text.count(_END)}"
+        )
     before, rest = text.split(_BEGIN)
     after = rest.split(_END)[1]
     page.write_text(

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from coupling.case_tables import CouplingTable, PartTable, RobotTable, SupportTable
-from coupling.errors import CaseError
+from coupling.errors import CaseError, one_of
 from coupling.events import Watch, unwatched
-from coupling.files.toml_file import Schema, load_toml, nearest, validate
+from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
@@ -66,12 +66,12 @@ class Case:
     Attributes:
         name: The file's name without ending.
         robots: One robot, or forming and supporting robot of a cell.
-        mode: How the robots are simulated.
+        mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
-        task: What is to be made.
+        task: Task that the tools are to do.
         process: Process model.
         coupling: Table [coupling].
-        method: What corrects the command, with its keys of [compensation].
+        method: Method that corrects the command, with its keys of [compensation].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -100,7 +100,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         watch: Function that is told what happens in the process.
 
     Raises:
-        CaseError: With file, table, key, value found and what is needed.
+        CaseError: With file, table, key, what was expected and what was got.
     """
     path = Path(path)
     file = validate(load_toml(path, CaseError), _CaseFile, CaseError, str(path))
@@ -152,17 +152,18 @@ def _variant(
 ) -> Any:
     """Validate a table whose schema is chosen by one of its keys."""
     if key not in data:
-        raise CaseError(f"{path}: {table}: key {key!r} is missing; known: {', '.join(known)}")
+        expected = ", ".join(known)
+        raise CaseError(f"{path}: {table}: key {key!r} is missing: expected one of {expected}")
     name = str(data[key])
     if name not in known:
-        raise CaseError(f"{path}: {table}: {key}: found {name!r}; {nearest(name, list(known))}")
+        raise CaseError(f"{path}: {table}: {key}: {one_of(known, name)}")
     return validate(data, known[name], CaseError, f"{path}: {table}", path.parent)
 
 
 def _process_table(path: Path, data: dict[str, Any]) -> ProcessTable:
     """Validate [process], whose schema is shipped or the user's own."""
     if "model" not in data:
-        raise CaseError(f"{path}: process: key 'model' is missing; it is needed")
+        raise CaseError(f"{path}: process: key 'model' is missing")
     with _errors_of(f"{path}: process: model"):
         model, schema = find_process(str(data["model"]), path.parent)
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
@@ -182,7 +183,7 @@ def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> 
     diameter = process_table.forming_tool_diameter
     if diameter is None:
         raise CaseError(
-            f"process: model {process_table.model!r} knows one tool; needed with [support] is one"
-            " that knows two, as isf-force-law and sheet-fem"
+            "process: model: expected one that knows two tools with [support], as isf-force-law and"
+            f" sheet-fem, got {process_table.model!r}"
         )
     return task.supported(table.support(task, diameter))

@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from scipy.spatial.transform import Rotation
 
-from coupling.errors import CaseError
+from coupling.errors import CaseError, one_of
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.files.toml_file import Positive, Schema, Vector3, nearest
+from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.fmu_export.build import KINDS
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance
@@ -32,7 +32,7 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
 
     def check(value: object) -> object:
         if value not in known:
-            raise ValueError(f"found {value!r}; {nearest(str(value), known)}")
+            raise ValueError(one_of(known, value))
         return value
 
     return BeforeValidator(check)
@@ -57,8 +57,8 @@ class _MemberTable(Schema):
             raise CaseError(f"description: {cause}") from cause
         if len(self.home_deg) != len(robot.joints):
             raise CaseError(
-                f"home_deg: found {len(self.home_deg)} angles; needed are {len(robot.joints)}, one for"
-                " each joint"
+                f"home_deg: expected {len(robot.joints)} angles, one for each joint, got"
+                f" {len(self.home_deg)}"
             )
         return robot
 
@@ -103,8 +103,8 @@ class SupportTable(_MemberTable):
         """
         if task.wall_angle is None and self.strategy == "fixed-height":
             raise CaseError(
-                "support: strategy is 'fixed-height' and the tool path has no wall; needed is a cone"
-                " or pyramid, or the strategy 'following'"
+                "support: strategy: expected 'following', as the tool path has no wall, got"
+                " 'fixed-height': change it, or use a cone or pyramid"
             )
         pinch = Pinch(
             task.wall_angle or 0.0, self.gap_m, forming_tool_diameter, self.tool_diameter_m

@@ -1,5 +1,10 @@
 """The exceptions of this package; a run that does not converge is a result, not an exception."""
 
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
 
 class CouplingError(Exception):
     """Base of every error this package raises for a user's mistake or an impossible request."""
@@ -27,3 +32,25 @@ class ResultError(CouplingError):
 
 class BuildError(CouplingError):
     """An FMU cannot be written."""
+
+
+def one_of(known: Iterable[str], got: object, also: str = "", kind: str = "") -> str:
+    """Return the part of a message that says which words are known, and which one is meant.
+
+    Args:
+        known: The words.
+        got: What stands there instead.
+        also: Text after the words, such as another possibility.
+        kind: Text before what stands there.
+
+    Example:
+        >>> one_of(["mirror", "inverse"], "miror")
+        "expected one of mirror, inverse, got 'miror': did you mean 'mirror'?"
+        >>> one_of(["mass"], "tool", kind="key ")
+        "expected mass, got key 'tool'"
+    """
+    words = list(known)
+    close = difflib.get_close_matches(str(got), words, n=1)
+    hint = f": did you mean {close[0]!r}?" if close else ""
+    listing = ("one of " if len(words) > 1 else "") + ", ".join(words)
+    return f"expected {listing}{also}, got {kind}{got!r}{hint}"

@@ -15,7 +15,7 @@ class Progress(Event):
     """How far work that takes longer than a second is.
 
     Attributes:
-        what: What is being done, for people.
+        what: Work being done, for people.
         done, total: Steps, in whatever unit the work counts.
     """
 

@@ -42,8 +42,8 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     missing = [name for name in columns if name not in found]
     if missing:
         raise error(
-            f"{file}: columns {', '.join(missing)} are missing; the header has"
-            f" {', '.join(found)}, needed are {', '.join(columns)}"
+            f"{file}: columns {', '.join(missing)} are missing: expected {', '.join(columns)}, got"
+            f" {', '.join(found)}"
         )
     try:
         rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
@@ -51,10 +51,14 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
         raise error(f"{file}: is not a table of numbers: {cause}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):
         raise error(
-            f"{file}: {rows.shape[0]} rows of {rows.shape[1]} numbers under {len(found)} names"
+            f"{file}: expected rows of {len(found)} numbers, one for each name, got"
+            f" {rows.shape[0]} rows of {rows.shape[1]}"
         )
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, column = bad[0]
-        raise error(f"{file}: {found[column]} is {rows[row, column]} in row {row + 1}")
+        raise error(
+            f"{file}: {found[column]}: expected a finite number, got {rows[row, column]} in row"
+            f" {row + 1}"
+        )
     return rows[:, [found.index(name) for name in columns]]

@@ -15,7 +15,8 @@ import numpy as np
 import pinocchio as pin
 from pydantic import Field
 
-from coupling.files.toml_file import Positive, Schema, Vector3, load_toml, nearest, validate
+from coupling.errors import one_of
+from coupling.files.toml_file import Positive, Schema, Vector3, load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
@@ -117,10 +118,7 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
         return shipped[name_or_path]
     path = (folder or Path()) / name_or_path
     if not path.is_file():
-        raise RobotFileError(
-            f"{name_or_path}: no such robot file, and no shipped robot of that name;"
-            f" {nearest(name_or_path, list(shipped))}"
-        )
+        raise RobotFileError(one_of(shipped, name_or_path, also=" or the path of a robot file"))
     return path
 
 
@@ -134,7 +132,7 @@ def load_robot(path: str | Path) -> Robot:
         The robot.
 
     Raises:
-        RobotFileError: With file, joint, key, value found and what is needed.
+        RobotFileError: With file, joint, key, what was expected and what was got.
 
     Example:
         >>> load_robot(shipped_robots()["icme2008"]).name
@@ -211,12 +209,10 @@ def _by_name(joints: list[_UrdfJoint], chain: UrdfChain, path: Path) -> dict[str
     for joint in joints:
         if joint.name not in known:
             raise RobotFileError(
-                f"{path}: joint {joint.name!r} is not between base and TCP; {nearest(joint.name, known)}"
+                f"{path}: joint: {one_of(known, joint.name, ' (the joints between base and TCP)')}"
             )
         if joint.name in keys:
-            raise RobotFileError(
-                f"{path}: joint {joint.name!r} is given twice; needed is one table"
-            )
+            raise RobotFileError(f"{path}: joint {joint.name!r}: expected one table, got two")
         keys[joint.name] = joint
     return keys
 

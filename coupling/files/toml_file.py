@@ -5,7 +5,7 @@ Used at the desk and by the build only: the FMU needs no pydantic.
 
 from __future__ import annotations
 
-import difflib
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +20,7 @@ from pydantic import (
     ValidationInfo,
 )
 
+from coupling.errors import one_of
 from elastic_robot.errors import ElasticRobotError
 
 
@@ -70,8 +71,8 @@ def validate(
     Args:
         data: Result of `load_toml`, or a table of it.
         schema: Keys that it must have.
-        error: Exception class for every problem; its message names the file, the place, the value
-            found and what is needed.
+        error: Exception class for every problem; its message names the file, the place, what was
+            expected and what was got.
         where: Beginning of the message, such as the file's name.
         folder: Folder in which relative paths begin; the working folder unless given.
 
@@ -85,11 +86,13 @@ def validate(
         raise error("\n".join(problems)) from cause
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
-    """Return a hint such as "did you mean 'mass'?", or the list of known words."""
-    close = difflib.get_close_matches(word, known, n=1)
-    listing = ", ".join(known)
-    return f"did you mean {close[0]!r}? Known: {listing}" if close else f"known: {listing}"
+# What pydantic says of a value, and the noun that it means.
+_AS_A_NOUN = {
+    r"^Input should be (?=greater|less)": "a number ",
+    r"^Input should be ": "",
+    r"^\w+ should have (.*) after validation, not .*": r"\1",
+    r"^a valid dictionary.*": "a table",
+}
 
 
 def _problem(item: Any, schema: type[BaseModel]) -> str:
@@ -97,16 +100,17 @@ def _problem(item: Any, schema: type[BaseModel]) -> str:
     place = list(item["loc"])
     if item["type"] == "extra_forbidden":
         *parents, key = place
-        known = _keys_at(schema, parents)
-        return f"{_join(parents)}unknown key {key!r}; {nearest(str(key), known)}"
+        return f"{_join(parents)}{one_of(_keys_at(schema, parents), key, kind='unknown key ')}"
     if item["type"] == "missing":
         *parents, key = place
-        return f"{_join(parents)}key {key!r} is missing; it is needed"
+        return f"{_join(parents)}key {key!r} is missing"
     cause = item.get("ctx", {}).get("error")
     if item["type"] == "value_error" and isinstance(cause, ValueError | ElasticRobotError):
         return f"{_join(place)}{cause}"
-    needed = item["msg"].replace("Input should be", "needed is")
-    return f"{_join(place)}found {item['input']!r}; {needed}"
+    expected = item["msg"]
+    for said, noun in _AS_A_NOUN.items():
+        expected = re.sub(said, noun, expected)
+    return f"{_join(place)}expected {expected}, got {item['input']!r}"
 
 
 def _join(place: Sequence[str | int]) -> str:

@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from coupling.files.toml_file import nearest
+from coupling.errors import one_of
 from elastic_robot.description import Body, Joint
 from elastic_robot.errors import RobotFileError
 
@@ -33,7 +33,7 @@ def find_urdf(reference: str, folder: Path) -> Path:
         reference: A path, relative to `folder`, or package://NAME/PATH with the name of a Python
             package, a ROS package (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH) or one of Pinocchio's data
             packages (cmeel), looked up in the order ROS, Python, cmeel.
-        folder: Of the robot file.
+        folder: Folder of the robot file.
 
     Raises:
         RobotFileError: If there is no such package or file.
@@ -46,7 +46,7 @@ def find_urdf(reference: str, folder: Path) -> Path:
         path = folder / reference
         if not path.is_file():
             raise RobotFileError(
-                f"{path}: no such file; needed is a URDF, by its path from the robot file or as"
+                f"{path}: no such file: name a URDF by its path from the robot file or as"
                 f" {_PACKAGE}NAME/PATH"
             )
         return path
@@ -58,7 +58,7 @@ def find_urdf(reference: str, folder: Path) -> Path:
     if packages:
         raise RobotFileError(f"{reference}: there is no file {rest!r} in {packages[0]}")
     raise RobotFileError(
-        f"{reference}: no package {name!r} is installed; needed is an importable Python package or a"
+        f"{reference}: no package {name!r} is installed: expected an importable Python package or a"
         " folder of that name on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
     )
 
@@ -111,7 +111,7 @@ def read_urdf(file: Path, base: str | None, tip: str) -> UrdfChain:
             neither revolute nor continuous, mimics another one or carries a body that cannot exist.
     """
     if file.suffix == ".xacro":
-        raise RobotFileError(f"{file}: is a xacro file; needed is the URDF that xacro makes of it")
+        raise RobotFileError(f"{file}: expected the URDF that xacro makes of it, got a xacro file")
     types = _joint_types(file)
     model = _parse(file)
     data = model.createData()
@@ -155,19 +155,19 @@ def _chain(
     way = list(model.supports[tip.parentJoint])
     if base.parentJoint not in way:
         raise RobotFileError(
-            f"{file}: link {base.name!r} does not lie between the root and {tip.name!r}; needed is a"
-            " base from which the tip moves"
+            f"{file}: expected a base between the root and {tip.name!r}, got {base.name!r}: name a"
+            " link from which the tip moves"
         )
     chain = way[way.index(base.parentJoint) + 1 :]
     if not chain:
         raise RobotFileError(
-            f"{file}: no joint moves {tip.name!r} against {base.name!r}; needed is at least one"
+            f"{file}: expected at least one joint between {base.name!r} and {tip.name!r}, got none"
         )
     for name in (model.names[index] for index in chain):
         if types[name] not in ("revolute", "continuous"):
             raise RobotFileError(
-                f"{file}: joint {name!r}, between {base.name!r} and {tip.name!r}, is {types[name]};"
-                " needed are revolute or continuous joints"
+                f"{file}: joint {name!r}, between {base.name!r} and {tip.name!r}: expected revolute"
+                f" or continuous, got {types[name]}"
             )
     return chain
 
@@ -201,7 +201,7 @@ def _link(file: Path, model: pin.Model, name: str) -> int:
     """Return the number of a link's frame."""
     if not model.existFrame(name, pin.FrameType.BODY):
         links = [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY]
-        raise RobotFileError(f"{file}: there is no link {name!r}; {nearest(name, links)}")
+        raise RobotFileError(f"{file}: {one_of(links, name, kind='link ')}")
     return int(model.getFrameId(name, pin.FrameType.BODY))
 
 

@@ -77,7 +77,7 @@ class _Series:
         slave: Has an instance.
         function: Name of the standard's function that sets or gets reals.
         references: Value references of the columns' variables.
-        rows: In C order, (n, k).
+        rows: Values in C order, (n, k).
         counted: Whether the function is told the number of values as well.
     """
 
@@ -110,7 +110,7 @@ class Driver(ABC):
     """An unpacked FMU, its library loaded once.
 
     Args:
-        folder: Where it is unpacked.
+        folder: Folder with the unpacked FMU.
         description: Its model description.
 
     Attributes:
@@ -157,7 +157,7 @@ class Driver(ABC):
         unknown = {*job.inputs, *job.outputs, *job.parameters} - set(self._references)
         if unknown:
             known = ", ".join(sorted(self._references))
-            raise FmuError(f"has no variable {', '.join(sorted(unknown))}; it has {known}")
+            raise FmuError(f"expected variables out of {known}, got {', '.join(sorted(unknown))}")
         self._errors.clear()
         try:
             self._instantiate()
@@ -254,7 +254,6 @@ def load(folder: Path) -> Driver:
     except Exception as cause:  # whatever FMPy finds wrong with the file
         raise FmuError(f"is not an FMU that runs here: {cause}") from cause
     raise FmuError(
-        f"is an FMU of FMI {description.fmiVersion}"
-        f"{'' if description.coSimulation else ' without co-simulation'}; needed is FMI 2 or 3"
-        " co-simulation"
+        f"expected an FMU of FMI 2 or 3 for co-simulation, got FMI {description.fmiVersion}"
+        f"{'' if description.coSimulation else ' without co-simulation'}"
     )

@@ -37,7 +37,7 @@ class WorkerProcess:
     """A running worker.
 
     Args:
-        folder: Where the FMU is unpacked.
+        folder: Folder with the unpacked FMU.
 
     Attributes:
         version: Version of FMI, "2" or "3".

@@ -26,10 +26,10 @@ def write_fmu(
     """Write an FMU whose GUID is a hash of its content, and return the file.
 
     Args:
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
         entries: Content by path inside the archive, without what states the GUID.
         identified: Returns the entries that state the GUID.
-        date: Of every entry.
+        date: Date of every entry.
 
     Raises:
         BuildError: If the file cannot be written.
@@ -43,10 +43,10 @@ def write_archive(file: Path, suffix: str, entries: Mapping[str, bytes], date: d
     """Write an archive; an existing file is replaced only when the new one is complete.
 
     Args:
-        file: Where to write it.
-        suffix: That its name must have.
+        file: File to write.
+        suffix: Ending that its name must have.
         entries: Content by path inside the archive.
-        date: Of every entry; times before 1980 are taken as 1980, as ZIP begins there.
+        date: Date of every entry; times before 1980 are taken as 1980, as ZIP begins there.
 
     Raises:
         BuildError: If the file cannot be written.
@@ -104,5 +104,5 @@ def build_date(*sources: Path) -> datetime:
         return datetime.fromtimestamp(int(epoch), UTC)
     except (ValueError, OverflowError, OSError) as cause:
         raise BuildError(
-            f"SOURCE_DATE_EPOCH is {epoch!r}; needed is a whole number of seconds since 1970"
+            f"SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got {epoch!r}"
         ) from cause

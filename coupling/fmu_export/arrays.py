@@ -16,7 +16,7 @@ class ArrayVariable:
         name: Structured name.
         text: Description.
         reference: Value reference: that of the first element in FMI 2.0.
-        elements: What FMI 2.0 has instead, (n,); one element of a scalar.
+        elements: Variables that FMI 2.0 has instead, (n,); one element of a scalar.
         is_scalar: Whether it has no dimension.
     """
 

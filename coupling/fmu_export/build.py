@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from coupling.errors import BuildError
+from coupling.errors import BuildError, one_of
 from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
@@ -33,7 +33,7 @@ class BuildOptions:
     Example:
         >>> BuildOptions("native", fmi="4")
         Traceback (most recent call last):
-        coupling.errors.BuildError: FMI version is '4'; needed is one of 2, 3
+        coupling.errors.BuildError: FMI version: expected one of 2, 3, got '4'
     """
 
     kind: str = "python"
@@ -47,10 +47,10 @@ class BuildOptions:
             ("FMI version", self.fmi, STANDARDS),
         ):
             if name not in known:
-                raise BuildError(f"{what} is {name!r}; needed is one of {', '.join(known)}")
+                raise BuildError(f"{what}: {one_of(known, name)}")
         if self.kind == "python" and (self.sources or self.fmi != "2"):
             raise BuildError(
-                "sources or FMI 3 are chosen for an FMU in Python; needed is --kind native"
+                "kind: expected native with sources or FMI 3, got python: add --kind native"
             )
 
 
@@ -77,8 +77,8 @@ def build_fmu(
 
     Args:
         robot: The robot, fixed in the FMU.
-        file: Where to write it, ending in .fmu.
-        options: How it is built.
+        file: File to write, ending in .fmu.
+        options: Options of the build.
         resources: More files by name; `trajectory` can name one of them.
 
     Returns:

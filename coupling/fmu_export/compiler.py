@@ -42,10 +42,10 @@ class Platform:
     """A kind of machine that an FMU's library is for.
 
     Attributes:
-        name: As an FMI 2 archive names the folder of its binary; that of FMI 3 where FMI 2 has none.
+        name: Name of the folder of its binary in an FMI 2 archive; that of FMI 3 where FMI 2 has none.
         machine: Processor and system, as FMI 3 names them.
-        target: As Zig names it, with the oldest system that the library runs on.
-        suffix: Of a shared library.
+        target: Name that Zig has for it, with the oldest system that the library runs on.
+        suffix: Ending of a shared library.
     """
 
     name: str
@@ -79,7 +79,7 @@ def host_platform() -> Platform:
     for known in PLATFORMS.values():
         if known.machine == name:
             return known
-    raise CompilerError(f"this machine is {name}; needed is one of {', '.join(PLATFORMS)}")
+    raise CompilerError(f"this machine: expected one of {', '.join(PLATFORMS)}, got {name}")
 
 
 def compile_library(
@@ -96,7 +96,7 @@ def compile_library(
         sources: C files; headers are found in SOURCES and beside them.
         definitions: Further flags, such as -DNAME.
         cache: Folder for libraries; `elastic-robot` in the user's cache folder unless given.
-        libraries: Of the system, to be linked where it is not Windows.
+        libraries: Libraries of the system, linked where it is not Windows.
 
     Raises:
         CompilerError: If there is no compiler for the platform, or it fails; with what it says.
@@ -147,8 +147,8 @@ def _compiler(target: Platform) -> list[str]:
     found = zig()
     if found is None:
         raise CompilerError(
-            f"there is no C compiler for {target.name}; needed is one named cc, gcc or clang (for"
-            " this machine only) or the package ziglang (pip install ziglang)"
+            f"there is no C compiler for {target.name}: install cc, gcc or clang (for this machine"
+            " only) or the package ziglang (pip install ziglang)"
         )
     return [*found, "-target", target.target]
 

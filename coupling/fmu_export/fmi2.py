@@ -41,7 +41,7 @@ def fmi2_description(
     Value references are the variables' places in the order of the blocks.
 
     Args:
-        about: What the FMU is.
+        about: Description of the FMU.
         blocks: Its variables.
         guid: Ties the description to the binary.
         source_files: C files under sources/ that make up the library, if they are in the FMU.

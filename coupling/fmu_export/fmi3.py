@@ -45,7 +45,7 @@ def fmi3_description(about: About, blocks: Mapping[str, Block], token: str) -> b
     """Return modelDescription.xml.
 
     Args:
-        about: What the FMU is.
+        about: Description of the FMU.
         blocks: Its variables as FMI 2.0 has them.
         token: Instantiation token; ties the description to the binary.
     """

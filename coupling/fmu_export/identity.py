@@ -35,7 +35,7 @@ def about(
         model_name: Name of the model; also of its library.
         description: One line.
         with_what: Tool beside this one that it was made with.
-        date: Of the build.
+        date: Date of the build.
         capabilities: Flags of `CoSimulation` that are true.
     """
     return About(

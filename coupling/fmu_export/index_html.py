@@ -30,8 +30,8 @@ def index_html(
         robot: The robot in the FMU.
         variables: Lines of the table of variables.
         fmi_version: Such as 2.0.
-        version: Of the model.
-        needs: What the host must have, as HTML.
+        version: Version of the model.
+        needs: Needs of the FMU on its host, as HTML.
     """
     name = escape(robot.name)
     return "\n".join(

@@ -17,12 +17,12 @@ class About:
     Attributes:
         model_name: Name of the model; also of its library.
         description: One line.
-        version: Of the model.
-        tool: That wrote it.
+        version: Version of the model.
+        tool: Program that wrote it.
         date: UTC, ISO 8601, ending in Z.
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
-        tolerance: To begin with.
+        tolerance: Tolerance to begin with.
     """
 
     model_name: str
@@ -39,8 +39,8 @@ def root_element(about: About, fmi_version: str, token_name: str, token: str) ->
     """Return the root.
 
     Args:
-        about: What the FMU is.
-        fmi_version: That it is written for.
+        about: Description of the FMU.
+        fmi_version: Version of FMI.
         token_name: Name of the attribute that ties the description to the binary.
         token: Its value.
     """

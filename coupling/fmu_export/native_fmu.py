@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import elastic_robot
-from coupling.errors import BuildError
+from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_fmu
 from coupling.fmu_export.compiler import (
     PLATFORMS,
@@ -40,7 +40,7 @@ def build_native_fmu(
 
     Args:
         robot: The robot, fixed in the FMU.
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
@@ -89,7 +89,7 @@ def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:
     entries = {}
     for name in names:
         if name not in PLATFORMS:
-            raise BuildError(f"platform is {name!r}; needed is one of {', '.join(PLATFORMS)}")
+            raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
         platform = PLATFORMS[name]
         library = compile_library(platform, standard.sources())
         folder = standard.folder(platform)

@@ -22,7 +22,7 @@ class Standard:
     """A version of FMI.
 
     Attributes:
-        version: As `fmiVersion` states it.
+        version: Version as `fmiVersion` states it.
         capabilities: Flags of `CoSimulation` that are true.
         functions: C files with the standard's functions, beside the core.
         types_header: The standard's own header with the notice of its licence.

@@ -29,7 +29,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     Args:
         process: A memoryless one.
         desired: Desired tool path; its first pose is the inputs' start value.
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
 
     Returns:
         The file.
@@ -39,8 +39,8 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     """
     if not isinstance(process, MemorylessProcess):
         raise BuildError(
-            f"process: a {type(process).__name__} needs the whole path at once; step by step work the"
-            " models elastic-wall and isf-force-law"
+            "process: expected a model that works step by step (elastic-wall, isf-force-law), got"
+            f" {type(process).__name__}, which needs the whole path at once"
         )
     slave = PythonSlave(
         script="process_slave.py",

@@ -38,9 +38,9 @@ def build_python_fmu(
 
     Args:
         robot: The robot, fixed in the FMU.
-        file: Where to write it, ending in .fmu.
+        file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        platforms: That `python_host` must be compiled for; none: this machine, if it can.
+        platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
 
     Raises:
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.

@@ -35,7 +35,7 @@ def with_host(
 
     Args:
         entries: Content by path inside the archive, as PythonFMU's builder makes it.
-        model_name: That the libraries are named by.
+        model_name: Name of the libraries.
         platforms: Names of PLATFORMS that it must be on; none: this machine's, if there is a compiler.
 
     Raises:
@@ -47,9 +47,9 @@ def with_host(
         if plain not in entries:
             if not platforms:
                 continue
+            known = ", ".join(n for n in PLATFORMS if _library(n, model_name) in entries)
             raise BuildError(
-                f"platform is {name!r}; PythonFMU has libraries for"
-                f" {', '.join(n for n in PLATFORMS if _library(n, model_name) in entries)}"
+                f"platform: expected one that PythonFMU has libraries for, {known}, got {name!r}"
             )
         try:
             host = host_library(PLATFORMS[name])

@@ -53,11 +53,11 @@ class PythonSlave:
         In front of PythonFMU's library stands ours, for this machine if it has a compiler.
 
         Args:
-            file: Where to write it, ending in .fmu.
-            date: Of every entry.
+            file: File to write, ending in .fmu.
+            date: Date of every entry.
             resources: Files that the slave reads, by name.
-            further: What else is in the FMU, by path inside the archive.
-            platforms: That ours must stand in front on, by name.
+            further: Further content of the FMU, by path inside the archive.
+            platforms: Names of the platforms on which ours must stand in front.
 
         Raises:
             BuildError: If a platform is not known or has no library of PythonFMU's, the compiler

@@ -22,7 +22,7 @@ def robot_text(robot: Robot, guid: str) -> str:
 
     Args:
         robot: The robot.
-        guid: Of the FMU; the C core compares it with the one it is instantiated with.
+        guid: GUID of the FMU; the C core compares it with the one it is instantiated with.
 
     Raises:
         RobotFileError: If the robot has more joints, or a table more points, than the core holds.
@@ -44,7 +44,7 @@ def robot_text(robot: Robot, guid: str) -> str:
     """
     if len(robot.joints) > MOST_JOINTS:
         raise RobotFileError(
-            f"the robot has {len(robot.joints)} joints; the native FMU takes at most {MOST_JOINTS}"
+            f"expected at most {MOST_JOINTS} joints for a native FMU, got {len(robot.joints)}"
         )
     rotation = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
     lines = [
@@ -69,8 +69,8 @@ def _joint_lines(number: int, joint: Joint) -> list[str]:
         points = len(joint.torque_table)
         if points > MOST_TABLE_POINTS:
             raise RobotFileError(
-                f"the torque_table of joint {number} has {points} points; the native FMU takes at"
-                f" most {MOST_TABLE_POINTS}"
+                f"joint {number}: torque_table: expected at most {MOST_TABLE_POINTS} points for a"
+                f" native FMU, got {points}"
             )
         lines.append(_line(f"table {points}", [v for row in joint.torque_table for v in row]))
     lines += [_line("tilt", [*t.axis, t.stiffness, t.damping]) for t in joint.tilt]

@@ -14,9 +14,9 @@ class Deviation:
     """Figures of a deviation along a path [m].
 
     Attributes:
-        maximum, rms: Of the distance between actual and desired TCP at equal times.
-        normal_maximum: Across the direction of travel.
-        tangential_maximum: Along it: the tool is early or late.
+        maximum, rms: Largest and rms distance between actual and desired TCP at equal times.
+        normal_maximum: Largest deviation across the direction of travel.
+        tangential_maximum: Largest deviation along it: the tool is early or late.
         time_of_maximum: [s].
     """
 
@@ -74,7 +74,7 @@ class ToolGap:
     Attributes:
         time: [s], (n,).
         commanded: Gap that the command asks for [m].
-        before, after: By how much it is wider, before and after compensation [m], (n,).
+        before, after: Widening of the gap, before and after compensation [m], (n,).
     """
 
     time: np.ndarray

@@ -18,14 +18,17 @@ _POSE, _WRENCH = 7, 6  # columns
 def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
     """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,)."""
     if time.ndim != 1 or len(time) < 2 or values.ndim != 2 or len(values) != len(time):
-        raise ValueError(f"{name}: time has shape {time.shape}, values {values.shape}")
+        raise ValueError(
+            f"{name}: expected times (n,) and values (n, k), n >= 2, got shapes {time.shape} and"
+            f" {values.shape}"
+        )
     if not np.all(np.isfinite(time)) or not np.all(np.isfinite(values)):
-        raise ValueError(f"{name}: a value is not finite")
+        raise ValueError(f"{name}: expected finite times and values, got one that is not finite")
     if np.any(np.diff(time) <= 0.0):
         row = int(np.argmax(np.diff(time) <= 0.0))
         raise ValueError(
-            f"{name}: time goes from {time[row]:.9g} to {time[row + 1]:.9g} s in row {row + 2};"
-            " needed are rising times"
+            f"{name}: time: expected rising values, got {time[row + 1]:.9g} s after"
+            f" {time[row]:.9g} s in row {row + 2}"
         )
 
 
@@ -34,8 +37,8 @@ def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> 
     stacked = values[None] if values.ndim == 2 else values
     if stacked.ndim != 3 or len(stacked) == 0 or stacked.shape[2] != columns:
         raise ValueError(
-            f"{name}: values have shape {values.shape}; needed are (tools, n, {columns}), or"
-            f" (n, {columns}) for one tool"
+            f"{name}: expected values (tools, n, {columns}), or (n, {columns}) for one tool, got"
+            f" shape {values.shape}"
         )
     for tool in stacked:
         _require_history(time, tool, name)
@@ -45,7 +48,7 @@ def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> 
 def _common_time(histories: Sequence[ToolPath] | Sequence[WrenchHistory], name: str) -> np.ndarray:
     time = histories[0].time
     if not all(np.array_equal(history.time, time) for history in histories):
-        raise ValueError(f"{name}: the tools are given at different times")
+        raise ValueError(f"{name}: expected the same times for all tools, got different times")
     return time
 
 

@@ -19,7 +19,7 @@ class Workpiece:
     with `read`.
 
     Attributes:
-        points: In the part frame [m], (n, 3).
+        points: Points in the part frame [m], (n, 3).
         cells: Corners, (m, 3) or (m, 4).
         point_fields: Name with unit -> values at the points, (n,).
         cell_fields: Name with unit -> values in the cells, (m,).
@@ -41,16 +41,16 @@ class Workpiece:
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3:
-            raise ValueError(f"workpiece: points have shape {self.points.shape}; needed is (n, 3)")
+            raise ValueError(f"workpiece: points: expected shape (n, 3), got {self.points.shape}")
         if self.cells.ndim != 2 or self.cells.shape[1] not in (3, 4):
             raise ValueError(
-                f"workpiece: cells have shape {self.cells.shape}; needed is (m, 3) or (m, 4)"
+                f"workpiece: cells: expected shape (m, 3) or (m, 4), got {self.cells.shape}"
             )
         for fields, count in ((self.point_fields, self.points), (self.cell_fields, self.cells)):
             for name, values in fields.items():
                 if values.shape != (len(count),):
                     raise ValueError(
-                        f"workpiece: {name!r} has shape {values.shape}; needed is ({len(count)},)"
+                        f"workpiece: {name}: expected shape ({len(count)},), got {values.shape}"
                     )
 
     def write(self, file: Path) -> None:
@@ -92,7 +92,7 @@ class Workpiece:
                     {name: v for name, v in mesh.point_data.items() if v.ndim == 1},
                     {name: v[index] for name, v in mesh.cell_data.items() if v[index].ndim == 1},
                 )
-        raise ResultError(f"{file}: holds no triangles or quadrangles")
+        raise ResultError(f"{file}: expected triangles or quadrangles, got none")
 
 
 _KINDS = {3: "triangle", 4: "quad"}
@@ -103,7 +103,7 @@ def _meshio(file: Path):  # type: ignore[no-untyped-def]  # the module, imported
         import meshio
     except ImportError as cause:
         raise ResultError(
-            f"{file}: VTK files need the package meshio, which is not installed; install the extra:"
+            f"{file}: VTK files need the package meshio, which is not installed: install the extra,"
             " pip install 'elastic-robot-fmu[fem]'"
         ) from cause
     return meshio

@@ -29,7 +29,7 @@ class Answer:
 
     Attributes:
         wrench: Wrenches on the tools along it.
-        workpiece: What it leaves to look at, such as a formed sheet, if anything.
+        workpiece: Workpiece to look at, such as a formed sheet, if there is one.
     """
 
     wrench: WrenchHistory
@@ -58,7 +58,7 @@ class Identified:
     """Base of processes that carry the identity which their table gives them.
 
     Attributes:
-        identity: From `ProcessTable.identity`.
+        identity: Text of `ProcessTable.identity`.
     """
 
     identity: str = ""

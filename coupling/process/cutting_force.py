@@ -20,8 +20,8 @@ class CuttingCoefficients:
     """Force per length of edge: dF = (K_c h + K_e) dz, h the chip thickness.
 
     Attributes:
-        K_tc, K_rc, K_ac: Of the cut, tangential, radial, axial [Pa].
-        K_te, K_re, K_ae: Of the edge, whatever the chip [N/m].
+        K_tc, K_rc, K_ac: Coefficients of the cut, tangential, radial, axial [Pa].
+        K_te, K_re, K_ae: Coefficients of the edge, whatever the chip [N/m].
     """
 
     K_tc: float
@@ -40,7 +40,7 @@ class Cutter:
         radius: [m].
         teeth: Number, evenly spaced.
         helix: Angle of the edges from the axis [rad], >= 0.
-        speed: Of the spindle [rad/s].
+        speed: Speed of the spindle [rad/s].
     """
 
     radius: float
@@ -83,8 +83,8 @@ def tooth_wrench(
 
     Args:
         cutter: The tool.
-        coefficients: Of the material.
-        cut: At these instants.
+        coefficients: Cutting coefficients of the material.
+        cut: Cut at these instants.
         time: [s], (n,).
 
     Returns:

@@ -21,7 +21,7 @@ class DoubleSided(Identified):
 
     Attributes:
         law: Forming force on the forming tool alone.
-        support: What the supporting tool is to do.
+        support: Task of the supporting tool.
         share: s, from 0 to 1.
         stiffness: k, of the sheet between the tools [N/m].
     """

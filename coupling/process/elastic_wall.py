@@ -57,7 +57,7 @@ class ElasticWallTable(ProcessTable):
     def _unit_normal(self) -> ElasticWallTable:
         length = float(np.linalg.norm(self.normal))
         if abs(length - 1.0) > 1e-9:
-            raise ValueError(f"normal is {self.normal}, of length {length:.9g}; needed is length 1")
+            raise ValueError(f"normal: expected length 1, got {length:.9g} ({self.normal})")
         return self
 
     def process(self, task: Task) -> ElasticWall:

@@ -97,14 +97,14 @@ class External(Identified):
             raise ProcessError(f"{self.command[0]!r} answered badly: {problem}{said}") from cause
         if len(table) != len(path.time):
             raise ProcessError(
-                f"{WRENCH} has {len(table)} rows; needed are the {len(path.time)} of {PATH}{said}"
+                f"{WRENCH}: expected {len(path.time)} rows, as {PATH} has, got {len(table)}{said}"
             )
         late = np.abs(table[:, 0] - path.time)
         if late.max() > _TIME_TOLERANCE * np.diff(path.time).min():
             row = int(late.argmax())
             raise ProcessError(
-                f"{WRENCH} has time {table[row, 0]:.9g} in row {row + 1}; needed is that of"
-                f" {PATH}, {path.time[row]:.9g} s{said}"
+                f"{WRENCH}: time: expected {path.time[row]:.9g} s, as {PATH} has, got"
+                f" {table[row, 0]:.9g} s in row {row + 1}{said}"
             )
         return table[:, 1:]
 
@@ -138,13 +138,13 @@ class ExternalTable(ProcessTable):
         """
         if shutil.which(self.command[0]) is None:
             raise CaseError(
-                f"process: command: there is no program {self.command[0]!r}; needed is a name on"
-                " the search path, or an absolute path ({case} is the folder of the case file)"
+                f"process: command: there is no program {self.command[0]!r}: give a name on the"
+                " search path, or an absolute path ({case} is the folder of the case file)"
             )
         if self.reuse is not None and not self.reuse.is_dir():
             raise CaseError(
-                f"process: reuse: {self.reuse} is no folder; needed is the folder {EVALUATIONS} of"
-                " an earlier run"
+                f"process: reuse: expected the folder {EVALUATIONS} of an earlier run, got"
+                f" {self.reuse}, which is no folder"
             )
         return External(
             tuple(self.command),

@@ -20,8 +20,8 @@ def elastic_wall(
     """Return the force of a frictionless plane wall on linear springs, nothing off the wall.
 
     Args:
-        position: Of the TCP, base frame [m], (n, 3).
-        point: Of the wall's plane, base frame [m], (3,).
+        position: Position of the TCP, base frame [m], (n, 3).
+        point: Point of the wall's plane, base frame [m], (3,).
         normal: Unit vector out of the wall, base axes, (3,).
         stiffness: [N/m].
 
@@ -55,8 +55,8 @@ def sheet_forming(
     the desired one against d; the ramp rises with the desired depth.
 
     Args:
-        position: Of the TCP, base frame [m], (n, 3).
-        desired: Where it should be at the same times [m], (n, 3).
+        position: Position of the TCP, base frame [m], (n, 3).
+        desired: Desired position at the same times [m], (n, 3).
         part_position: Origin of the part frame in the base frame [m], (3,).
         base_from_part: Rotation matrix, (3, 3).
         axial, radial: Steady force [N].

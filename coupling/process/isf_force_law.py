@@ -156,8 +156,8 @@ class IsfForceLawTable(ProcessTable):
             return self._forming(task)
         if self.support_share is None:
             raise CaseError(
-                "process: key support_share is missing; needed with [support] is the share of the"
-                " forming force that the supporting tool takes, 0 to 1"
+                "process: key support_share is missing: with [support], give the share of the forming"
+                " force that the supporting tool takes, 0 to 1"
             )
         return DoubleSided(
             self._forming(task),
@@ -172,7 +172,7 @@ class IsfForceLawTable(ProcessTable):
         step_down = task.step_down if self.step_down_m is None else self.step_down_m
         if angle is None or step_down is None:
             raise CaseError(
-                "process: the tool path has no wall angle and step-down; needed are the keys"
+                "process: the tool path has no wall angle and step-down: give the keys"
                 " wall_angle_deg and step_down_m"
             )
         try:

@@ -93,23 +93,23 @@ def _axis(file: Path, header: list[str]) -> str:
     found = [name for name in ("time", "distance") if name in header]
     if len(found) != 1:
         raise CaseError(
-            f"process: {file}: the header has {', '.join(header)}; needed is either a column time"
-            " or a column distance"
+            f"process: {file}: expected either a column time or a column distance, got"
+            f" {', '.join(header)}"
         )
     return found[0]
 
 
 def _require_cover(file: Path, axis: str, stations: np.ndarray, asked: np.ndarray) -> None:
+    unit = "s" if axis == "time" else "m"
     if np.any(np.diff(stations) <= 0.0):
         row = int(np.argmax(np.diff(stations) <= 0.0))
         raise CaseError(
-            f"process: {file}: {axis} goes from {stations[row]:.9g} to {stations[row + 1]:.9g} in"
-            f" row {row + 2}; needed are rising values"
+            f"process: {file}: {axis}: expected rising values, got {stations[row + 1]:.9g} {unit}"
+            f" after {stations[row]:.9g} {unit} in row {row + 2}"
         )
     slack = _ROUNDING * float(asked[-1] - asked[0])
     if stations[0] > asked[0] + slack or stations[-1] < asked[-1] - slack:
-        unit = "s" if axis == "time" else "m"
         raise CaseError(
-            f"process: {file}: {axis} covers {stations[0]:.6g} to {stations[-1]:.6g} {unit}; the"
-            f" tool path needs {asked[0]:.6g} to {asked[-1]:.6g} {unit}"
+            f"process: {file}: {axis}: expected at least {asked[0]:.6g} to {asked[-1]:.6g} {unit}"
+            f" for the tool path, got {stations[0]:.6g} to {stations[-1]:.6g} {unit}"
         )

@@ -63,9 +63,9 @@ class Milling:
         part: Placement of the part.
         desired: Path of the tip's centre.
         cutter: The tool, its axis along the part's z.
-        coefficients: Of the material.
+        coefficients: Cutting coefficients of the material.
         engagement: "slot", "up" (material left of the feed) or "down" (right of it).
-        radial_depth: Along the desired path [m].
+        radial_depth: Radial depth along the desired path [m].
         surface: Height of the raw surface in the part frame [m].
     """
 
@@ -204,12 +204,12 @@ class MillingForceTable(ProcessTable):
         depth, diameter = self.radial_depth_m, self.cutter_diameter_m
         if (depth is None) != (self.engagement == "slot"):
             raise ValueError(
-                f"engagement is {self.engagement!r} and radial_depth_m is {depth}; needed is a"
-                " radial depth for up and down, and none for a slot"
+                "radial_depth_m: expected a depth for up and down, none for a slot, got"
+                f" {'none' if depth is None else depth} for {self.engagement}"
             )
         if depth is not None and depth > diameter:
             raise ValueError(
-                f"radial_depth_m is {depth}; needed is at most cutter_diameter_m, {diameter}"
+                f"radial_depth_m: expected at most cutter_diameter_m, {diameter}, got {depth}"
             )
         return self
 
@@ -229,9 +229,9 @@ class MillingForceTable(ProcessTable):
         limit = cutter.tooth_period / _SAMPLES_PER_TOOTH
         if self.force == "tooth-passing" and longest > limit:
             raise CaseError(
-                f"process: a tooth passes every {1e3 * cutter.tooth_period:.4g} ms and the tool"
-                f" path has samples {1e3 * longest:.4g} ms apart; needed are at most"
-                f' {1e3 * limit:.4g} ms (sample_s), or force = "mean"'
+                f"process: expected samples at most {1e3 * limit:.4g} ms apart, as a tooth passes"
+                f" every {1e3 * cutter.tooth_period:.4g} ms, got {1e3 * longest:.4g} ms: lower"
+                ' sample_s, or set force = "mean"'
             )
         coefficients = CuttingCoefficients(
             self.K_tc_Pa,

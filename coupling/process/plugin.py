@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from coupling.errors import CaseError
-from coupling.files.toml_file import nearest
+from coupling.errors import CaseError, one_of
 from coupling.process import PROCESSES
 from coupling.process.base import ProcessTable
 
@@ -18,7 +17,7 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
 
     Args:
         model: "isf-force-law" and the like, or "my_process.py:MyTable".
-        folder: Where relative files begin.
+        folder: Folder in which relative files begin.
 
     Raises:
         CaseError: If there is none of that name, or its file cannot be imported.
@@ -28,18 +27,19 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
     name, separator, table = model.partition(".py:")
     if not separator:
         raise CaseError(
-            f"found {model!r}; {nearest(model, list(PROCESSES))}, or a class in a file of your own,"
-            " as my_process.py:MyTable"
+            one_of(
+                PROCESSES, model, also=" or a class in a file of your own (my_process.py:MyTable)"
+            )
         )
     file = (folder / f"{name}.py").resolve()
     if not file.is_file():
-        raise CaseError(f"{file} is not there; needed is the Python file of the process")
+        raise CaseError(f"expected the Python file of the process, got {file}, which is not there")
     module = _imported(file)
     found = getattr(module, table, None)
     if not (isinstance(found, type) and issubclass(found, ProcessTable)):
         raise CaseError(
-            f"{file} has no table {table!r}; needed is a class of that name, derived from"
-            " coupling.process.ProcessTable"
+            f"{file}: expected a class {table} derived from coupling.process.ProcessTable, got"
+            f" {'none' if found is None else found}"
         )
     return f"{file}:{table}", found
 

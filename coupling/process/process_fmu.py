@@ -70,7 +70,8 @@ class ProcessFmu(Identified):
         if not np.all(np.isfinite(wrench)):
             row = int(np.argmin(np.all(np.isfinite(wrench), axis=1)))
             raise ProcessError(
-                f"{self.file}: an output is not finite at t = {path.time[row]:.6g} s"
+                f"{self.file}: expected finite outputs, got {wrench[row]} at t ="
+                f" {path.time[row]:.6g} s"
             )
         in_base = wrench_in_base(self.frame, wrench, path, self.part)
         return Answer(WrenchHistory(path.time, in_base))
@@ -113,7 +114,7 @@ class ProcessFmuTable(ProcessTable):
             CaseError: If the file is not there.
         """
         if not self.file.is_file():
-            raise CaseError(f"process: file: {self.file} is not there; needed is an FMU")
+            raise CaseError(f"process: file: expected an FMU, got {self.file}, which is not there")
         return ProcessFmu(
             self.file,
             self.inputs,

@@ -27,9 +27,9 @@ class SheetFem(Identified):
 
     Attributes:
         part: Placement of the part; the sheet's upper face is its x-y plane.
-        model: Of the sheet.
+        model: Model of the sheet.
         tool_radii: Radii of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
-        schedule: Where on a path equilibrium is found.
+        schedule: Positions of a path where equilibrium is found.
         force_factor: Measured over computed force, see docs/sheet_fem.md.
         watch: Function that is told how many positions are done.
     """

@@ -45,8 +45,8 @@ class SheetFemTable(ProcessTable):
     def _elements_fit(self) -> SheetFemTable:
         if min(self.sheet_size_m) < 5.0 * self.element_m:
             raise ValueError(
-                f"element_m is {self.element_m}; needed is at most a fifth of the sheet's side,"
-                f" {min(self.sheet_size_m) / 5.0:.4g}"
+                "element_m: expected at most a fifth of the sheet's side,"
+                f" {min(self.sheet_size_m) / 5.0:.4g}, got {self.element_m}"
             )
         return self
 
@@ -72,8 +72,8 @@ class SheetFemTable(ProcessTable):
         reach = np.max(np.abs(np.vstack(points)[:, :2]), axis=0)
         if np.any(reach > 0.5 * np.array(self.sheet_size_m)):
             raise CaseError(
-                f"process: sheet_size_m is {self.sheet_size_m}; needed is more than"
-                f" {(2.0 * reach).round(6).tolist()}, which the tool path spans"
+                f"process: sheet_size_m: expected more than {(2.0 * reach).round(6).tolist()}, which"
+                f" the tool path spans, got {self.sheet_size_m}"
             )
         x, y = self.sheet_size_m
         elements = (round(x / self.element_m), round(y / self.element_m))

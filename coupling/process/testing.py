@@ -32,16 +32,16 @@ def check_process(process: Process, path: ToolPath) -> float:
     before = path.pose.copy()
     first = process.evaluate(path).wrench
     if not np.array_equal(path.pose, before):
-        raise ProcessError("the process changed the path that it was given; needed is a copy")
+        raise ProcessError("the process changed the path that it was given: change a copy")
     if not np.array_equal(first.time, path.time):
         raise ProcessError(
-            f"the process answers at {len(first.time)} times of its own; needed are the"
-            f" {len(path.time)} of the path"
+            f"expected an answer at the {len(path.time)} times of the path, got {len(first.time)}"
+            " times of its own"
         )
     if not np.array_equal(process.evaluate(path).wrench.wrench, first.wrench):
         raise ProcessError(
-            "the process answers the same path differently the second time; needed is a new start"
-            " for every evaluation"
+            "the process answers the same path differently the second time: start every evaluation"
+            " anew"
         )
     stiffness = 0.0
     for axis in range(3):

@@ -33,7 +33,7 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
 
     Args:
         folder: The run.
-        file: Where to write; report.html in the folder unless given.
+        file: File to write; report.html in the folder unless given.
 
     Returns:
         The file.

@@ -43,7 +43,7 @@ class InverseKinematics:
         self._data = self._chain.model.createData()
         if len(home) != self._chain.joint_count:
             raise PlanningError(
-                f"home has {len(home)} angles; the robot has {self._chain.joint_count} joints"
+                f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
         self._reach = float(
@@ -123,7 +123,7 @@ class InverseKinematics:
             joint = int(np.argmax(np.abs(rows[len(values) - 1]))) + 1
             raise PlanningError(
                 f"{where}: the robot is in a singular posture (smallest singular value"
-                f" {values[-1]:.2g}, joint {joint} moves most); move the part or the home posture"
+                f" {values[-1]:.2g}, joint {joint} moves most): move the part or the home posture"
             )
 
     def _require_continuity(self, q: np.ndarray, last: np.ndarray, where: str) -> None:

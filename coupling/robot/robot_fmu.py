@@ -57,8 +57,8 @@ class RobotFmu:
         self._folder = tempfile.TemporaryDirectory(prefix="elastic_robot_")
         if not _SAFE_PATH.fullmatch(self._folder.name):
             raise SimulationError(
-                f"the folder for temporary files is {self._folder.name!r}; needed is a path of plain"
-                " letters, digits and -_. (set TMPDIR), because the FMU's binary cannot take others"
+                "the folder for temporary files: expected a path of plain letters, digits and -_., as"
+                f" the FMU's binary cannot take others, got {self._folder.name!r}: set TMPDIR"
             )
         with _simulation_errors(f"{file}: "):
             unpack(file, Path(self._folder.name))
@@ -91,7 +91,9 @@ class RobotFmu:
             SimulationError: If the FMU refuses a step, with its reason.
         """
         if not np.array_equal(command.time, wrench.time):
-            raise SimulationError("command and wrench are given at different times")
+            raise SimulationError(
+                "expected command and wrench at the same times, got different times"
+            )
         trajectory = Path(self._folder.name, "trajectory.npz")
         (angles,), (loads,) = command.q, wrench.wrench
         columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]

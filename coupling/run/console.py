@@ -28,7 +28,7 @@ class RunView:
     """Shows a run while it goes on; a context manager that clears its progress bar.
 
     Args:
-        console: Where to.
+        console: Console to write to.
     """
 
     def __init__(self, console: Console) -> None:

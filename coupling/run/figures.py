@@ -18,7 +18,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
 
     Args:
         run: The run.
-        case: What it is called.
+        case: Name of the case.
         tool: Number of the robot, from 0; None: the worst figures of all.
     """
     found, deviations = run.correction, Deviations.of(run, tool)

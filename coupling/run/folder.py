@@ -65,13 +65,13 @@ def _require_free(folder: Path, overwrite: bool) -> None:
     if not folder.exists():
         return
     if not folder.is_dir():
-        raise ResultError(f"{folder}: is a file; needed is the name of a folder")
+        raise ResultError(f"{folder}: expected the name of a folder, got a file")
     if not any(folder.iterdir()):
         return
     if not (folder / RESULT).exists():
-        raise ResultError(f"{folder}: holds files that are not a result; name another folder")
+        raise ResultError(f"{folder}: holds files that are not a result: name another folder")
     if not overwrite:
-        raise ResultError(f"{folder}: holds a result already; add --overwrite to replace it")
+        raise ResultError(f"{folder}: holds a result already: add --overwrite to replace it")
 
 
 def write_run(folder: Path, case: Case, run: Run) -> None:

@@ -39,7 +39,7 @@ def write_ssp(case: Case, file: Path) -> Path:
 
     Args:
         case: The case; its process must be memoryless.
-        file: Where to write it, ending in .ssp.
+        file: File to write, ending in .ssp.
 
     Returns:
         The file.
@@ -50,7 +50,9 @@ def write_ssp(case: Case, file: Path) -> Path:
         CouplingError: If the path cannot be planned.
     """
     if case.task.support is not None:
-        raise BuildError(f"{case.name}: a cell of two robots; needed is a case without [support]")
+        raise BuildError(
+            f"{case.name}: expected a case without [support], got a cell of two robots"
+        )
     robot = case.robots[0]
     command = InverseKinematics(robot.description, robot.home).plan(case.desired)
     settings = {

@@ -117,7 +117,7 @@ def _read_figures(folder: Path) -> dict[str, Any]:
         figures: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except OSError as cause:
         raise ResultError(
-            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}; needed is a run folder"
+            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: name a run folder"
         ) from cause
     except ValueError as cause:
         raise ResultError(f"{folder / RESULT}: is not valid JSON: {cause}") from cause

@@ -41,7 +41,7 @@ class Run:
         kind: "couple" or "compensate".
         robots: Names of the robots, in the order of the tools.
         desired: Desired paths of all tools.
-        correction: What the method found.
+        correction: Correction that the method found.
         dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
             where that was not run.
         rate_warnings: Joints that would have to move too fast.
@@ -71,12 +71,12 @@ class Deviations:
     """Deviations of one tool or the worst of several, in a run.
 
     Attributes:
-        before: Of the loaded tool from the desired path, command = desired path.
-        after: Of the achieved path from the desired one.
-        gravity: Of the unloaded tool from the desired path, command = desired path.
-        process: Of the loaded tool from the unloaded one, under the same command.
-        dynamic: Of the corrected command from the desired path, simulated in dynamic mode; None where
-            that was not run.
+        before: Deviation of the loaded tool from the desired path, command = desired path.
+        after: Deviation of the achieved path from the desired one.
+        gravity: Deviation of the unloaded tool from the desired path, command = desired path.
+        process: Deviation of the loaded tool from the unloaded one, under the same command.
+        dynamic: Deviation of the path under the corrected command, simulated in dynamic mode, from the
+            desired one; None where that was not run.
     """
 
     before: Deviation

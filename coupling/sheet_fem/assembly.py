@@ -100,7 +100,7 @@ class Assembler:
         shell: Elements.
         surface: Contact points.
         elements: Numbers of elements in x and y.
-        free: Which control points may move, (nx + 2, ny + 2, 3).
+        free: Mask of the control points that may move, (nx + 2, ny + 2, 3).
     """
 
     def __init__(

@@ -13,7 +13,7 @@ try:
     import numba
 except ImportError as cause:
     raise CaseError(
-        "process: sheet-fem needs the package numba, which is not installed; install the extra:"
+        "process: sheet-fem needs the package numba, which is not installed: install the extra,"
         " pip install 'elastic-robot-fmu[fem]', or pip install numba meshio"
     ) from cause
 

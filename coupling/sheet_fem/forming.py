@@ -193,7 +193,7 @@ class SheetModel:
                     places = ", ".join(str(np.round(1e3 * t.center, 3).tolist()) for t in tools)
                     raise ProcessError(
                         f"sheet-fem finds no equilibrium with the tool's centre at {places} mm in the"
-                        " sheet's frame; use smaller elements or a smaller position_m"
+                        " sheet's frame: use smaller elements or a smaller position_m"
                     )
                 continue
             state, done = found.state, target

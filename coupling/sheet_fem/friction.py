@@ -25,7 +25,7 @@ def elastic_slip(
     Args:
         drift: Elastic slip before and what the sheet has moved relative to the tool since [m], (3,).
         normal: Unit vector from the point to the sphere's centre, (3,).
-        distance: Between both [m].
+        distance: Distance between both [m].
         length: Largest elastic slip [m].
         slip: Written: elastic slip after [m], (3,).
         tangent: Written: its derivative by the place of the point, (3, 3).

@@ -40,8 +40,8 @@ class Correction:
     """Result of a correction.
 
     Attributes:
-        outcome: How it ended.
-        reason: In plain words; if not converged, what was seen and what to try.
+        outcome: Outcome of the iteration.
+        reason: Reason in plain words; if not converged, what was seen and what to try.
         unloaded: Paths of the TCPs under gravity alone, command = desired paths.
         uncorrected: Coupling with command = desired paths.
         command: Tool paths to send to the robots.

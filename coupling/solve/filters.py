@@ -24,7 +24,10 @@ def low_pass(time: np.ndarray, correction: np.ndarray, cutoff: float) -> np.ndar
     steps = np.diff(time)
     rate = 1.0 / float(np.mean(steps))
     if np.ptp(steps) > 1e-6 * np.mean(steps):
-        raise CouplingError("cutoff_Hz needs a path with evenly spaced samples")
+        raise CouplingError(
+            "cutoff_Hz: expected a path with evenly spaced samples, got samples"
+            f" {np.min(steps):.9g} to {np.max(steps):.9g} s apart"
+        )
     if cutoff >= 0.5 * rate:
         return correction
     sections = butter(2, cutoff, fs=rate, output="sos")

@@ -43,7 +43,7 @@ class Loop(Generic[RobotT_co]):
         process: Gives the wrench of a path.
         mode: "dynamic" or "quasistatic": how the robot is simulated.
         scheme: Relaxation; every coupling resets it first.
-        tolerance: When a coupling ends.
+        tolerance: Limits at which a coupling ends.
         max_evaluations: Evaluations of the process at most, in each coupling.
         watch: Function that is told of every evaluation.
     """
@@ -62,7 +62,7 @@ class Evaluation:
     """One evaluation of the process and the robot's answer to it.
 
     Attributes:
-        number: From 1.
+        number: Number, from 1.
         path_change: Largest distance between the path the process saw and the robot's answer [m].
         path_change_rms: Root mean square of it [m].
         force_change: Largest change of force, relative to the peak; infinite in the first.
@@ -96,11 +96,11 @@ class Coupling:
     """Result of a weak coupling.
 
     Attributes:
-        outcome: How it ended.
-        reason: In plain words; if not converged, what was seen and what to try.
+        outcome: Outcome of the iteration.
+        reason: Reason in plain words; if not converged, what was seen and what to try.
         path: Paths of the TCPs under `answer`: robot and wrench belong together exactly.
         answer: The process's answer to the last path it saw, `path` within the tolerance.
-        evaluations: The way there.
+        evaluations: Evaluations on the way there.
     """
 
     outcome: Outcome
@@ -131,7 +131,7 @@ def couple(
 
     Args:
         loop: Robot and process.
-        command: What the drives do.
+        command: Angles of the drives.
         start: First path shown to the process; the robot's path without load unless given.
 
     Returns:

@@ -28,9 +28,10 @@ class _Contours(Driven):
     def _wall_ends_before_the_axis(self) -> _Contours:
         last = self._radius(self.depth_m)
         if last <= 0.0:
+            most = self.radius_m * np.tan(np.deg2rad(self.wall_angle_deg))
             raise ValueError(
-                f"depth_m is {self.depth_m}, where the wall has passed the axis by {-last:.4g} m;"
-                f" needed is less than {self.radius_m * np.tan(np.deg2rad(self.wall_angle_deg)):.4g} m"
+                f"depth_m: expected less than {most:.4g} m, got {self.depth_m} m, where the wall has"
+                f" passed the axis by {-last:.4g} m"
             )
         return self
 

@@ -39,8 +39,8 @@ class CsvPath(ToolPathTable):
         wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
         if len(wrong):
             raise CaseError(
-                f"{self.file}: the quaternion in row {wrong[0] + 1} has length"
-                f" {length[wrong[0]]:.6g}; needed is 1"
+                f"{self.file}: expected quaternions of length 1, got length"
+                f" {length[wrong[0]]:.6g} in row {wrong[0] + 1}"
             )
         position = part.position + part.rotation.apply(table[:, 1:4])
         pose = poses(position, part.rotation * Rotation.from_quat(table[:, 4:]))

@@ -25,7 +25,7 @@ class Line(Driven):
         for k, (a, b) in enumerate(zip(self.points_m, self.points_m[1:], strict=False), start=1):
             if a == b:
                 raise ValueError(
-                    f"points_m: points {k} and {k + 1} are both {a}; needed are different"
+                    f"points_m: expected a way between points {k} and {k + 1}, got {a} for both"
                 )
         return self
 

@@ -28,7 +28,7 @@ class Task:
         forming: Desired path of the tool; in a cell, of the forming tool.
         wall_angle: Angle of the wall from the sheet's plane [rad], or None where the path has none.
         step_down: Distance between two contours [m], or None.
-        support: What the supporting tool of a cell is to do, or None.
+        support: Task of the supporting tool of a cell, or None.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
         watch: Function that is told what happens in an evaluation.
     """

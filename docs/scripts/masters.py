@@ -140,7 +140,7 @@ def differences(poses: np.ndarray, reference: np.ndarray) -> tuple[float, float]
     """
     steps = len(reference) - 1
     if len(poses) < steps or np.abs(poses[-steps:, 0] - reference[1:, 0]).max() > 1e-9:
-        raise MasterError(f"its times are {poses[:, 0]}; needed are {reference[1:, 0]}")
+        raise MasterError(f"expected times {reference[1:, 0]}, got {poses[:, 0]}")
     apart = np.abs(poses[-steps:, 1:] - reference[1:, 1:])
     return float(apart[:, :3].max()), float(apart[:, 3:].max())
 

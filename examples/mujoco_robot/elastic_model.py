@@ -63,7 +63,9 @@ class ElasticModel:
         wrench_axes: Sequence[int] = (),
     ) -> None:
         if torque_curve not in ("linear", "backlash", "spline"):
-            raise ValueError(f"torque_curve is {torque_curve!r}; needed: linear, backlash, spline")
+            raise ValueError(
+                f"torque_curve: expected one of linear, backlash, spline, got {torque_curve!r}"
+            )
         if torque_curve == "spline" and any(joint.torque_table for joint in robot.joints):
             raise ValueError("a joint has a torque_table; MuJoCo's spline is the default one only")
         joints = robot.joints

@@ -78,7 +78,7 @@ class MujocoSimulation:
         spacing = (times[-1] - times[0]) / (len(times) - 1)
         self._steps_per_sample = round(spacing / step)
         if not np.isclose(self._steps_per_sample * step, spacing, rtol=1e-9):
-            raise ValueError(f"step is {step} s; needed is a fraction of {spacing} s")
+            raise ValueError(f"step: expected a fraction of {spacing} s, got {step} s")
         if wrench is None:
             wrench = np.zeros((len(times), 6))
         axes = np.flatnonzero(wrench.any(axis=0)).tolist()

@@ -84,7 +84,7 @@ def test_paths_of_tools_that_do_not_belong_together_are_refused():
     both = ToolPath.of_tools([ToolPath(TIME, upright(np.zeros((20, 3))))] * 2)
     with pytest.raises(ValueError, match="different times"):
         ToolPath.of_tools([both.tools[0], ToolPath(2.0 * TIME, both.tools[0].pose)])
-    with pytest.raises(ValueError, match=r"shape \(20, 13\); needed are \(tools, n, 7\)"):
+    with pytest.raises(ValueError, match=r"values \(tools, n, 7\), .*, got shape \(20, 13\)"):
         ToolPath(TIME, np.zeros((20, 13)))
 
 
@@ -322,7 +322,10 @@ def test_the_resolved_case_of_a_cell_is_the_case(finished):
 BAD_CELLS = {
     "no share": (("support_share             = 0.5", ""), "key support_share is missing"),
     "strategy": (('"following"', '"folowing"'), "did you mean 'following'"),
-    "home": (("-50.0, 0.0]\nbase", "-50.0]\nbase"), "support: home_deg: found 5 angles"),
+    "home": (
+        ("-50.0, 0.0]\nbase", "-50.0]\nbase"),
+        "support: home_deg: expected 6 angles, .* got 5",
+    ),
 }
 
 
@@ -338,7 +341,7 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
     begin, end = text.index("[process]"), text.index("[coupling]")
     wall = '[process]\nmodel = "elastic-wall"\nstiffness_N_m = 1e5\n\n'
     (tmp_path / "case.toml").write_text(text[:begin] + wall + text[end:])
-    with pytest.raises(CaseError, match="'elastic-wall' knows one tool"):
+    with pytest.raises(CaseError, match=r"two tools with .*, got 'elastic-wall'"):
         load_case(tmp_path / "case.toml")
 
 

@@ -110,10 +110,19 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("time,x,y,z\n0,0,0,0\n", ["qx, qy, qz, qw are missing", "needed are time, x"]),
-        ("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n", ["time goes from 1 to 0 s"]),
-        ("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,nan,0,0,0,0,0,1\n", ["x is nan in row 2"]),
-        ("time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n1,0,0,0,0,0,0,1\n", ["row 1 has length 2"]),
+        ("time,x,y,z\n0,0,0,0\n", ["qx, qy, qz, qw are missing", "expected time, x"]),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n",
+            ["got 0 s after 1 s in row 2"],
+        ),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,nan,0,0,0,0,0,1\n",
+            ["x: expected a finite number, got nan in row 2"],
+        ),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n1,0,0,0,0,0,0,1\n",
+            ["quaternions of length 1, got length 2 in row 1"],
+        ),
         ("time,x,y,z,qx,qy,qz,qw\n0,a,0,0,0,0,0,1\n", ["not a table of numbers"]),
         ("", ["missing"]),
     ],
@@ -195,7 +204,7 @@ def test_too_fast_joints_are_warned_of_with_the_time(example):
 
 
 def test_home_of_the_wrong_length_is_refused(example):
-    with pytest.raises(PlanningError, match="home has 5 angles; the robot has 6 joints"):
+    with pytest.raises(PlanningError, match=r"home: expected 6 angles, .*, got 5"):
         InverseKinematics(example, HOME[:5])
 
 

@@ -163,7 +163,7 @@ BAD_CASES = {
     ),
     "negative": (
         changed("feed_m_s = 0.1", "feed_m_s = -0.1"),
-        ["feed_m_s", "-0.1", "greater than 0"],
+        ["feed_m_s", "expected a number greater than 0, got -0.1"],
     ),
     "NaN": (changed("[1.6, 0.1, 0.8]", "[1.6, nan, 0.8]"), ["part: position_m 2", "nan"]),
     "unknown process": (
@@ -189,7 +189,7 @@ BAD_CASES = {
     "unknown mode": (changed('"quasistatic"', '"static"'), ["robot: mode", "quasistatic"]),
     "unknown robot": (changed('"icme2008"', '"icme2009"'), ["icme2009", "did you mean 'icme2008'"]),
     "missing key": (changed("stiffness_N_m = 2.0e5", ""), ["process", "stiffness_N_m", "missing"]),
-    "home too short": (changed("60.0, 0.0]", "60.0]"), ["home_deg", "5 angles", "6"]),
+    "home too short": (changed("60.0, 0.0]", "60.0]"), ["home_deg", "expected 6 angles", "got 5"]),
     "unreachable": (
         changed("position_m = [1.6, 0.1, 0.8]", "position_m = [5.0, 0.1, 0.8]"),
         ["sample 1", "out of reach", "mm away", "joint"],
@@ -308,7 +308,7 @@ def test_build_and_report_commands(finished, tmp_path):
     assert (tmp_path / "page.html").read_text() == (folder / "report.html").read_text()
     lost = command("report", tmp_path / "nowhere")
     assert lost.returncode == 2
-    assert "needed is a run folder" in " ".join(lost.stderr.split())
+    assert "name a run folder" in " ".join(lost.stderr.split())
 
 
 def test_a_damaged_run_folder_is_named(finished, tmp_path):

@@ -71,5 +71,5 @@ def test_tables_replace_those_of_the_last_run(tmp_path):
     write_tables(page, tables, 22.8)
     assert page.read_text() == once
     page.write_text("no marks")
-    with pytest.raises(ValueError, match="needed are the lines"):
+    with pytest.raises(ValueError, match="expected the lines"):
         write_tables(page, tables, 22.8)

@@ -312,9 +312,19 @@ MISTAKES = {
         '"finger"',
         ["'finger'", "between the root and 'tool'"],
     ),
-    "no joint between": ("toml", '"base_link"', '"forearm"', ["no joint", "'forearm'", "'tool'"]),
+    "no joint between": (
+        "toml",
+        '"base_link"',
+        '"forearm"',
+        ["at least one joint", "'forearm'", "'tool'"],
+    ),
     "unknown joint": ("toml", '"elbow"', '"elbows"', ["'elbows'", "did you mean 'elbow'"]),
-    "joint twice": ("toml", '"elbow"', '"shoulder"', ["joint 'shoulder'", "twice"]),
+    "joint twice": (
+        "toml",
+        '"elbow"',
+        '"shoulder"',
+        ["joint 'shoulder'", "expected one table, got two"],
+    ),
     "joint of a branch": ("toml", '"elbow"', '"gripper"', ["'gripper'", "between base and TCP"]),
     "joint without a name": ("toml", 'name = "elbow"', "", ["joint 2", "'name' is missing"]),
     "mass in the robot file": (
@@ -340,13 +350,13 @@ MISTAKES = {
         "urdf",
         '"elbow" type="revolute"',
         '"elbow" type="prismatic"',
-        ["joint 'elbow'", "between 'base_link' and 'tool'", "is prismatic"],
+        ["joint 'elbow'", "between 'base_link' and 'tool'", "got prismatic"],
     ),
     "floating joint": (
         "urdf",
         '"elbow" type="revolute"',
         '"elbow" type="floating"',
-        ["joint 'elbow'", "is floating"],
+        ["joint 'elbow'", "got floating"],
     ),
     "mimic joint": (
         "urdf",

@@ -20,7 +20,7 @@ from elastic_robot.fmi.interface import blocks
 
 def test_robots_that_the_core_cannot_hold_are_refused(example):
     joint = example.joints[0]
-    with pytest.raises(RobotFileError, match="13 joints; the native FMU takes at most 12"):
+    with pytest.raises(RobotFileError, match="at most 12 joints for a native FMU, got 13"):
         robot_text(replace(example, joints=(joint,) * 13), "{x}")
     with pytest.raises(CoreError, match="more than 12 joints"):
         Core(
@@ -29,7 +29,7 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
         )
     table = tuple((float(k), float(k)) for k in range(-40, 40))
     long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
-    with pytest.raises(RobotFileError, match="80 points; the native FMU takes at most 64"):
+    with pytest.raises(RobotFileError, match="at most 64 points for a native FMU, got 80"):
         robot_text(long, "{x}")
 
 

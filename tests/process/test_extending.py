@@ -67,15 +67,19 @@ def test_the_printed_case_couples_and_its_resolved_case_finds_the_process(printe
 
 # What is wrong with the file, the model that the case names, and what the message must contain.
 BAD_FILES = {
-    "no file": (None, "none.py:Table", "none.py is not there"),
-    "no class": ("x = 1", "own.py:Table", "own.py has no table 'Table'"),
+    "no file": (None, "none.py:Table", "none.py, which is not there"),
+    "no class": ("x = 1", "own.py:Table", "own.py: expected a class Table .*, got none"),
     "no table": (
         "class Table: pass",
         "own.py:Table",
-        "derived from coupling.process.ProcessTable",
+        "derived from coupling.process.ProcessTable, got <class",
     ),
     "broken": ("x = ", "own.py:Table", "own.py: cannot be imported: SyntaxError"),
-    "neither": (None, "rubber", "'rubber'; known: .*or a class in a file of your own"),
+    "neither": (
+        None,
+        "rubber",
+        "expected one of .* or a class in a file of your own .*, got 'rubber'",
+    ),
 }
 
 

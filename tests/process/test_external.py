@@ -94,14 +94,17 @@ FAILURES = {
         SPRINGS.replace("header=header", 'header=header + "\\n1,2,3,4,five,6,7"'),
         ["answered badly", "not a table of numbers", "five"],
     ),
-    "NaN": (SPRINGS.replace("2e5 ", "float('nan') "), ["answered badly", "fz is nan in row 1"]),
+    "NaN": (
+        SPRINGS.replace("2e5 ", "float('nan') "),
+        ["answered badly", "fz: expected a finite number, got nan in row 1"],
+    ),
     "rows": (
         SPRINGS.replace('"wrench.csv", wrench', '"wrench.csv", wrench[1:]'),
-        ["20 rows", "needed are the 21 of path.csv"],
+        ["expected 21 rows, as path.csv has, got 20"],
     ),
     "times": (
         SPRINGS.replace('path["time"]', '1.001 * path["time"]'),
-        ["time 1.001 in row 21", "needed is that of path.csv, 1 s"],
+        ["expected 1 s, as path.csv has", "got 1.001 s in row 21"],
     ),
 }
 
@@ -315,12 +318,14 @@ def test_a_record_over_distance_belongs_to_the_place(tmp_path):
 
 
 BAD_RECORDS = {
-    "time,fx,fy,fz\n0,0,0,0\n0.9,0,0,0\n": "time covers 0 to 0.9 s; the tool path needs 0 to 1 s",
+    "time,fx,fy,fz\n0,0,0,0\n0.9,0,0,0\n": "at least 0 to 1 s for the tool path, got 0 to 0.9 s",
     "fx,fy,fz\n0,0,0\n": "either a column time or a column distance",
     "time,distance,fx,fy,fz\n0,0,0,0,0\n": "either a column time or a column distance",
     "time,fx,fy\n0,0,0\n": "columns fz are missing",
     "time,fx,fy,fz,mx\n0,0,0,0,0\n": "columns my, mz are missing",
-    "time,fx,fy,fz\n0,0,0,0\n0.7,0,0,0\n0.6,0,0,0\n": "time goes from 0.7 to 0.6 in row 3",
+    "time,fx,fy,fz\n0,0,0,0\n0.7,0,0,0\n0.6,0,0,0\n": (
+        "time: expected rising values, got 0.6 s after 0.7 s in row 3"
+    ),
 }
 
 

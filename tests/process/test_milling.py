@@ -278,8 +278,8 @@ def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
 
 
 BAD_KEYS = [
-    ({"radial_depth_m": 1e-3}, "none for a slot"),
-    ({"engagement": "up"}, "needed is a radial depth for up and down"),
+    ({"radial_depth_m": 1e-3}, "none for a slot, got 0.001 for slot"),
+    ({"engagement": "up"}, "expected a depth for up and down, .* got none for up"),
     ({"engagement": "down", "radial_depth_m": 0.02}, "at most cutter_diameter_m"),
 ]
 
@@ -291,7 +291,7 @@ def test_contradicting_keys_are_refused(keys, words):
 
 
 def test_samples_too_far_apart_for_the_teeth_are_refused():
-    with pytest.raises(CaseError, match=r"1\.5 ms .* 0\.5 ms apart; needed are at most 0\.25 ms"):
+    with pytest.raises(CaseError, match=r"at most 0\.25 ms apart, .* 1\.5 ms, got 0\.5 ms"):
         milling(task(5e-4))
     milling(task(5e-4), force="mean")
 
