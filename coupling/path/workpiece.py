@@ -14,7 +14,7 @@ from coupling.errors import ResultError
 class Workpiece:
     """A surface of triangles or quadrangles with fields on it.
 
-    A process hangs it on its wrench history; the run folder then gets it as VTK (for ParaView) and
+    A process answers with it beside the wrench; the run folder then gets it as VTK (for ParaView) and
     the report draws it.  A process that runs a program of its own reads it from the program's file
     with `read`.
 
