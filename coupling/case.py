@@ -18,8 +18,8 @@ from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
 from coupling.robot.cell import AT_THE_ORIGIN, Placement
+from coupling.solve import METHODS
 from coupling.solve.correction import Method
-from coupling.solve.mirror import METHODS
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot

@@ -1,1 +1,8 @@
-"""The weak coupling and what corrects a command."""
+"""The weak coupling, and methods of compensation: tables of the case file that answer `correct`."""
+
+from coupling.files.toml_file import Schema
+from coupling.solve.mirror import Mirror
+
+METHODS: dict[str, type[Schema]] = {"mirror": Mirror}
+
+__all__ = ["METHODS", "Mirror"]

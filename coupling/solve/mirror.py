@@ -194,6 +194,3 @@ class Mirror(Schema):
         if coupling.converged and within:
             return Outcome.CONVERGED
         return Outcome.STAGNATED if outcome is Outcome.CONVERGED else outcome
-
-
-METHODS = {"mirror": Mirror}

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from places import DOCS, ROOT
 
+import elastic_robot
+
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 OURS = ("benchmarks", "coupling", "docs", "examples", "fmu_src", "tests")
 SOURCES = sorted(
@@ -101,6 +103,12 @@ def test_every_file_named_in_the_sources_is_there():
         if Path(name).suffix and not (ROOT / name).exists()
     ]
     assert lost == []
+
+
+def test_citation_and_changelog_know_the_version():
+    version = elastic_robot.__version__
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## [{version}] - " in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_the_index_lists_every_page():

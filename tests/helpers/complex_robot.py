@@ -112,6 +112,7 @@ def torque(curve: str, given: Numbers) -> np.ndarray:
     line = k * (x - side * b)
     if curve == "backlash":
         return np.where(size > b.real, line, 0.0)
+    assert curve == "spline", f"{curve}: expected its closed form here"
     beyond = x - side * b / 2
     with np.errstate(divide="ignore", invalid="ignore"):
         corner = side * k * beyond**2 / (2 * b)

@@ -12,9 +12,10 @@ from places import TESTS
 from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
+from elastic_robot.torque_curves import TORQUE_CURVES
 
 LANES = 4
-CURVES = ("linear", "backlash", "spline")
+CURVES = tuple(TORQUE_CURVES)
 # probe_curve: the branch that x itself lies on.
 OWN_REGION = 2
 

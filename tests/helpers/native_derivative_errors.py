@@ -146,6 +146,8 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
     if len(x):
         pairs["deflection"] = (of["deflection"], derivative(x))
         pairs["compliance"] = (of["compliance"], compliance_along(case, held, x))
+        untold = set(of) - {name.split()[0] for name in pairs}
+        assert not untold, f"{untold}: expected what their derivatives should be, among these pairs"
     # A difference of two nearly equal motions is rounding of these; what is zero is rounding of all.
     whole = {"deviation": "tcp", "deviation turn": "tcp turn"}
     result = {}

@@ -16,8 +16,6 @@ from elastic_robot.fmi.interface import blocks
 
 CURVES = ("linear", "backlash", "spline")
 SEEDS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "all")
-# Outputs of the FMU whose derivatives are compared, by block.
-OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", "deflection")
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,8 @@ def through_fmu(case: Case, folder: Path) -> Found:
     if case.length > 0.0:
         slave.setReal(knowns, case.inputs.tolist())
         slave.doStep(0.0, case.length)
-    names = [name for name in OUTPUTS if references[name]]
+    outputs = [name for name, block in blocks(case.robot).items() if block.causality == "output"]
+    names = [name for name in outputs if references[name]]
     asked = [reference for name in names for reference in references[name]]
     along_seed = slave.getDirectionalDerivative(asked, knowns, case.seed.tolist())
     values, derivatives = {}, {}

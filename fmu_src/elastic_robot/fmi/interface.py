@@ -242,6 +242,7 @@ def _outputs(chain: Chain) -> dict[str, Block]:
 
 def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
     parameters, names = Parameters.of(robot), chain.elastic_names
+    curves = tuple(TORQUE_CURVES)
 
     def tunable(variables: list[Variable], *arrays: Array) -> Block:
         return Block("parameter", "tunable", tuple(variables), arrays=arrays)
@@ -290,8 +291,8 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
                 ),
                 choice(
                     "torque_curve",
-                    tuple(TORQUE_CURVES),
-                    "linear, backlash or spline",
+                    curves,
+                    f"{', '.join(curves[:-1])} or {curves[-1]}",
                     TORQUE_CURVE_DEFAULT,
                 ),
                 choice("mode", MODES, " or ".join(MODES), MODES[0]),

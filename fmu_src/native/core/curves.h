@@ -10,7 +10,8 @@
 #include "kernel.h"
 #include "robot_data.h"
 
-typedef enum { ER_LINEAR, ER_BACKLASH, ER_SPLINE } er_curve_kind;
+/* In the order of TORQUE_CURVES. */
+typedef enum { ER_LINEAR, ER_BACKLASH, ER_SPLINE, ER_CURVES } er_curve_kind;
 
 /* Piecewise cubics through points, straight beyond the last; pieces = 0: a straight line. */
 typedef struct {

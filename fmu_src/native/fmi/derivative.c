@@ -136,9 +136,12 @@ static bool block_along(er_instance *instance, er_block block, const er_change *
         return er_compliance_along(model, change, out) ||
                er_fail(&instance->failure, "the compliance has no derivative here; the robot's"
                        " stiffness is singular");
-    default:
+    case ER_DEFLECTION:
         memcpy(out, change->x, (size_t)model->robot.elastics * sizeof *out);
         return true;
+    default:
+        return er_fail(&instance->failure, "%s has no derivative; expected another output",
+                       instance->interface.name[instance->interface.first[block]]);
     }
 }
 

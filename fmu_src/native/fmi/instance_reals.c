@@ -28,9 +28,12 @@ static bool compute_block(er_instance *instance, er_block block)
     case ER_RIGID: er_model_rigid(model, out); return true;
     case ER_DEVIATION: er_model_deviation(model, out); return true;
     case ER_COMPLIANCE: return er_model_compliance(model, out, &instance->failure);
-    default:
+    case ER_DEFLECTION:
         memcpy(out, model->memory.state.x, (size_t)model->robot.elastics * sizeof *out);
         return true;
+    default:
+        return er_fail(&instance->failure, "%s has no value: expected one in instance_reals.c",
+                       instance->interface.name[instance->interface.first[block]]);
     }
 }
 

@@ -2,23 +2,8 @@
 
 #include <string.h>
 
-/* Blocks by the names that the table gives them. */
-static const char *const keys[ER_BLOCKS] = {
-    [ER_WRENCH] = "wrench",
-    [ER_Q_CMD] = "q_cmd",
-    [ER_QD_CMD] = "qd_cmd",
-    [ER_QDD_CMD] = "qdd_cmd",
-    [ER_TCP] = "tcp",
-    [ER_VELOCITY] = "velocity",
-    [ER_RIGID] = "rigid",
-    [ER_DEVIATION] = "deviation",
-    [ER_COMPLIANCE] = "compliance",
-    [ER_DEFLECTION] = "deflection",
-    [ER_GRAVITY] = "gravity",
-    [ER_STIFFNESS] = "stiffness",
-    [ER_DAMPING] = "damping",
-    [ER_BACKLASH_WIDTH] = "backlash",
-};
+#define NAME(block, name, fixed, joint, elastic, torsion) name,
+static const char *const keys[ER_BLOCKS] = {ER_BLOCK_TABLE(NAME)};
 
 /* Place of a word among some, or their number. */
 static int place(const char *word, const char *const *known, int count)
@@ -76,6 +61,9 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
     return string->start >= 0 || er_lines_refuse(lines, "choices with the start value among them");
 }
 
+#define SIZE(block, name, fixed, joint, elastic, torsion) \
+    fixed + joint * n + elastic * m + torsion * torsions,
+
 /* What the robot makes of the blocks must be what the model has. */
 static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
 {
@@ -84,7 +72,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
         if (robot->elastic_tilt[k] == 0)
             in->torsion[torsions++] = k;
     {
-        const int size[ER_BLOCKS] = {6, n, n, n, 7, 3, 7, 6, 6, m, 3, m, m, torsions};
+        const int size[ER_BLOCKS] = {ER_BLOCK_TABLE(SIZE)};
         for (int block = 0; block < ER_BLOCKS; block++)
             if (in->size[block] != size[block])
                 return er_fail(lines->failure, "the robot's data have %d variables of the block %s;"
@@ -96,7 +84,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
 
 bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    static const int choices[ER_STRINGS] = {0, 3, 2, 2};
+    static const int choices[ER_STRINGS] = {0, ER_CURVES, 2, 2};
     memset(in, 0, sizeof *in);
     if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||
         !er_lines_numbers(lines, 1, &in->tolerance) || !er_lines_next(lines))

@@ -6,33 +6,38 @@
 #ifndef ER_INTERFACE_H
 #define ER_INTERFACE_H
 
-#include "../core/robot_data.h"
+#include "../core/curves.h"
 
-/* Blocks of reals: first the inputs, then the outputs and the parameters. */
-typedef enum {
-    ER_WRENCH,
-    ER_Q_CMD,
-    ER_QD_CMD,
-    ER_QDD_CMD,
-    ER_TCP,
-    ER_VELOCITY,
-    ER_RIGID,
-    ER_DEVIATION,
-    ER_COMPLIANCE,
-    ER_DEFLECTION,
-    ER_GRAVITY,
-    ER_STIFFNESS,
-    ER_DAMPING,
-    ER_BACKLASH_WIDTH,
-    ER_BLOCKS
-} er_block;
+/* Blocks of reals: inputs, then outputs, then parameters.  Each has its name in the table and its number
+ * of variables: so many, and so many for each joint, elastic coordinate and torsion. */
+#define ER_BLOCK_TABLE(BLOCK) \
+    BLOCK(ER_WRENCH, "wrench", 6, 0, 0, 0) \
+    BLOCK(ER_Q_CMD, "q_cmd", 0, 1, 0, 0) \
+    BLOCK(ER_QD_CMD, "qd_cmd", 0, 1, 0, 0) \
+    BLOCK(ER_QDD_CMD, "qdd_cmd", 0, 1, 0, 0) \
+    BLOCK(ER_TCP, "tcp", 7, 0, 0, 0) \
+    BLOCK(ER_VELOCITY, "velocity", 3, 0, 0, 0) \
+    BLOCK(ER_RIGID, "rigid", 7, 0, 0, 0) \
+    BLOCK(ER_DEVIATION, "deviation", 6, 0, 0, 0) \
+    BLOCK(ER_COMPLIANCE, "compliance", 6, 0, 0, 0) \
+    BLOCK(ER_DEFLECTION, "deflection", 0, 0, 1, 0) \
+    BLOCK(ER_GRAVITY, "gravity", 3, 0, 0, 0) \
+    BLOCK(ER_STIFFNESS, "stiffness", 0, 0, 1, 0) \
+    BLOCK(ER_DAMPING, "damping", 0, 0, 1, 0) \
+    BLOCK(ER_BACKLASH_WIDTH, "backlash", 0, 0, 0, 1)
+
+#define ER_BLOCK_CONSTANT(block, name, fixed, joint, elastic, torsion) block,
+typedef enum { ER_BLOCK_TABLE(ER_BLOCK_CONSTANT) ER_BLOCKS } er_block;
+
+/* As many reals as the largest robot has. */
+#define ER_BLOCK_MOST(block, name, fixed, joint, elastic, torsion) \
+    +fixed + (joint + torsion) * ER_MAX_JOINTS + elastic * ER_MAX_ANGLES
+enum { ER_MAX_REALS = ER_BLOCK_TABLE(ER_BLOCK_MOST) };
 
 /* String variables, in their order; the choices of the last three are those of er_options. */
 enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 
-/* More reals than any robot has: 6 + 29 + 3 + 4 per joint and 3 per elastic coordinate. */
-#define ER_MAX_REALS (38 + 4 * ER_MAX_JOINTS + 3 * ER_MAX_ANGLES)
-#define ER_MAX_CHOICES 3
+#define ER_MAX_CHOICES ER_CURVES
 #define ER_NAME 64
 #define ER_UNIT 16
 #define ER_CHOICE 16
@@ -63,12 +68,12 @@ bool er_interface_parse(er_interface *interface, const er_robot *robot, er_lines
 
 static inline bool er_is_input(er_block block)
 {
-    return block <= ER_QDD_CMD;
+    return block < ER_TCP;
 }
 
 static inline bool er_is_output(er_block block)
 {
-    return block >= ER_TCP && block <= ER_DEFLECTION;
+    return block >= ER_TCP && block < ER_GRAVITY;
 }
 
 /* Elements of the FMI 3.0 variable with a value reference, 0 if there is none. */
