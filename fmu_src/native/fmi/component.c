@@ -156,7 +156,7 @@ static bool require_state(er_component *c, const void *state)
 {
     return er_component_may(c, ER_CALL_ANY) &&
            (state != NULL ||
-            er_component_refuse(c, "there is no state; needed is a state that this FMU has saved"));
+            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
 }
 
 bool er_component_get_state(er_component *c, void **state)
@@ -198,8 +198,7 @@ bool er_component_serialise(er_component *c, const void *state, void *bytes, siz
     if (!require_state(c, state))
         return false;
     if (size < ER_SERIALISED_SIZE)
-        return er_component_refuse(c, "the buffer is too small for the state; needed is the size asked"
-                                      " for");
+        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
     er_serialise(state, bytes);
     return true;
 }
