@@ -10,15 +10,14 @@
 er_component *er_component_create(const char *name, er_log log, er_instance *robot,
                                   const er_failure *failure)
 {
-    er_component *c = calloc(1, sizeof *c);
-    if (name == NULL)
-        name = "";
-    if (c == NULL || (c->name = malloc(strlen(name) + 1)) == NULL) {
+    size_t length = name != NULL ? strlen(name) : 0;
+    er_component *c = calloc(1, sizeof *c + length + 1);
+    if (c == NULL) {
         er_instance_free(robot);
-        free(c);
         return NULL;
     }
-    strcpy(c->name, name);
+    if (length > 0)
+        memcpy(c->name, name, length);
     c->log = log;
     c->robot = robot;
     if (robot != NULL)
@@ -33,7 +32,6 @@ void er_component_free(er_component *c)
     if (c == NULL)
         return;
     er_instance_free(c->robot);
-    free(c->name);
     free(c);
 }
 
