@@ -161,7 +161,7 @@ def test_a_damaged_state_is_refused_and_changes_nothing(pair, capfd):
     assert "state: expected an unchanged copy, got" in capfd.readouterr().err
     with pytest.raises(FMICallException):
         slave.deserializeFMUState(bytes(data[:-1]))
-    assert "bytes that this FMU has saved, got" in capfd.readouterr().err
+    assert "state: expected one that this FMU has saved" in capfd.readouterr().err
     assert pair.everything(slave) == before
 
 

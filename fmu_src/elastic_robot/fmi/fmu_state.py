@@ -86,7 +86,7 @@ class PackedState:
     def _archive(self) -> bytes:
         if not self.data.startswith(_HEADER):
             raise StateError(
-                "state: expected one that an FMU of an elastic robot has serialised, got"
+                "state: expected one that an FMU of an elastic robot has saved, got"
                 f" {len(self.data)} bytes that begin with {self.data[:12]!r}"
             )
         start = len(_HEADER) + _DIGEST

@@ -47,8 +47,8 @@ bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_sa
 {
     uint64_t checksum;
     if (size != ER_SERIALISED_SIZE)
-        return er_fail(&instance->failure, "state: expected %lu bytes that this FMU has saved, got %lu",
-                       (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
+                       " %lu bytes", (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
