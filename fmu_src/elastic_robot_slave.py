@@ -28,9 +28,9 @@ try:
     import scipy  # noqa: F401
 except ImportError as error:
     text = (
-        f"{error} in the Python of this FMU's host, {sys.executable or sys.prefix}"
-        f" {sys.version.split()[0]}; needed are Python 3.11 or newer, numpy, scipy and pin: python -m"
-        " pip install numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
+        "this FMU's host: expected Python 3.11 or newer, numpy, scipy and pin, got"
+        f" {sys.executable or sys.prefix} {sys.version.split()[0]} ({error}): python -m pip install"
+        " numpy scipy pin, or see documentation/externalDependencies.txt in the FMU"
     )
     print(f"ElasticRobot: {text}", file=sys.stderr, flush=True)
     raise ImportError(text) from error
@@ -110,8 +110,8 @@ class ElasticRobotSlave(Fmi2Slave):
         loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
         if loaded.resolve() != own.resolve() and fingerprint(loaded) != fingerprint(own):
             raise ElasticRobotError(
-                f"{self.instance_name}: this process has loaded another version of elastic_robot, from"
-                f" {loaded}; needed is a process of its own for FMUs of this version"
+                f"{self.instance_name}: elastic_robot: expected this FMU's own, got another version that"
+                f" this process has loaded from {loaded}: run FMUs of each version in their own process"
             )
 
     @_reported
@@ -120,10 +120,10 @@ class ElasticRobotSlave(Fmi2Slave):
     ) -> None:
         """Take the start time, and the tolerance as the error allowed at the TCP [m]."""
         if not isfinite(start_time):
-            raise ParameterError(f"the start time is {start_time} s; needed is a finite number")
+            raise ParameterError(f"start time: expected a finite number, got {start_time} s")
         if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
             raise ParameterError(
-                f"the tolerance is {tolerance} m; needed is a number > 0, or 0 for {TOLERANCE:g} m"
+                f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m, got {tolerance} m"
             )
         self._time = start_time
         if tolerance:
@@ -150,10 +150,10 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
-            raise ParameterError(f"step size is {step_size} s; needed is a finite number >= 0")
+            raise ParameterError(f"step size: expected a finite number >= 0, got {step_size} s")
         if not abs(current_time - self._time) <= SETTINGS.time_slack:
             raise ParameterError(
-                f"the step starts at {current_time} s; needed is the last step's end, {self._time} s"
+                f"step start: expected the last step's end, {self._time} s, got {current_time} s"
             )
 
     def _step(self, model: ElasticRobot, end: float, wrench: np.ndarray) -> None:
@@ -240,8 +240,8 @@ class ElasticRobotSlave(Fmi2Slave):
         for vr in vrs:
             if not 0 <= vr - first < len(self._string_names):
                 raise ParameterError(
-                    f"the value reference {vr} is asked for as a string variable; this FMU has {first}"
-                    f" to {first + len(self._string_names) - 1}"
+                    f"value reference of a string variable: expected {first} to"
+                    f" {first + len(self._string_names) - 1}, got {vr}"
                 )
         return [self._string_names[vr - first] for vr in vrs]
 
@@ -263,7 +263,7 @@ class ElasticRobotSlave(Fmi2Slave):
         for name, known in (("mode", MODES), ("initial_state", INITIAL_STATES)):
             if strings[name] not in known:
                 raise ParameterError(
-                    f"{name} is {strings[name]!r}; needed is one of {', '.join(known)}"
+                    f"{name}: expected one of {', '.join(known)}, got {strings[name]!r}"
                 )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
@@ -330,8 +330,8 @@ class ElasticRobotSlave(Fmi2Slave):
                 trajectory = self._read_trajectory(strings)
                 if trajectory is None or trajectory.digest != state.trajectory_digest:
                     raise StateError(
-                        f"the file {strings['trajectory']} holds another motion than when the state was"
-                        " saved; needed is the same file"
+                        f"trajectory {strings['trajectory']}: expected the motion that the state was"
+                        " saved with, got another"
                     )
             model.snapshot = state.model
         self._model, self._trajectory, self._strings = model, trajectory, strings

@@ -70,7 +70,7 @@ class ProcessSlave(Fmi2Slave):
             if vr not in POSE:
                 self._refuse("a force or moment is an output and cannot be set")
             if not isfinite(value):
-                self._refuse(f"{_NAMES[vr]} is {value}; needed is a finite number")
+                self._refuse(f"{_NAMES[vr]}: expected a finite number, got {value}")
         self._values[list(vrs)] = values
 
     def _evaluate(self) -> None:

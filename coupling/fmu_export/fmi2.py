@@ -5,19 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement
 
-from coupling.fmu_export.model_description import (
-    About,
-    add_co_simulation,
-    add_experiment,
-    add_log_categories,
-    add_units,
-    output_names,
-    range_attributes,
-    root_element,
-    sorted_text,
-    variable_attributes,
-    xml_text,
-)
+from coupling.fmu_export import model_description as md
 from elastic_robot.fmi.interface import Block, Variable
 
 _FLAGS = (
@@ -34,7 +22,7 @@ _FLAGS = (
 
 
 def fmi2_description(
-    about: About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
+    about: md.About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
 ) -> bytes:
     """Return modelDescription.xml.
 
@@ -46,16 +34,16 @@ def fmi2_description(
         guid: Ties the description to the binary.
         source_files: C files under sources/ that make up the library, if they are in the FMU.
     """
-    root = root_element(about, "2.0", "guid", guid)
-    element = add_co_simulation(root, about, _FLAGS)
+    root = md.root_element(about, "2.0", "guid", guid)
+    element = md.add_co_simulation(root, about, _FLAGS)
     names = list(source_files)
     if names:
         listed = SubElement(element, "SourceFiles")
         for name in names:
             SubElement(listed, "File", {"name": name})
-    add_units(root, blocks)
-    add_log_categories(root, "fmi2")
-    add_experiment(root, about)
+    md.add_units(root, blocks)
+    md.add_log_categories(root, "fmi2")
+    md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
     reference = 0
     for block in blocks.values():
@@ -63,17 +51,17 @@ def fmi2_description(
             variables.append(_variable(block, variable, reference))
             reference += 1
     _add_structure(root, blocks)
-    return xml_text(root)
+    return md.xml_text(root)
 
 
 def _variable(block: Block, variable: Variable, reference: int) -> Element:
-    attributes = variable_attributes(block, variable.name, variable.text, reference)
+    attributes = md.variable_attributes(block, variable.name, variable.text, reference)
     element = Element("ScalarVariable", attributes)
     if not variable.unit:
         SubElement(element, "String", {"start": str(variable.start)})
         return element
     start = {} if variable.start is None else {"start": repr(variable.start)}
-    SubElement(element, "Real", {**range_attributes(variable), **start})
+    SubElement(element, "Real", {**md.range_attributes(variable), **start})
     return element
 
 
@@ -83,7 +71,7 @@ def _add_structure(root: Element, blocks: Mapping[str, Block]) -> None:
     for name, block in blocks.items():
         index[name] = range(first, first + len(block.variables))
         first += len(block.variables)
-    outputs = output_names(blocks)
+    outputs = md.output_names(blocks)
     structure = SubElement(root, "ModelStructure")
     for element, by in (
         ("Outputs", {name: blocks[name].follows for name in outputs}),
@@ -91,6 +79,6 @@ def _add_structure(root: Element, blocks: Mapping[str, Block]) -> None:
     ):
         unknowns = SubElement(structure, element)
         for name in outputs:
-            numbers = sorted_text(k for known in by[name] for k in index[known])
+            numbers = md.sorted_text(k for known in by[name] for k in index[known])
             for k in index[name]:
                 SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": numbers})

@@ -8,20 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from coupling.fmu_export import model_description as md
 from coupling.fmu_export.arrays import ArrayVariable, array_variables
-from coupling.fmu_export.model_description import (
-    About,
-    add_co_simulation,
-    add_experiment,
-    add_log_categories,
-    add_units,
-    output_names,
-    range_attributes,
-    root_element,
-    sorted_text,
-    variable_attributes,
-    xml_text,
-)
 from elastic_robot.fmi.interface import Block, Variable
 
 _FLAGS = (
@@ -41,7 +29,7 @@ _FLAGS = (
 )
 
 
-def fmi3_description(about: About, blocks: Mapping[str, Block], token: str) -> bytes:
+def fmi3_description(about: md.About, blocks: Mapping[str, Block], token: str) -> bytes:
     """Return modelDescription.xml.
 
     Args:
@@ -49,11 +37,11 @@ def fmi3_description(about: About, blocks: Mapping[str, Block], token: str) -> b
         blocks: Its variables as FMI 2.0 has them.
         token: Instantiation token; ties the description to the binary.
     """
-    root = root_element(about, "3.0", "instantiationToken", token)
-    add_co_simulation(root, about, _FLAGS)
-    add_units(root, blocks, more=["s"])
-    add_log_categories(root, "fmi3")
-    add_experiment(root, about)
+    root = md.root_element(about, "3.0", "instantiationToken", token)
+    md.add_co_simulation(root, about, _FLAGS)
+    md.add_units(root, blocks, more=["s"])
+    md.add_log_categories(root, "fmi3")
+    md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
     arrays = array_variables(blocks)
     for name, block in blocks.items():
@@ -72,7 +60,7 @@ def fmi3_description(about: About, blocks: Mapping[str, Block], token: str) -> b
         },
     )
     _add_structure(root, blocks, arrays)
-    return xml_text(root)
+    return md.xml_text(root)
 
 
 def build_description(model_name: str, source_files: Iterable[str]) -> bytes:
@@ -82,17 +70,17 @@ def build_description(model_name: str, source_files: Iterable[str]) -> bytes:
     files = SubElement(configuration, "SourceFileSet", {"language": "C99"})
     for name in source_files:
         SubElement(files, "SourceFile", {"name": name})
-    return xml_text(root)
+    return md.xml_text(root)
 
 
 def _variable(block: Block, array: ArrayVariable) -> Element:
-    attributes = variable_attributes(block, array.name, array.text, array.reference)
+    attributes = md.variable_attributes(block, array.name, array.text, array.reference)
     first = array.elements[0]
     if not first.unit:
         element = Element("String", attributes)
         SubElement(element, "Start", {"value": str(first.start)})
         return element
-    element = Element("Float64", {**attributes, **range_attributes(_common(array.elements))})
+    element = Element("Float64", {**attributes, **md.range_attributes(_common(array.elements))})
     if first.start is not None:
         element.set("start", " ".join(repr(v.start) for v in array.elements))
     if not array.is_scalar:
@@ -118,14 +106,14 @@ def _common(elements: Sequence[Variable]) -> Variable:
 def _add_structure(
     root: Element, blocks: Mapping[str, Block], arrays: Mapping[str, tuple[ArrayVariable, ...]]
 ) -> None:
-    outputs = output_names(blocks)
+    outputs = md.output_names(blocks)
     structure = SubElement(root, "ModelStructure")
     for element, by in (
         ("Output", {name: blocks[name].follows for name in outputs}),
         ("InitialUnknown", {name: blocks[name].starts_from for name in outputs}),
     ):
         for name in outputs:
-            known = sorted_text(v.reference for other in by[name] for v in arrays[other])
+            known = md.sorted_text(v.reference for other in by[name] for v in arrays[other])
             for variable in arrays[name]:
                 reference = str(variable.reference)
                 SubElement(structure, element, {"valueReference": reference, "dependencies": known})

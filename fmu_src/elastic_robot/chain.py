@@ -156,6 +156,6 @@ def _require_inertia(chain: Chain, robot: Robot) -> None:
         joint = f"joint {number + 1}" + (f" ({name!r})" if name else "")
         part = f"tilt {tilt} of {joint}" if tilt else f"the elastic {joint}"
         raise ElasticRobotError(
-            f"{part} moves no inertia of its own; needed are mass and inertia behind it, and tilt"
-            " axes that differ from the joint's axis and from each other"
+            f"{part}: expected an inertia of its own to move, got none: give mass and inertia behind"
+            " it, and tilt axes that differ from the joint's axis and from each other"
         )

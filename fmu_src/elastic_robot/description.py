@@ -26,12 +26,12 @@ def _require_number(key: str, value: float, *, minimum: float, open_end: bool, u
     good = np.isfinite(value) and (value > minimum if open_end else value >= minimum)
     if not good:
         bound = f"{'>' if open_end else '>='} {minimum:g}"
-        raise ValueError(f"{key} is {value!r}; needed is a finite number {bound} [{unit}]")
+        raise ValueError(f"{key}: expected a finite number {bound} [{unit}], got {value!r}")
 
 
 def _require_vector(key: str, value: Vector, length: int, unit: str) -> None:
     if len(value) != length or not np.all(np.isfinite(value)):
-        raise ValueError(f"{key} is {list(value)}; needed are {length} finite numbers [{unit}]")
+        raise ValueError(f"{key}: expected {length} finite numbers [{unit}], got {list(value)}")
 
 
 def _unit_vector(key: str, value: Vector) -> Vector:
@@ -40,7 +40,7 @@ def _unit_vector(key: str, value: Vector) -> Vector:
     if abs(length - 1.0) > _UNIT_LENGTH_TOLERANCE:
         advice = "a direction" if length == 0.0 else f"{[float(c) / length for c in value]}"
         raise ValueError(
-            f"{key} is {list(value)}, of length {length:.9g}; needed is a unit vector ({advice})"
+            f"{key}: expected a unit vector, got {list(value)}, of length {length:.9g}: give {advice}"
         )
     if abs(length - 1.0) < 1e-15:  # already rounded to the last bit: a copy stays identical
         return value
@@ -70,21 +70,18 @@ class Body:
         _require_vector("com", self.com, 3, "m")
         if len(self.inertia) not in (3, 6) or not np.all(np.isfinite(self.inertia)):
             raise ValueError(
-                f"inertia is {list(self.inertia)}; needed are xx, yy, zz or xx, yy, zz, xy, xz, yz"
-                " [kg m^2]"
+                "inertia: expected xx, yy, zz or xx, yy, zz, xy, xz, yz [kg m^2], got"
+                f" {list(self.inertia)}"
             )
         small, middle, large = np.linalg.eigvalsh(self.inertia_matrix)
         slack = _INERTIA_TOLERANCE * max(large, 0.0)
         if small < -slack or large > small + middle + slack:
             raise ValueError(
-                f"inertia is {list(self.inertia)}, with principal moments {small:.6g}, {middle:.6g},"
-                f" {large:.6g}; needed are moments >= 0 of which none exceeds the sum of the others"
-                " [kg m^2]"
+                "inertia: expected principal moments >= 0 of which none exceeds the sum of the others,"
+                f" got {small:.6g}, {middle:.6g}, {large:.6g} kg m^2 of {list(self.inertia)}"
             )
         if self.mass == 0.0 and large > 0.0:
-            raise ValueError(
-                f"mass is 0 with inertia {list(self.inertia)}; needed is a mass > 0 [kg]"
-            )
+            raise ValueError(f"mass: expected > 0 [kg] with inertia {list(self.inertia)}, got 0")
 
     @classmethod
     def from_matrix(cls, mass: float, com: np.ndarray, matrix: np.ndarray) -> Body:
@@ -186,16 +183,16 @@ class Joint:
         elif self.damping > 0.0 or self.backlash > 0.0:
             key = "damping" if self.damping > 0.0 else "backlash"
             raise ValueError(
-                f"{key} is {getattr(self, key)!r} on a joint without stiffness; needed is a stiffness"
-                f" [N m/rad], or no {key} for a rigid joint"
+                f"stiffness: expected a number > 0 [N m/rad] beside {key} = {getattr(self, key)!r}, got"
+                f" none: a rigid joint has no {key}"
             )
         if len(self.tilt) > 2:
-            raise ValueError(f"tilt has {len(self.tilt)} entries; needed are at most 2")
+            raise ValueError(f"tilt: expected at most 2 entries, got {len(self.tilt)}")
         if self.limits is not None:
             _require_vector("limits", self.limits, 2, "rad")
             if self.limits[0] >= self.limits[1]:
                 raise ValueError(
-                    f"limits is {list(self.limits)}; needed is [low, high], low < high [rad]"
+                    f"limits: expected [low, high], low < high [rad], got {list(self.limits)}"
                 )
         if self.torque_table is not None:
             self._require_table(np.array(self.torque_table))
@@ -204,23 +201,25 @@ class Joint:
 
     def _require_table(self, table: np.ndarray) -> None:
         if self.stiffness is None:
-            raise ValueError("torque_table is given for a joint without stiffness; needed are both")
+            raise ValueError(
+                "stiffness: expected a number > 0 [N m/rad] beside torque_table, got none"
+            )
         if table.ndim != 2 or table.shape[1] != 2 or len(table) < 5 or not np.isfinite(table).all():
             raise ValueError(
-                f"torque_table has {len(table)} points; needed are at least 5 pairs of finite numbers"
-                " [rad, N m]"
+                "torque_table: expected at least 5 pairs of finite numbers [rad, N m], got"
+                f" {len(table)} points"
             )
         flat = np.flatnonzero(np.any(np.diff(table, axis=0) <= 0.0, axis=1))
         if len(flat):
             angle = table[flat[0] : flat[0] + 2, 0]
             raise ValueError(
-                f"torque_table does not rise between the angles {angle[0]:.6g} and {angle[1]:.6g} rad;"
-                " needed are strictly rising angles and torques"
+                "torque_table: expected strictly rising angles and torques, got no rise between"
+                f" {angle[0]:.6g} and {angle[1]:.6g} rad"
             )
         if not table[0, 1] < 0.0 < table[-1, 1]:
             raise ValueError(
-                f"torque_table goes from {table[0, 1]:.6g} to {table[-1, 1]:.6g} N m; needed are"
-                " torques on both sides of zero"
+                "torque_table: expected torques on both sides of zero, got"
+                f" {table[0, 1]:.6g} to {table[-1, 1]:.6g} N m"
             )
 
 
@@ -257,7 +256,7 @@ class Robot:
 
     def __post_init__(self) -> None:
         if not self.joints:
-            raise ValueError("the robot has no joint; needed is at least one")
+            raise ValueError("joints: expected at least one, got none")
         _require_vector("gravity", self.gravity, 3, "m/s^2")
         _require_vector("tcp position", self.tcp_position, 3, "m")
         _require_vector("tcp rpy", self.tcp_rpy, 3, "rad")

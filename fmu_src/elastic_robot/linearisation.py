@@ -142,8 +142,8 @@ class Linearisation:
             moved = np.linalg.solve(impedance, self.forcing[None, :, :6])
         except np.linalg.LinAlgError as cause:
             raise ParameterError(
-                "the dynamic compliance is infinite at one of the frequencies; needed are"
-                " frequencies > 0 where a gear is inside its play"
+                "frequencies: expected numbers > 0 where a gear is inside its play, got one at which the"
+                " dynamic compliance is infinite"
             ) from cause
         return self.output[:6, :m] @ moved
 

@@ -49,7 +49,7 @@ class ByParameter:
         """
         if name not in self.names:
             raise ParameterError(
-                f"{name!r} is no parameter of this robot; needed is one of {', '.join(self.names)}"
+                f"parameter: expected one of {', '.join(self.names)}, got {name!r}"
             )
         values: np.ndarray = self.values[..., self.names.index(name)]
         return values

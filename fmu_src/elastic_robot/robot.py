@@ -77,7 +77,7 @@ class ElasticRobot:
     ) -> None:
         if torque_curve not in TORQUE_CURVES:
             raise ParameterError(
-                f"torque_curve is {torque_curve!r}; needed is one of {', '.join(TORQUE_CURVES)}"
+                f"torque_curve: expected one of {', '.join(TORQUE_CURVES)}, got {torque_curve!r}"
             )
         self.chain = build_chain(robot)
         self._curve_class = TORQUE_CURVES[torque_curve]
@@ -186,7 +186,7 @@ class ElasticRobot:
             raise ParameterError("the robot is quasi-static; path_sensitivity needs dynamic mode")
         if times[0] != state.time:
             raise ParameterError(
-                f"times start at {times[0]:.9g} s; needed is the present time {state.time:.9g} s"
+                f"times: expected a start at the present time, {state.time:.9g} s, got {times[0]:.9g} s"
             )
         start = equilibrium_sensitivity(
             self._dynamics, self._curve, self._held.q, state.x, self._held.wrench

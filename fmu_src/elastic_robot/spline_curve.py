@@ -54,8 +54,8 @@ def akima(angle: np.ndarray, torque: np.ndarray) -> PPoly:
     if len(falls):
         k = int(falls[0])
         raise ValueError(
-            f"the curve through the points falls between the angles {angle[k]:.6g} and"
-            f" {angle[k + 1]:.6g} rad (slope {lowest[k]:.4g} N m/rad); needed are more points there"
+            f"curve through the points: expected a rise, got a slope of {lowest[k]:.4g} N m/rad between"
+            f" {angle[k]:.6g} and {angle[k + 1]:.6g} rad: give more points there"
         )
     return curve
 

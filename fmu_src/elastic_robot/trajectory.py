@@ -93,7 +93,8 @@ class Trajectory:
         if not (self.start - slack <= lowest and highest <= self.end + slack):
             asked = lowest if lowest < self.start else highest
             raise TrajectoryError(
-                f"time is {asked:.9g} s; the trajectory covers {self.start:.9g} to {self.end:.9g} s"
+                f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
+                f" {asked:.9g} s"
             )
         if lowest < self.start or highest > self.end:
             times = np.clip(times, self.start, self.end)
@@ -133,10 +134,12 @@ def _require_samples(
     time: np.ndarray, q: np.ndarray, qd: np.ndarray | None, qdd: np.ndarray | None
 ) -> None:
     if time.ndim != 1 or len(time) < 2:
-        raise TrajectoryError(f"trajectory has {np.size(time)} samples; needed are at least 2")
+        raise TrajectoryError(f"trajectory: expected at least 2 samples, got {np.size(time)}")
     if (qd is None) != (qdd is None):
-        have, lack = ("qd", "qdd") if qdd is None else ("qdd", "qd")
-        raise TrajectoryError(f"trajectory has {have} but no {lack}; give both or none")
+        alone = "qd" if qdd is None else "qdd"
+        raise TrajectoryError(
+            f"trajectory: expected qd and qdd, or none of them, got {alone} alone"
+        )
     for name, values in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd)):
         if values is None:
             continue
@@ -149,8 +152,8 @@ def _require_samples(
     if np.any(steps <= 0.0):
         k = int(np.argmax(steps <= 0.0))
         raise TrajectoryError(
-            f"trajectory: time falls from {time[k]:.9g} to {time[k + 1]:.9g} s at sample {k + 2};"
-            " needed are rising times"
+            f"trajectory: expected rising times, got {time[k]:.9g} s, then {time[k + 1]:.9g} s at"
+            f" sample {k + 2}"
         )
 
 
@@ -176,7 +179,7 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
     Columns time, q1.., and optionally qd1.., qdd1.. are found by name; others are ignored.
 
     Raises:
-        TrajectoryError: With the file, what was found and what is needed.
+        TrajectoryError: With the file, what was expected and what was got.
     """
     try:
         columns, data = _read_table(path)
@@ -193,13 +196,13 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         missing = [name for name in names if name not in columns]
         if missing:
             raise TrajectoryError(
-                f"trajectory {path} has no column {missing[0]!r}; it has {', '.join(columns)}"
+                f"trajectory {path}: expected a column {missing[0]!r}, got {', '.join(columns)}"
             )
         return data[:, [columns.index(name) for name in names]]
 
     if "time" not in columns:
         raise TrajectoryError(
-            f"trajectory {path} has no column 'time'; it has {', '.join(columns)}"
+            f"trajectory {path}: expected a column 'time', got {', '.join(columns)}"
         )
     q = block("q")
     assert q is not None

@@ -34,15 +34,12 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
 
 er_component *er_component_create(fmi2String name, const fmi2CallbackFunctions *functions)
 {
-    er_component *c = calloc(1, sizeof *c);
+    size_t length = name != NULL ? strlen(name) : 0;
+    er_component *c = calloc(1, sizeof *c + length + 1);
     if (c == NULL)
         return NULL;
-    c->name = malloc(strlen(name != NULL ? name : "") + 1);
-    if (c->name == NULL) {
-        free(c);
-        return NULL;
-    }
-    strcpy(c->name, name != NULL ? name : "");
+    if (length > 0)
+        memcpy(c->name, name, length);
     if (functions != NULL)
         c->host = *functions;
     c->relayed = (fmi2CallbackFunctions){relay, NULL, NULL, NULL, c};
@@ -51,7 +48,6 @@ er_component *er_component_create(fmi2String name, const fmi2CallbackFunctions *
 
 void er_component_free(er_component *c)
 {
-    free(c->name);
     free(c);
 }
 

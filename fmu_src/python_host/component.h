@@ -9,12 +9,12 @@
 typedef struct {
     const er_inner *functions;
     fmi2Component inner;
-    char *name;
     fmi2CallbackFunctions host;
     fmi2CallbackFunctions relayed;
     bool told;        /* the present call has logged an error */
     bool lost;        /* a reset failed: PythonFMU's instance is no more */
     er_failure cause; /* of the last exception, as PythonFMU words it */
+    char name[];
 } er_component;
 
 /* An instance without PythonFMU's; NULL if memory is short. */

@@ -43,13 +43,13 @@ static bool is_asked_rightly(fmi2Type type, const char *guid, const char *locati
     if (type != fmi2CoSimulation)
         return er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
     if (!has(location, SLAVE_FILE, NULL))
-        return er_fail(failure, "the resources are at '%.700s'; needed is the file: URI of a folder with "
-                       SLAVE_FILE, location != NULL ? location : "");
+        return er_fail(failure, "resources: expected the file: URI of a folder with " SLAVE_FILE
+                       ", got '%.700s'", location != NULL ? location : "");
     if (strstr(location, "%2520") != NULL) /* PythonFMU decodes once more */
-        return er_fail(failure, "the resources are at '%.700s'; needed is a folder without %%20 in its name",
+        return er_fail(failure, "resources: expected a folder without %%20 in its name, got '%.700s'",
                        location);
     if (guid == NULL || !has(location, GUID_FILE, guid))
-        return er_fail(failure, "the GUID is '%.100s'; needed is that of modelDescription.xml",
+        return er_fail(failure, "GUID: expected that of modelDescription.xml, got '%.100s'",
                        guid != NULL ? guid : "");
     return true;
 }

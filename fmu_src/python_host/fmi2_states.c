@@ -7,7 +7,7 @@
 static bool lacks(const er_component *c, fmi2FMUstate state)
 {
     if (state == NULL)
-        er_component_tell(c, fmi2Error, "there is no state; needed is a state that this FMU has saved");
+        er_component_tell(c, fmi2Error, "state: expected one that this FMU has saved, got none");
     return state == NULL;
 }
 
@@ -87,8 +87,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi
     if (status != fmi2OK)
         return status;
     if (size < needed) {
-        er_component_tell(c, fmi2Error,
-                          "the buffer is too small for the state; needed is the size asked for");
+        er_component_tell(c, fmi2Error, "buffer: expected at least the state's size, got less");
         return fmi2Error;
     }
     return er_component_end(c, c->functions->fmi2SerializeFMUstate(c->inner, state, bytes, needed));

@@ -89,13 +89,13 @@ bool er_require_python(const char **program, er_failure *failure)
     if (given != NULL && *given != '\0') {
         if (!open_of_program(given))
             return er_fail(failure,
-                           ER_PYTHON_VARIABLE " is '%.300s'; needed is a Python program, python3.%d or"
-                           " newer, that has a shared library (libpython3)", given, OLDEST);
+                           ER_PYTHON_VARIABLE ": expected a Python program, python3.%d or newer, that"
+                           " has a shared library (libpython3), got '%.300s'", OLDEST, given);
     } else if (!open_of_environment() && !open_by_name(0)) {
         return er_fail(failure,
-                       "this process has no Python, and none with a shared library (libpython3) is found"
-                       " by VIRTUAL_ENV or PATH; needed is " ER_PYTHON_VARIABLE
-                       ", the path of a Python program with numpy, scipy and pin");
+                       "expected a Python in this process, or one with a shared library (libpython3) by"
+                       " VIRTUAL_ENV or PATH, got none: set " ER_PYTHON_VARIABLE
+                       " to the path of a Python program with numpy, scipy and pin");
     }
     if (chosen[0] != '\0')
         *program = chosen;

@@ -45,14 +45,16 @@ bool er_require_python(const char **program, er_failure *failure)
     if (python == NULL && GetEnvironmentVariableW(L"" ER_PYTHON_VARIABLE, path, LONGEST) > 0) {
         python = load_beside(path, L"python3.dll");
         if (python == NULL)
-            return er_fail(failure, ER_PYTHON_VARIABLE " is '%.300ls'; needed is the full path of a Python"
-                           " program with python3.dll beside it, version 3.%d or newer", path, OLDEST);
+            return er_fail(failure, ER_PYTHON_VARIABLE ": expected the full path of a Python program"
+                           " with python3.dll beside it, version 3.%d or newer, got '%.300ls'", OLDEST,
+                           path);
     }
     if (python == NULL)
         python = LoadLibraryW(L"python3.dll");
     if (python == NULL)
-        return er_fail(failure, "this process has no Python and python3.dll is not on its PATH; needed is "
-                       ER_PYTHON_VARIABLE ", the path of a python.exe with numpy, scipy and pinocchio");
+        return er_fail(failure, "expected a Python in this process or python3.dll on its PATH, got neither:"
+                       " set " ER_PYTHON_VARIABLE " to the path of a python.exe with numpy, scipy and"
+                       " pinocchio");
     return true;
 }
 

@@ -23,8 +23,8 @@ bool er_start_python(er_failure *failure)
     *(void **)&decode = er_python_function("Py_DecodeLocale");
     *(void **)&set_program = er_python_function("Py_SetProgramName");
     if (is_initialized == NULL || initialize == NULL || release == NULL)
-        return er_fail(failure, "the Python in this process lacks Py_IsInitialized, Py_InitializeEx or"
-                                " PyEval_SaveThread; needed is one of version 3.11 or newer");
+        return er_fail(failure, "Python of this process: expected version 3.11 or newer, got one without"
+                                " Py_IsInitialized, Py_InitializeEx or PyEval_SaveThread");
     if (is_initialized())
         return true;
     /* The packages are found from the program's place: that of a virtual environment, say. */

@@ -236,7 +236,9 @@ def test_a_broken_robot_in_a_case_names_both_files(tmp_path):
     done = command("couple", tmp_path / "case.toml")
     assert done.returncode == 2
     assert "case.toml: robot: description:" in done.stderr
-    assert "joint 1: mass is -1.0" in " ".join(done.stderr.split())
+    assert "joint 1: mass: expected a finite number >= 0 [kg], got -1.0" in " ".join(
+        done.stderr.split()
+    )
 
 
 def test_an_existing_result_is_kept_unless_told_otherwise(tmp_path):

@@ -50,28 +50,28 @@ def test_a_stock_fmu_breaks_it(run_host, tmp_path, clause):
     assert "AssertionError" in run_host("contract", file, clause, succeeds=False)
 
 
-NEEDED = {
-    "NaN": "force.x is nan N; needed is a finite number",
-    "infinite": "moment.y is inf N.m; needed is a finite number",
+SAID = {
+    "NaN": "force.x: expected a finite number, got nan N",
+    "infinite": "moment.y: expected a finite number, got inf N.m",
     "output": "tcp.x is an output",
-    "negative stiffness": "joint[2].stiffness is -1.0 N.m/rad; needed is a number > 0",
-    "zero stiffness": "joint[1].tilt[1].stiffness is 0.0 N.m/rad; needed is a number > 0",
-    "negative damping": "joint[3].damping is -1.0 N.m.s/rad; needed is a number >= 0",
-    "negative backlash": "joint[4].backlash is -1e-09 rad; needed is a number >= 0",
-    "unknown real": "the value reference 5000 is asked for as a real variable",
-    "string as real": "this FMU has 0 to",
+    "negative stiffness": "joint[2].stiffness: expected a number > 0, got -1.0 N.m/rad",
+    "zero stiffness": "joint[1].tilt[1].stiffness: expected a number > 0, got 0.0 N.m/rad",
+    "negative damping": "joint[3].damping: expected a number >= 0, got -1.0 N.m.s/rad",
+    "negative backlash": "joint[4].backlash: expected a number >= 0, got -1e-09 rad",
+    "unknown real": ", got 5000",
+    "string as real": "value reference of a real variable: expected 0 to",
     "integer": "this FMU has real and string variables only",
     "string too late": "set them before initialisation ends",
-    "negative step": "step size is -0.01 s",
-    "NaN step": "step size is nan s",
-    "step elsewhere": "needed is the last step's end, 0.0 s",
+    "negative step": "step size: expected a finite number >= 0, got -0.01 s",
+    "NaN step": "step size: expected a finite number >= 0, got nan s",
+    "step elsewhere": "step start: expected the last step's end, 0.0 s, got 3.0 s",
 }
 
 
 def test_wrong_calls_are_refused_with_a_sentence_and_change_nothing(example_fmu, run_host):
     said = run_host("errors", example_fmu)
     sections = dict(re.findall(r"^## (.*)\n((?:(?!## ).*\n)*)", said, re.MULTILINE))
-    for name, sentence in NEEDED.items():
+    for name, sentence in SAID.items():
         assert sentence in sections[name], sections[name]
     assert all(text.startswith("robot") for text in sections.values()), sections
 
@@ -117,5 +117,5 @@ except Exception as error:
     assert "Failed to instantiate" in done.stdout
     # To stderr, and to the log, which FMPy prints.
     for told in (done.stderr, done.stdout):
-        assert told.count("needed are Python 3.11 or newer, numpy, scipy and pin") == 1
+        assert told.count("expected Python 3.11 or newer, numpy, scipy and pin") == 1
     assert "externalDependencies.txt" in done.stderr

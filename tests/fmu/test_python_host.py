@@ -87,9 +87,10 @@ def test_a_virtual_environment_is_found_by_its_variable(fmu, c_host, tmp_path):
 
 
 @pytest.mark.parametrize("named", ["/nowhere/python3.11", "/bin/sh"])
-def test_a_host_whose_python_is_none_is_told_what_is_needed(fmu, c_host, tmp_path, named):
+def test_a_host_whose_python_is_none_is_told_what_is_expected(fmu, c_host, tmp_path, named):
     done = run_c(c_host, fmu, tmp_path, "run", ELASTIC_ROBOT_PYTHON=named)
-    assert f"robot: ELASTIC_ROBOT_PYTHON is '{named}'; needed is a Python program" in done.stderr
+    assert "robot: ELASTIC_ROBOT_PYTHON: expected a Python program, python3.11" in done.stderr
+    assert f"that has a shared library (libpython3), got '{named}'" in done.stderr
     assert done.returncode == 1  # the host's, as it got no instance
 
 
@@ -156,7 +157,7 @@ first.start().step(0.01)
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "Failed to instantiate" in done.stdout
-    assert "this process has loaded another version of elastic_robot" in done.stdout
+    assert "got another version that this process has loaded" in done.stdout
 
 
 def test_without_a_compiler_pythonfmus_library_stands_alone(

@@ -146,5 +146,5 @@ def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):
 def test_a_parameter_that_does_not_exist_is_an_error_with_the_known_names(example):
     robot = ElasticRobot(example)
     robot.reset(0.0, HeldCommand(0.0, *np.zeros((3, 6))), np.zeros(6))
-    with pytest.raises(ParameterError, match=r"joint\[6\].stiffness.*joint\[5\].stiffness"):
+    with pytest.raises(ParameterError, match=r"joint\[5\].stiffness.*got 'joint\[6\].stiffness'"):
         robot.residual_derivatives().parameters["joint[6].stiffness"]

@@ -91,7 +91,7 @@ def test_the_start_and_the_mode_are_checked():
     n = len(description.joints)
     robot = ElasticRobot(description)
     robot.reset(0.0, drives(n), np.zeros(6))
-    with pytest.raises(ParameterError, match="present time 0 s"):
+    with pytest.raises(ParameterError, match="present time, 0 s, got"):
         robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), np.zeros((2, 6)))
     still = ElasticRobot(description, quasistatic=True)
     still.reset(0.0, drives(n), np.zeros(6))

@@ -42,7 +42,7 @@ def test_knots_on_the_sharp_corners_are_refused_with_the_angles():
     assert Akima1DInterpolator(angle, torque)(inner).min() == pytest.approx(
         -0.037 * 1e6 * b, rel=0.01
     )
-    with pytest.raises(ValueError, match=r"falls between the angles -0\.0001 and -5e-05 rad"):
+    with pytest.raises(ValueError, match=r"got a slope of -.* between -0\.0001 and -5e-05 rad"):
         akima(angle, torque)
 
 
@@ -79,7 +79,7 @@ def test_a_users_table_is_interpolated(tmp_path):
     [
         ("torque_table = [[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0]]", ["at least 5"]),
         (TABLE.replace(" 1000.0], [3e-3", " 100.0], [3e-3"), ["0.0005 and 0.001 rad", "rising"]),
-        (TABLE.replace("[-5e-4, -2", "[-5e-3, -2"), ["between the angles -0.001 and -0.005 rad"]),
+        (TABLE.replace("[-5e-4, -2", "[-5e-3, -2"), ["got no rise between -0.001 and -0.005 rad"]),
         (TABLE.replace("-6e3", "-600.0"), ["-0.003 and -0.001 rad"]),
         (TABLE.replace("-1000.0", '"x"'), ["torque_table 2 2", "'x'"]),
     ],

@@ -341,7 +341,7 @@ MISTAKES = {
         "toml",
         "[1, 0, 0]",
         "[0, 1, 0]",
-        ["joint 1 ('shoulder')", "moves no inertia of its own"],
+        ["joint 1 ('shoulder')", "expected an inertia of its own to move"],
     ),
     "not XML": ("urdf", "</robot>", "", ["is not a URDF", "no element found"]),
     "no name": ("urdf", ' name="arm"', "", ["is not a URDF", "No name given for the robot"]),
@@ -369,7 +369,7 @@ MISTAKES = {
         "urdf",
         link("forearm") + "\n" + link("finger"),
         '<link name="forearm"/><link name="finger"/>',
-        ["joint 2 ('elbow')", "moves no inertia of its own"],
+        ["joint 2 ('elbow')", "expected an inertia of its own to move"],
     ),
     "inertia of no body": (
         "urdf",

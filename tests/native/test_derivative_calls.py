@@ -77,7 +77,10 @@ def test_derivatives_leave_the_instance_as_it_was(native):
 
 @pytest.mark.parametrize(
     ("unknown", "known", "message"),
-    [("force.z", "tcp.x", "needed is an output"), ("tcp.x", "tcp.x", "needed is an input")],
+    [
+        ("force.z", "tcp.x", "expected an output"),
+        ("tcp.x", "tcp.x", "expected an input"),
+    ],
 )
 def test_derivatives_of_other_variables_are_refused(native, capfd, unknown, known, message):
     slave = native.started()

@@ -158,10 +158,10 @@ def test_a_damaged_state_is_refused_and_changes_nothing(pair, capfd):
     data[len(data) // 2] ^= 1
     with pytest.raises(FMICallException):
         slave.deserializeFMUState(bytes(data))
-    assert "checksum does not agree" in capfd.readouterr().err
+    assert "state: expected an unchanged copy, got" in capfd.readouterr().err
     with pytest.raises(FMICallException):
         slave.deserializeFMUState(bytes(data[:-1]))
-    assert "needed is a state that this FMU has saved" in capfd.readouterr().err
+    assert "state: expected one that this FMU has saved" in capfd.readouterr().err
     assert pair.everything(slave) == before
 
 

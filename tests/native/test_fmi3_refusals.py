@@ -11,15 +11,15 @@ NAN = float("nan")
 REFUSED = {
     "too few values": (
         lambda p, s: s.setFloat64([p.references["force"]], [1.0, 2.0]),
-        "there are 2 values for variables of 3 elements; needed is one for each",
+        "values: expected one for each of 3 elements, got 2",
     ),
     "too many values": (
         lambda p, s: s.setFloat64([p.references["force"], p.references["q_cmd"]], [0.0] * 10),
-        "there are 10 values for variables of 9 elements",
+        "expected one for each of 9 elements, got 10",
     ),
     "no room": (
         lambda p, s: s.getFloat64([p.references["tcp.position"]]),
-        "there are 1 values for variables of 3 elements",
+        "expected one for each of 3 elements, got 1",
     ),
     "element of an array": (
         lambda p, s: s.getFloat64([p.references["force"] + 1]),
@@ -35,7 +35,7 @@ REFUSED = {
     ),
     "often the same": (
         lambda p, s: s.setFloat64([p.references["q_cmd"]] * 100, [0.0] * 600),
-        "600 values are given in one call",
+        "in one call, got 600",
     ),
     "output": (
         lambda p, s: p.set(s, "tcp.position", [0.0] * 3),
@@ -43,12 +43,12 @@ REFUSED = {
     ),
     "not finite": (
         lambda p, s: p.set(s, "force", [0.0, NAN, 0.0]),
-        "force.y is nan N; needed is a finite number",
+        "force.y: expected a finite number, got nan N",
     ),
-    "time": (lambda p, s: p.set(s, "time", [1.0]), "is asked for as a real variable"),
+    "time": (lambda p, s: p.set(s, "time", [1.0]), "value reference of a real variable: expected"),
     "Float64 as string": (
         lambda p, s: s.getString([p.references["force"]]),
-        "is asked for as a string variable",
+        "value reference of a string variable: expected",
     ),
     "string too late": (
         lambda p, s: s.setString([p.references["mode"]], ["dynamic"]),
@@ -58,8 +58,11 @@ REFUSED = {
         lambda p, s: s.getInt32([3]),
         "Int32 variable 3 is asked for; this FMU has Float64 and String variables only",
     ),
-    "step elsewhere": (lambda p, s: s.doStep(0.5, STEP), "the step starts at 0.5 s; needed is"),
-    "step back": (lambda p, s: s.doStep(0.0, -STEP), "step size is -0.004 s"),
+    "step elsewhere": (lambda p, s: s.doStep(0.5, STEP), "the last step's end, 0.0 s, got 0.5 s"),
+    "step back": (
+        lambda p, s: s.doStep(0.0, -STEP),
+        "step size: expected a finite number >= 0, got -0.004 s",
+    ),
     "event mode": (lambda p, s: s.enterEventMode(), "event mode is asked for"),
     "configuration mode": (
         lambda p, s: s.enterConfigurationMode(),
@@ -67,15 +70,15 @@ REFUSED = {
     ),
     "initialisation": (
         lambda p, s: s.enterInitializationMode(),
-        "initialisation is entered after it has ended; needed is a reset first",
+        "expected a reset before initialisation is entered again, got none",
     ),
     "derivative's seed": (
         lambda p, s: s.getDirectionalDerivative(*p.pick("tcp.position", "force"), [1.0], 3),
-        "there are 1 values for variables of 3 elements",
+        "expected one for each of 3 elements, got 1",
     ),
     "derivative of an input": (
         lambda p, s: s.getDirectionalDerivative(*p.pick("force", "force"), [1.0] * 3, 3),
-        "needed is an output",
+        "expected an output",
     ),
     "adjoint derivative": (
         lambda p, s: s.getAdjointDerivative(*p.pick("tcp.position", "force"), [1.0] * 3),
@@ -99,7 +102,7 @@ def test_a_refused_call_says_why_and_changes_nothing(pair, capfd, name):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"token": "{0}"}, "the GUID is {0}; this FMU's resources belong to {"),
+        ({"token": "{0}"}, "GUID: expected that of this FMU's modelDescription.xml, {"),
         ({"eventModeUsed": True}, "event mode is asked for; this FMU has none"),
         ({"requiredIntermediateVariables": [0]}, "intermediate variables are asked for"),
     ],
@@ -117,5 +120,5 @@ def test_sentences_go_to_the_masters_log_where_it_is_on(pair, capfd):
         slave.doStep(0.0, STEP)
     assert len(said) == 1
     assert said[0][2] == b"logStatusError"
-    assert b"before initialisation has ended" in said[0][3]
+    assert b"expected initialisation's end before a step" in said[0][3]
     assert "initialisation" not in capfd.readouterr().err

@@ -26,23 +26,32 @@ def refused(capfd, call, message: str) -> None:
 def test_misuse_of_the_life_cycle_is_refused_with_a_sentence(native, capfd):
     slave, strings = native.slave(), native.references["trajectory"]
     for call, message in (
-        (lambda: slave.doStep(0.0, 0.01), "before initialisation has ended"),
+        (lambda: slave.doStep(0.0, 0.01), "expected initialisation's end before a step"),
         (
             lambda: native.start(slave) and slave.doStep(0.5, 0.01),
-            "the step starts at 0.5 s; needed is",
+            "step start: expected the last step's end, 0.0 s, got 0.5 s",
         ),
-        (lambda: slave.doStep(0.0, -0.01), "step size is -0.01 s"),
-        (lambda: slave.doStep(0.0, float("nan")), "step size is nan s"),
+        (lambda: slave.doStep(0.0, -0.01), "step size: expected a finite number >= 0, got -0.01 s"),
+        (
+            lambda: slave.doStep(0.0, float("nan")),
+            "step size: expected a finite number >= 0, got nan s",
+        ),
         (lambda: slave.setString([strings], ["x.csv"]), "strings are fixed"),
-        (lambda: slave.setupExperiment(startTime=1.0), "set up after initialisation"),
-        (lambda: slave.enterInitializationMode(), "initialisation is entered after it has ended"),
+        (
+            lambda: slave.setupExperiment(startTime=1.0),
+            "setup before initialisation ends",
+        ),
+        (
+            lambda: slave.enterInitializationMode(),
+            "a reset before initialisation is entered",
+        ),
         (
             lambda: slave.getReal([strings]),
-            f"{strings} is asked for as a real variable; this FMU has 0 to {strings - 1}",
+            f"reference of a real variable: expected 0 to {strings - 1}, got {strings}",
         ),
         (
             lambda: slave.getString([strings - 1]),
-            f"{strings - 1} is asked for as a string variable; this FMU has {strings} to {strings + 3}",
+            f"a string variable: expected {strings} to {strings + 3}, got {strings - 1}",
         ),
         (lambda: slave.getInteger([3]), "integer variable 3 is asked for"),
         (lambda: slave.setBoolean([3], [True]), "boolean variable 3 is asked for"),
@@ -79,7 +88,9 @@ def test_after_the_end_there_are_values_and_states_but_no_steps(native, capfd):
         slave.enterInitializationMode,
         slave.exitInitializationMode,
     ):
-        refused(capfd, call, "the simulation has been terminated")
+        refused(
+            capfd, call, "expected a reset or an earlier state after the simulation's termination"
+        )
     assert native.get(slave, *TCP) == before
     slave.setFMUState(state)
     slave.doStep(STEP, STEP)
@@ -99,7 +110,9 @@ def test_after_the_end_there_are_values_but_no_steps_in_fmi3(pair, capfd):
         slave.enterInitializationMode,
         slave.exitInitializationMode,
     ):
-        refused(capfd, call, "the simulation has been terminated")
+        refused(
+            capfd, call, "expected a reset or an earlier state after the simulation's termination"
+        )
     assert len(pair.get(slave, "tcp.position")) == 3
     slave.reset()
     slave.enterInitializationMode()

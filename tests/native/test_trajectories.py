@@ -62,17 +62,17 @@ def test_kinks_of_a_smooth_trajectory_are_none(example, tmp_path):
 
 
 BROKEN = {
-    "time,q1\n0,0\n1,0\n1,1\n": "time falls from 1 to 1 s at sample 3",
-    "time,q1\n0,0\n1,nan\n": "line 3: found 'nan'; needed is a finite number",
-    "time,q1\n0,0\n1,1e999\n": "line 3: found '1e999'",
-    "time,q2\n0,0\n1,1\n": "no column 'q1'; it has time, q2",
-    "t,q1\n0,0\n1,1\n": "no column 'time'",
-    "time,q1\n0,0\n": "1 samples; needed are at least 2",
-    "time,q1,qd1\n0,0,0\n1,1,0\n": "qd but no qdd",
-    "time,q1\n0,abc\n": "found 'abc'",
+    "time,q1\n0,0\n1,0\n1,1\n": "expected rising times, got 1 s, then 1 s at sample 3",
+    "time,q1\n0,0\n1,nan\n": "line 3: expected a finite number, got 'nan'",
+    "time,q1\n0,0\n1,1e999\n": "line 3: expected a finite number, got '1e999'",
+    "time,q2\n0,0\n1,1\n": "expected a column 'q1', got time, q2",
+    "t,q1\n0,0\n1,1\n": "expected a column 'time'",
+    "time,q1\n0,0\n": "expected at least 2 samples, got 1",
+    "time,q1,qd1\n0,0,0\n1,1,0\n": "got qd alone",
+    "time,q1\n0,abc\n": "got 'abc'",
     "time,q1\n0,0,0\n1,0,0\n": "2 column names over 3 columns",
-    "time,q1\n0;0\n1;0\n": "needed is a comma",
-    "": "no column 'time'",
+    "time,q1\n0;0\n1;0\n": "expected a comma",
+    "": "expected a column 'time'",
 }
 
 
@@ -117,7 +117,7 @@ def test_times_outside_the_trajectory_are_refused(tmp_path):
     _trajectory(core, tmp_path / "t.csv", 1)
     assert core.drives(np.array([1.0 + 5e-10]), 1)[0, 0, 0] == pytest.approx(1.0, abs=1e-15)
     for time in (1.1, -0.1, np.nan):
-        with pytest.raises(CoreError, match=r"time is .* s; the trajectory covers 0 to 1 s"):
+        with pytest.raises(CoreError, match=r"time: expected 0 to 1 s, the trajectory's, got .* s"):
             core.drives(np.array([time]), 1)
 
 

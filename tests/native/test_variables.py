@@ -62,7 +62,7 @@ def test_names_and_units_in_messages_are_those_of_the_table(tmp_path):
         if block.causality == "output":
             assert f"robot: {variable.name} is an output and cannot be set" in text
         else:
-            sentence = f"robot: {variable.name} is nan {variable.unit}; needed is a finite number"
+            sentence = f"robot: {variable.name}: expected a finite number, got nan {variable.unit}"
             assert sentence in text
     slave.freeInstance()
 

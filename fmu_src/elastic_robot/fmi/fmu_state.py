@@ -86,14 +86,14 @@ class PackedState:
     def _archive(self) -> bytes:
         if not self.data.startswith(_HEADER):
             raise StateError(
-                f"the {len(self.data)} bytes begin with {self.data[:12]!r}; needed is a state that an"
-                " FMU of an elastic robot has serialised"
+                "state: expected one that an FMU of an elastic robot has saved, got"
+                f" {len(self.data)} bytes that begin with {self.data[:12]!r}"
             )
         start = len(_HEADER) + _DIGEST
         archive = self.data[start:]
         if hashlib.sha256(archive).digest() != self.data[len(_HEADER) : start]:
             raise StateError(
-                f"the state of {len(self.data)} bytes is damaged; needed is an unchanged copy"
+                f"state: expected an unchanged copy, got {len(self.data)} damaged bytes"
             )
         return archive
 
@@ -136,6 +136,6 @@ def require_own(found: str, fingerprint: str) -> None:
     """Raise a StateError unless a state's fingerprint is that of the FMU that it is given to."""
     if found != fingerprint:
         raise StateError(
-            f"the state belongs to an FMU with fingerprint {found}; needed is one of {fingerprint},"
-            " the same robot and version"
+            f"state: expected one with fingerprint {fingerprint}, of the same robot and version, got"
+            f" {found}"
         )

@@ -83,7 +83,7 @@ class RealVariables:
             ParameterError: If a variable is an output, or a value not finite; nothing is set then.
         """
         places = self.places(references)
-        self._require_finite(references, values, "needed is a finite number")
+        self._require_finite(references, values)
         if places.outputs:
             output = next(k for k in references if self._block_of[k] in places.outputs)
             raise ParameterError(f"{self._names[output]} is an output and cannot be set")
@@ -97,11 +97,7 @@ class RealVariables:
             ParameterError: If one is not finite.
         """
         values: list[float] = self.values[places.rows].tolist()
-        self._require_finite(
-            references,
-            values,
-            "out of the range of numbers; needed are inputs and parameters of physical size",
-        )
+        self._require_finite(references, values, ": give inputs and parameters of physical size")
         return values
 
     def require_at_least_zero(self, key: str, above: bool) -> None:
@@ -111,16 +107,15 @@ class RealVariables:
         if len(bad):
             k = self._slices[key].start + bad[0]
             raise ParameterError(
-                f"{self._names[k]} is {self.values[k]} {self._units[k]}; needed is a number"
-                f" {'>' if above else '>='} 0"
+                f"{self._names[k]}: expected a number {'>' if above else '>='} 0, got"
+                f" {self.values[k]} {self._units[k]}"
             )
 
     def _find(self, references: tuple[int, ...]) -> Places:
         for reference in references:
             if not 0 <= reference < len(self):
                 raise ParameterError(
-                    f"the value reference {reference} is asked for as a real variable; this FMU has 0"
-                    f" to {len(self) - 1}"
+                    f"value reference of a real variable: expected 0 to {len(self) - 1}, got {reference}"
                 )
         blocks = {self._block_of[reference] for reference in references}
         kinds = {key: self._table[key].causality for key in blocks}
@@ -133,9 +128,11 @@ class RealVariables:
         )
 
     def _require_finite(
-        self, references: Sequence[int], values: Sequence[float], needed: str
+        self, references: Sequence[int], values: Sequence[float], advice: str = ""
     ) -> None:
         if all(map(isfinite, values)):
             return
         k, value = next((k, v) for k, v in zip(references, values, strict=True) if not isfinite(v))
-        raise ParameterError(f"{self._names[k]} is {value} {self._units[k]}; {needed}")
+        raise ParameterError(
+            f"{self._names[k]}: expected a finite number, got {value} {self._units[k]}{advice}"
+        )

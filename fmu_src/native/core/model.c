@@ -96,8 +96,8 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t finge
     if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
         if (!there)
             er_trajectory_free(&read);
-        return er_fail(failure, "trajectory %.500s holds another motion than when the state was"
-                       " saved; needed is the same file", path);
+        return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved"
+                       " with, got another", path);
     }
     if (!there) {
         er_trajectory_free(&model->trajectory);

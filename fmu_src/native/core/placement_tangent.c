@@ -81,7 +81,7 @@ void er_static_torque_gradient_along(const er_robot *robot, const er_placement *
     for (int k = 0; k < m; k++) {
         int i = robot->elastic_angle[k];
         double moment[3], weight[3], load[3] = {0, 0, 0}, change[3] = {0, 0, 0};
-        double twist[3] = {0, 0, 0}, twist_change[3] = {0, 0, 0};
+        double turned[3] = {0, 0, 0}, turned_change[3] = {0, 0, 0};
         moment_about_joint(p, i, moment);
         er_cross(p->axis[i], moment, weight);
         add_cross(p->lever[i], wrench, load);
@@ -89,16 +89,16 @@ void er_static_torque_gradient_along(const er_robot *robot, const er_placement *
         add_cross(along->lever[i], wrench, change);
         add_cross(p->lever[i], wrench_change, change);
         add_cross(along->weight[i], gravity, change);
-        add_cross(p->axis[i], wrench + 3, twist);
-        add_cross(along->axis[i], wrench + 3, twist_change);
-        add_cross(p->axis[i], wrench_change + 3, twist_change);
+        add_cross(p->axis[i], wrench + 3, turned);
+        add_cross(along->axis[i], wrench + 3, turned_change);
+        add_cross(p->axis[i], wrench_change + 3, turned_change);
         for (int l = 0; l <= k; l++) {
             int j = robot->elastic_angle[l];
             double both = er_dot(along->axis[j], load) + er_dot(p->axis[j], change);
             gradient[k * m + l] = gradient[l * m + k] = both;
             if (l < k)
                 gradient[k * m + l] +=
-                    er_dot(along->axis[j], twist) + er_dot(p->axis[j], twist_change);
+                    er_dot(along->axis[j], turned) + er_dot(p->axis[j], turned_change);
         }
     }
 }

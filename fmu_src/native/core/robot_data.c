@@ -31,8 +31,8 @@ static bool read_joint(er_robot *robot, er_lines *lines)
 {
     er_rotation *rotation;
     if (robot->joints == ER_MAX_JOINTS)
-        return er_fail(lines->failure, "the robot has more than %d joints; needed are at most %d",
-                       ER_MAX_JOINTS, ER_MAX_JOINTS);
+        return er_fail(lines->failure, "the robot's data: expected at most %d joints, got more",
+                       ER_MAX_JOINTS);
     rotation = add_rotation(robot);
     rotation->drive = robot->joints;
     rotation->shifted = true;
@@ -131,8 +131,8 @@ static bool require_settings(const er_robot *robot, er_lines *lines)
 {
 #define ER_REQUIRE_SETTING(name)                                                                    \
     if (!(robot->settings.name > 0.0))                                                              \
-        return er_fail(lines->failure, "the robot's data have no setting " #name "; expected each"  \
-                       " once: build the FMU again");
+        return er_fail(lines->failure, "the robot's data: expected each setting once, got no "      \
+                       #name ": build the FMU again");
     ER_EACH_SETTING(ER_REQUIRE_SETTING)
     return true;
 }
@@ -176,6 +176,6 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
         if (!read_line(robot, lines) || !er_lines_next(lines))
             return false;
     if (robot->joints == 0)
-        return er_fail(lines->failure, "the robot's data have no joint; needed is at least one");
+        return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
     return require_settings(robot, lines);
 }

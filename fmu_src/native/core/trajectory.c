@@ -24,21 +24,20 @@ static const double *sample_row(const er_samples *s, size_t k)
 static bool require_samples(const er_samples *s, er_failure *failure)
 {
     if (s->samples < 2)
-        return er_fail(failure, "trajectory has %lu samples; needed are at least 2",
+        return er_fail(failure, "expected at least 2 samples, got %lu",
                        (unsigned long)s->samples);
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
         for (int c = 0; c < column_count(s); c++)
             if (!isfinite(row[c])) {
                 const char *names[] = {"q", "qd", "qdd"};
-                return er_fail(failure, "trajectory: %s is not finite in sample %lu",
+                return er_fail(failure, "%s is not finite in sample %lu",
                                c == 0 ? "time" : names[(c - 1) / s->joints],
                                (unsigned long)k + 1);
             }
         if (k > 0 && !(row[0] > sample_row(s, k - 1)[0]))
-            return er_fail(failure, "trajectory: time falls from %.9g to %.9g s at sample %lu;"
-                           " needed are rising times", sample_row(s, k - 1)[0], row[0],
-                           (unsigned long)k + 1);
+            return er_fail(failure, "expected rising times, got %.9g s, then %.9g s at sample %lu",
+                           sample_row(s, k - 1)[0], row[0], (unsigned long)k + 1);
     }
     return true;
 }
@@ -148,8 +147,7 @@ bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *fail
     t->power = malloc(entries * sizeof *t->power);
     if (t->time == NULL || t->jump == NULL || t->power == NULL) {
         er_trajectory_free(t);
-        return er_fail(failure, "trajectory of %lu samples does not fit into memory",
-                       (unsigned long)s->samples);
+        return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
     }
     for (size_t k = 0; k < s->samples; k++)
         t->time[k] = sample_row(s, k)[0];
@@ -157,7 +155,7 @@ bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *fail
         fit_quintic(t, s);
     } else if (!fit_cubic(t, s)) {
         er_trajectory_free(t);
-        return er_fail(failure, "trajectory does not fit into memory");
+        return er_fail(failure, "it does not fit into memory");
     }
     find_jumps(t);
     return true;
@@ -204,7 +202,8 @@ bool er_drives_cover(const er_drives *drives, double time, double slack, er_fail
     end = t->time[t->samples - 1];
     if (time >= start - slack && time <= end + slack)
         return true;
-    return er_fail(failure, "time is %.9g s; the trajectory covers %.9g to %.9g s", time, start, end);
+    return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", start, end,
+                   time);
 }
 
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd)

@@ -10,15 +10,14 @@
 er_component *er_component_create(const char *name, er_log log, er_instance *robot,
                                   const er_failure *failure)
 {
-    er_component *c = calloc(1, sizeof *c);
-    if (name == NULL)
-        name = "";
-    if (c == NULL || (c->name = malloc(strlen(name) + 1)) == NULL) {
+    size_t length = name != NULL ? strlen(name) : 0;
+    er_component *c = calloc(1, sizeof *c + length + 1);
+    if (c == NULL) {
         er_instance_free(robot);
-        free(c);
         return NULL;
     }
-    strcpy(c->name, name);
+    if (length > 0)
+        memcpy(c->name, name, length);
     c->log = log;
     c->robot = robot;
     if (robot != NULL)
@@ -33,7 +32,6 @@ void er_component_free(er_component *c)
     if (c == NULL)
         return;
     er_instance_free(c->robot);
-    free(c->name);
     free(c);
 }
 
@@ -156,7 +154,7 @@ static bool require_state(er_component *c, const void *state)
 {
     return er_component_may(c, ER_CALL_ANY) &&
            (state != NULL ||
-            er_component_refuse(c, "there is no state; needed is a state that this FMU has saved"));
+            er_component_refuse(c, "state: expected one that this FMU has saved, got none"));
 }
 
 bool er_component_get_state(er_component *c, void **state)
@@ -198,8 +196,7 @@ bool er_component_serialise(er_component *c, const void *state, void *bytes, siz
     if (!require_state(c, state))
         return false;
     if (size < ER_SERIALISED_SIZE)
-        return er_component_refuse(c, "the buffer is too small for the state; needed is the size asked"
-                                      " for");
+        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
     er_serialise(state, bytes);
     return true;
 }

@@ -23,8 +23,8 @@ typedef struct {
 
 struct er_component {
     er_instance *robot;
-    char *name;
     er_log log;
+    char name[];
 };
 
 /* Takes over a robot; NULL, after telling the failure, if there is none. */

@@ -25,12 +25,12 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
 {
     for (size_t i = 0; i < unknown_count; i++)
         if (!is(instance, unknowns[i], er_is_output))
-            return er_fail(&instance->failure, "the derivative of variable %u is asked for; needed is"
-                           " an output", unknowns[i]);
+            return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
+                           " variable %u", unknowns[i]);
     for (size_t j = 0; j < known_count; j++) {
         if (!is(instance, knowns[j], er_is_input))
-            return er_fail(&instance->failure, "the derivative by variable %u is asked for; needed is"
-                           " an input", knowns[j]);
+            return er_fail(&instance->failure, "derivative: expected an input to differentiate by, got"
+                           " variable %u", knowns[j]);
         if (!isfinite(seed[j]))
             return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);
     }

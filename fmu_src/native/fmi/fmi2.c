@@ -39,9 +39,9 @@ static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, 
     if (type != fmi2CoSimulation)
         er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
     else if (guid == NULL)
-        er_fail(failure, "there is no GUID; needed is that of modelDescription.xml");
+        er_fail(failure, "GUID: expected that of modelDescription.xml, got none");
     else if (file == NULL)
-        er_fail(failure, "the resources are at '%.300s'; needed is a file: URI",
+        er_fail(failure, "resources: expected a file: URI, got '%.300s'",
                 location != NULL ? location : "");
     else
         robot = er_instance_create(file, guid, failure);

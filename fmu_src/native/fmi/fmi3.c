@@ -36,9 +36,9 @@ static er_instance *create(fmi3String token, fmi3String resources, er_failure *f
     char *file = er_path_in_folder(resources != NULL ? resources : "", ER_ROBOT_FILE);
     er_instance *robot = NULL;
     if (token == NULL)
-        er_fail(failure, "there is no instantiation token; needed is that of modelDescription.xml");
+        er_fail(failure, "instantiation token: expected that of modelDescription.xml, got none");
     else if (resources == NULL || resources[0] == '\0')
-        er_fail(failure, "there is no path of the resources; needed is that of the unpacked FMU's");
+        er_fail(failure, "resources: expected the path of the unpacked FMU's, got none");
     else if (file == NULL)
         er_fail(failure, "the path of the resources does not fit into memory");
     else
@@ -127,8 +127,8 @@ static bool require_count(er_component *c, const fmi3ValueReference references[]
     }
     if (elements == values)
         return true;
-    return er_fail(&c->robot->failure, "there are %lu values for variables of %lu elements; needed is"
-                   " one for each", (unsigned long)values, (unsigned long)elements);
+    return er_fail(&c->robot->failure, "values: expected one for each of %lu elements, got %lu",
+                   (unsigned long)elements, (unsigned long)values);
 }
 
 /* Value references of the elements of one variable; returns their number. */
@@ -149,8 +149,8 @@ static bool expand(er_component *c, const fmi3ValueReference references[], size_
     if (!require_count(c, references, count, values))
         return false;
     if (values > ER_MAX_REALS)
-        return er_fail(&c->robot->failure, "%lu values are given in one call; this FMU has %d",
-                       (unsigned long)values, c->robot->interface.reals);
+        return er_fail(&c->robot->failure, "values: expected at most %d in one call, got %lu",
+                       c->robot->interface.reals, (unsigned long)values);
     for (size_t i = 0; i < count; i++)
         known += elements_of(c, references[i], elements + known);
     return true;
@@ -200,8 +200,8 @@ static bool require_strings(er_component *c, size_t count, size_t values)
 {
     return c == NULL || count == values ||
            er_component_told(
-               c, er_fail(&c->robot->failure, "there are %lu values for %lu string variables; needed is"
-                          " one for each", (unsigned long)values, (unsigned long)count));
+               c, er_fail(&c->robot->failure, "values: expected one for each of %lu string variables,"
+                          " got %lu", (unsigned long)count, (unsigned long)values));
 }
 
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,

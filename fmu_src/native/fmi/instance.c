@@ -34,8 +34,8 @@ static bool read_robot(er_instance *instance, const char *file, const char *guid
         return er_fail(failure, "the robot does not fit into memory");
     good = read_file(instance, robot, file);
     if (good && strcmp(robot->guid, guid) != 0)
-        good = er_fail(failure, "the GUID is %.80s; this FMU's resources belong to %.80s; needed is"
-                       " the GUID of its modelDescription.xml", guid, robot->guid);
+        good = er_fail(failure, "GUID: expected that of this FMU's modelDescription.xml, %.80s, got"
+                       " %.80s", robot->guid, guid);
     if (good) {
         instance->fingerprint = er_hash(robot, sizeof *robot, ER_HASH_START);
         instance->model = er_model_create(robot);
@@ -93,11 +93,11 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance)
 {
     char number[ER_NUMBER_TEXT];
     if (!isfinite(start))
-        return er_fail(&instance->failure, "the start time is %s s; needed is a finite number",
+        return er_fail(&instance->failure, "start time: expected a finite number, got %s s",
                        er_shown(start, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
-        return er_fail(&instance->failure, "the tolerance is %s m; needed is a number > 0, or 0 for"
-                       " %g m", er_shown(tolerance, number), instance->interface.tolerance);
+        return er_fail(&instance->failure, "tolerance: expected a number > 0, or 0 for %g m, got %s m",
+                       instance->interface.tolerance, er_shown(tolerance, number));
     instance->progress.time = start;
     if (tolerance > 0.0)
         instance->model->memory.options.tolerance = tolerance;
@@ -185,11 +185,11 @@ bool er_instance_step(er_instance *instance, double start, double size)
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     double end = start + size;
     if (!isfinite(size) || size < 0.0)
-        return er_fail(&instance->failure, "step size is %s s; needed is a finite number >= 0",
+        return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
                        er_shown(size, number));
     if (!(fabs(start - progress->time) <= instance->model->robot.settings.time_slack))
-        return er_fail(&instance->failure, "the step starts at %s s; needed is the last step's end,"
-                       " %s s", er_shown(start, number), er_shown(progress->time, other));
+        return er_fail(&instance->failure, "step start: expected the last step's end, %s s, got %s s",
+                       er_shown(progress->time, other), er_shown(start, number));
     if (size == 0.0)
         return true;
     if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)

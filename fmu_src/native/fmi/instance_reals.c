@@ -54,8 +54,8 @@ static bool require_real(er_instance *instance, unsigned reference)
 {
     if (reference < (unsigned)instance->interface.reals)
         return true;
-    return er_fail(&instance->failure, "the value reference %u is asked for as a real variable; this"
-                   " FMU has 0 to %d", reference, instance->interface.reals - 1);
+    return er_fail(&instance->failure, "value reference of a real variable: expected 0 to %d, got %u",
+                   instance->interface.reals - 1, reference);
 }
 
 bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
@@ -87,7 +87,7 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
         return er_fail(&instance->failure, "%s is an output and cannot be set",
                        interface->name[reference]);
     return isfinite(value) ||
-           er_fail(&instance->failure, "%s is %s %s; needed is a finite number",
+           er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
                    interface->name[reference], er_shown(value, number), interface->unit[reference]);
 }
 

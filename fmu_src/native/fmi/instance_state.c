@@ -20,12 +20,11 @@ void er_instance_save(const er_instance *instance, er_saved_state *saved)
 bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
-        return er_fail(&instance->failure, "the state is not one of this FMU; needed is a state that"
-                       " it has saved");
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
     if (saved->fingerprint != instance->fingerprint)
-        return er_fail(&instance->failure, "the state is of a robot with fingerprint %016llx; needed"
-                       " is one of %016llx", (unsigned long long)saved->fingerprint,
-                       (unsigned long long)instance->fingerprint);
+        return er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
+                       " robot, got %016llx", (unsigned long long)instance->fingerprint,
+                       (unsigned long long)saved->fingerprint);
     if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
                           &instance->failure))
         return false;
@@ -48,13 +47,12 @@ bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_sa
 {
     uint64_t checksum;
     if (size != ER_SERIALISED_SIZE)
-        return er_fail(&instance->failure, "the state has %lu bytes; needed is a state that this FMU"
-                       " has saved, of %lu bytes", (unsigned long)size,
-                       (unsigned long)ER_SERIALISED_SIZE);
+        return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
+                       " %lu bytes", (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
-        return er_fail(&instance->failure, "the state is damaged: its checksum does not agree;"
-                       " needed is a state as it was saved");
+        return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
+                       (unsigned long)size);
     return true;
 }

@@ -9,8 +9,8 @@ static bool require_string(er_instance *instance, unsigned reference, unsigned *
     *which = reference - first;
     if (reference >= first && *which < ER_STRINGS)
         return true;
-    return er_fail(&instance->failure, "the value reference %u is asked for as a string variable;"
-                   " this FMU has %u to %u", reference, first, first + ER_STRINGS - 1);
+    return er_fail(&instance->failure, "value reference of a string variable: expected %u to %u, got %u",
+                   first, first + ER_STRINGS - 1, reference);
 }
 
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value)
@@ -34,7 +34,7 @@ static int choose(er_instance *instance, const er_string *string, const char *va
             return k;
         strcat(strcat(list, k > 0 ? ", " : ""), string->choice[k]);
     }
-    er_fail(&instance->failure, "%s is '%.200s'; needed is one of %s", string->name, value, list);
+    er_fail(&instance->failure, "%s: expected one of %s, got '%.200s'", string->name, list, value);
     return -1;
 }
 
@@ -42,9 +42,9 @@ static bool set_trajectory(er_instance *instance, const char *value)
 {
     er_options *options = &instance->model->memory.options;
     if (strlen(value) >= ER_MAX_PATH)
-        return er_fail(&instance->failure, "%s has %lu characters; needed are less than %d",
-                       instance->interface.string[ER_TRAJECTORY].name,
-                       (unsigned long)strlen(value), ER_MAX_PATH);
+        return er_fail(&instance->failure, "%s: expected less than %d characters, got %lu",
+                       instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH,
+                       (unsigned long)strlen(value));
     memset(options->trajectory, 0, sizeof options->trajectory);
     strcpy(options->trajectory, value);
     return true;
@@ -58,7 +58,7 @@ bool er_instance_set_string(er_instance *instance, unsigned reference, const cha
     if (!require_string(instance, reference, &which))
         return false;
     if (value == NULL)
-        return er_fail(&instance->failure, "a string is set to nothing; needed is a text");
+        return er_fail(&instance->failure, "string: expected a text, got nothing");
     if (which == ER_TRAJECTORY ? !set_trajectory(instance, value)
                                : (chosen = choose(instance, &instance->interface.string[which],
                                                   value)) < 0)

@@ -75,9 +75,9 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
         const int size[ER_BLOCKS] = {ER_BLOCK_TABLE(SIZE)};
         for (int block = 0; block < ER_BLOCKS; block++)
             if (in->size[block] != size[block])
-                return er_fail(lines->failure, "the robot's data have %d variables of the block %s;"
-                               " expected %d for this robot: build the FMU again", in->size[block],
-                               keys[block], size[block]);
+                return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
+                               " got %d: build the FMU again", size[block], keys[block],
+                               in->size[block]);
     }
     return true;
 }
@@ -90,8 +90,8 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
         !er_lines_numbers(lines, 1, &in->tolerance) || !er_lines_next(lines))
         return false;
     if (!(in->tolerance > 0.0))
-        return er_fail(lines->failure, "the robot's data have a tolerance of %g m; expected a number"
-                       " > 0: build the FMU again", in->tolerance);
+        return er_fail(lines->failure, "the robot's data: expected a tolerance > 0, got %g m: build the"
+                       " FMU again", in->tolerance);
     while (strcmp(lines->word, "reals") == 0)
         if (!read_reals(in, lines) || !er_lines_next(lines))
             return false;
@@ -123,9 +123,9 @@ bool er_require_parameters(const er_interface *interface, const er_parameters *p
             int reference = interface->first[block] + k;
             char number[ER_NUMBER_TEXT];
             if (block == ER_STIFFNESS ? !(value > 0.0) : !(value >= 0.0))
-                return er_fail(failure, "%s is %s %s; needed is a number %s",
-                               interface->name[reference], er_shown(value, number),
-                               interface->unit[reference], block == ER_STIFFNESS ? "> 0" : ">= 0");
+                return er_fail(failure, "%s: expected a number %s, got %s %s",
+                               interface->name[reference], block == ER_STIFFNESS ? "> 0" : ">= 0",
+                               er_shown(value, number), interface->unit[reference]);
         }
     return true;
 }

@@ -13,13 +13,11 @@ static const struct {
     unsigned phases;     /* in which the call may be made */
     const char *refusal; /* elsewhere, but for the terminated instance */
 } calls[] = {
-    [ER_CALL_SETUP] = {BEFORE, "the experiment is set up after initialisation; needed is to do so"
-                               " before"},
-    [ER_CALL_ENTER] = {BEFORE, "initialisation is entered after it has ended; needed is a reset"
-                               " first"},
+    [ER_CALL_SETUP] = {BEFORE, "expected the experiment's setup before initialisation ends, got it"
+                               " after"},
+    [ER_CALL_ENTER] = {BEFORE, "expected a reset before initialisation is entered again, got none"},
     [ER_CALL_EXIT] = {ALIVE, NULL},
-    [ER_CALL_STEP] = {IN(ER_RUNNING), "a step is asked for before initialisation has ended; needed is to"
-                                      " end it first"},
+    [ER_CALL_STEP] = {IN(ER_RUNNING), "expected initialisation's end before a step, got the step first"},
     [ER_CALL_SET] = {ALIVE, NULL},
     [ER_CALL_SET_STRING] = {BEFORE, "strings are fixed; set them before initialisation ends"},
     [ER_CALL_ANY] = {ALWAYS, NULL},
@@ -29,7 +27,7 @@ const char *er_refusal(er_phase phase, er_call call)
 {
     if ((calls[call].phases & IN(phase)) != 0)
         return NULL;
-    return phase == ER_TERMINATED ? "the simulation has been terminated; expected a reset or an earlier"
-                                    " state before it goes on"
+    return phase == ER_TERMINATED ? "expected a reset or an earlier state after the simulation's"
+                                    " termination, got another call"
                                   : calls[call].refusal;
 }

@@ -1,4 +1,4 @@
-/* Errors: one sentence that says what was found, what is needed and where.
+/* Errors: one sentence that says where, what was expected and what was got.
  *
  * A function that can fail returns false and leaves the sentence in the er_failure it was given.
  */

@@ -10,10 +10,10 @@ void er_lines_start(er_lines *lines, const char *text, er_failure *failure)
     *lines = (er_lines){text, 1, "", failure};
 }
 
-bool er_lines_refuse(er_lines *lines, const char *needed)
+bool er_lines_refuse(er_lines *lines, const char *expected)
 {
-    return er_fail(lines->failure, "the robot's data, line %d: found '%s'; needed is %s", lines->line,
-                   lines->word, needed);
+    return er_fail(lines->failure, "the robot's data, line %d: expected %s, got '%s'", lines->line,
+                   expected, lines->word);
 }
 
 static void skip_blanks(er_lines *lines)
@@ -50,11 +50,11 @@ bool er_lines_at_end(er_lines *lines)
     return *lines->at == '\n' || *lines->at == '\0';
 }
 
-bool er_lines_text(er_lines *lines, size_t size, char *text, const char *needed)
+bool er_lines_text(er_lines *lines, size_t size, char *text, const char *expected)
 {
     size_t length = read_word(lines);
     if (length == 0 || length >= size || length >= ER_WORD)
-        return er_lines_refuse(lines, needed);
+        return er_lines_refuse(lines, expected);
     strcpy(text, lines->word);
     return true;
 }
@@ -77,8 +77,8 @@ bool er_lines_count(er_lines *lines, int least, int most, int *count)
     if (!er_lines_numbers(lines, 1, &value))
         return false;
     if (!(value >= least && value <= most) || value != floor(value))
-        return er_fail(lines->failure, "the robot's data, line %d: found %g; needed is a whole number"
-                       " from %d to %d", lines->line, value, least, most);
+        return er_fail(lines->failure, "the robot's data, line %d: expected a whole number from %d to"
+                       " %d, got %g", lines->line, least, most, value);
     *count = (int)value;
     return true;
 }

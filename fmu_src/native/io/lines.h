@@ -19,8 +19,8 @@ typedef struct {
 /* Starts in front of the first word. */
 void er_lines_start(er_lines *lines, const char *text, er_failure *failure);
 
-/* Says where what was found instead of something, and returns false. */
-bool er_lines_refuse(er_lines *lines, const char *needed);
+/* Says where what was got instead of something, and returns false. */
+bool er_lines_refuse(er_lines *lines, const char *expected);
 
 /* Reads the line's next word; empty at its end. */
 void er_lines_word(er_lines *lines);
@@ -32,7 +32,7 @@ bool er_lines_key(er_lines *lines, const char *key);
 bool er_lines_at_end(er_lines *lines);
 
 /* Reads a word into a text of `size` bytes; refuses a word that is missing or does not fit. */
-bool er_lines_text(er_lines *lines, size_t size, char *text, const char *needed);
+bool er_lines_text(er_lines *lines, size_t size, char *text, const char *expected);
 
 bool er_lines_numbers(er_lines *lines, int count, double *values);
 

@@ -177,8 +177,8 @@ static bool open_array(slice zip, const char *name, array *a, er_failure *failur
     snprintf(file, sizeof file, "%s.npy", name);
     a->content = member(zip, file, &size);
     if (a->content == NULL)
-        return er_fail(failure, "the archive has no readable array '%s'; needed are the arrays"
-                       " 'columns' and 'data'", name);
+        return er_fail(failure, "expected the arrays 'columns' and 'data', got no readable '%s'",
+                       name);
     return parse_header(a, size, failure, name);
 }
 

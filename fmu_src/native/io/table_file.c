@@ -36,7 +36,7 @@ static bool read_names(er_data_table *table, const char *c, const char *end, er_
         char *name;
         size_t length = 0;
         if (table->columns == ER_MAX_COLUMNS)
-            return er_fail(failure, "more than %d columns", ER_MAX_COLUMNS);
+            return er_fail(failure, "expected at most %d columns, got more", ER_MAX_COLUMNS);
         name = table->name[table->columns++];
         for (c = skip_blanks(c); c < end && *c != ','; c++)
             if (length + 1 < ER_MAX_NAME)
@@ -57,12 +57,12 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         double value;
         c = skip_blanks(c);
         if (!er_read_number(&c, &value)) {
-            char found[40];
+            char got[40];
             size_t length = 0;
-            for (; c < end && *c != ',' && length + 1 < sizeof found; c++)
-                found[length++] = printable(*c);
-            found[length] = '\0';
-            return er_fail(failure, "line %d: found '%s'; needed is a finite number", line, found);
+            for (; c < end && *c != ',' && length + 1 < sizeof got; c++)
+                got[length++] = printable(*c);
+            got[length] = '\0';
+            return er_fail(failure, "line %d: expected a finite number, got '%s'", line, got);
         }
         if (k < table->columns)
             row[k] = value;
@@ -74,7 +74,7 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
                            table->columns, k + 1);
         }
         if (*c != ',')
-            return er_fail(failure, "line %d: found '%c' between two numbers; needed is a comma",
+            return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'",
                            line, printable(*c));
         c++;
     }

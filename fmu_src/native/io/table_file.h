@@ -16,7 +16,7 @@ typedef struct {
     double *data; /* by rows */
 } er_data_table;
 
-/* Reads a file; the failure says what was found and needed, but not which file. */
+/* Reads a file; the failure says what was expected and got, but not in which file. */
 bool er_table_read(er_data_table *table, const char *path, er_failure *failure);
 
 void er_table_free(er_data_table *table);

@@ -13,7 +13,7 @@ static bool missing_column(const er_data_table *table, const char *name, er_fail
     for (int k = 0; k < table->columns && length + ER_MAX_NAME + 2 < sizeof names; k++)
         length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
                                    k > 0 ? ", " : "", table->name[k]);
-    return er_fail(failure, "has no column '%s'; it has %s", name, names);
+    return er_fail(failure, "expected a column '%s', got %s", name, names);
 }
 
 /* Finds PREFIX1.. PREFIXn; *found is false where none of them is there. */
@@ -51,8 +51,8 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
     if (!q)
         return missing_column(table, "q1", failure);
     if (qd != qdd)
-        return er_fail(failure, "trajectory has %s but no %s; give both or none", qd ? "qd" : "qdd",
-                       qd ? "qdd" : "qd");
+        return er_fail(failure, "expected qd and qdd, or none of them, got %s alone",
+                       qd ? "qd" : "qdd");
     width = 1 + joints * (qd ? 3 : 1);
     for (size_t k = 0; k < table->rows; k++) {
         double row[ER_MAX_COLUMNS];

@@ -55,18 +55,18 @@ def twice_decoded():
 
 
 # Refused before PythonFMU's library is asked.
-for wrong, needed in (
+for wrong, told in (
     ({"kind": 0}, b"co-simulation only"),
-    ({"guid": b"{wrong}"}, b"the GUID is '{wrong}'"),
-    ({"guid": None}, b"the GUID is ''"),
-    ({"resources": b"file:///nowhere"}, b"the resources are at 'file:///nowhere'"),
-    ({"resources": None}, b"the resources are at ''"),
-    ({"resources": twice_decoded()}, b"needed is a folder without %%20 in its name"),
+    ({"guid": b"{wrong}"}, b"GUID: expected that of modelDescription.xml, got '{wrong}'"),
+    ({"guid": None}, b"GUID: expected that of modelDescription.xml, got ''"),
+    ({"resources": b"file:///nowhere"}, b"slavemodule.txt, got 'file:///nowhere'"),
+    ({"resources": None}, b"slavemodule.txt, got ''"),
+    ({"resources": twice_decoded()}, b"resources: expected a folder without %%20 in its name"),
 ):
     assert instantiate(**wrong) is None, wrong
     env, status, _, text = heard.pop()
     assert (env, status) == (77, 3)
-    assert needed in text, text
+    assert told in text, text
 assert not heard
 assert reached() == []
 
@@ -162,10 +162,10 @@ assert reached() == [
 assert library.fmi2SetFMUstate(robot, None) == 3
 assert library.fmi2SerializedFMUstateSize(robot, None, byref(size)) == 3
 assert library.fmi2SerializeFMUstate(robot, other, buffer, c_size_t(4)) == 3
-assert [text.split(b";")[0] for _, _, _, text in heard] == [
-    b"there is no state",
-    b"there is no state",
-    b"the buffer is too small for the state",
+assert [text for _, _, _, text in heard] == [
+    b"state: expected one that this FMU has saved, got none",
+    b"state: expected one that this FMU has saved, got none",
+    b"buffer: expected at least the state's size, got less",
 ]
 heard.clear()
 for failing in (library.fmi2GetFMUstate, library.fmi2DeSerializeFMUstate):
