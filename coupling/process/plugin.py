@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -36,10 +37,11 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
         raise CaseError(f"{file} is not there; needed is the Python file of the process")
     module = _imported(file)
     found = getattr(module, table, None)
-    if not (isinstance(found, type) and issubclass(found, ProcessTable)):
+    is_table = isinstance(found, type) and issubclass(found, ProcessTable)
+    if found is None or not is_table or inspect.isabstract(found):
         raise CaseError(
             f"{file} has no table {table!r}; needed is a class of that name, derived from"
-            " coupling.process.ProcessTable"
+            " coupling.process.ProcessTable, with a method process(task)"
         )
     return f"{file}:{table}", found
 
