@@ -18,6 +18,10 @@ class PlanningError(CouplingError):
     """The robot cannot follow a tool path: out of reach, beyond a limit or singular."""
 
 
+class HostError(CouplingError):
+    """The process that a robot's FMU runs in has ended: killed, or crashed by the FMU."""
+
+
 class SimulationError(CouplingError):
     """The FMU could not be loaded or refused a step."""
 

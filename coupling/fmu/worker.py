@@ -33,6 +33,10 @@ def unpack(file: Path, folder: Path) -> None:
         raise FmuError(f"is not a readable FMU: {cause}") from cause
 
 
+class WorkerEndedError(FmuError):
+    """The worker has ended before its answer."""
+
+
 class WorkerProcess:
     """A running worker.
 
@@ -98,8 +102,8 @@ class WorkerProcess:
             raise self._death() from cause
         return answer
 
-    def _death(self) -> FmuError:
+    def _death(self) -> WorkerEndedError:
         self._said.seek(0)
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         last = f": {lines[-1]}" if lines else ""
-        return FmuError(f"the process that runs the FMU has ended{last}")
+        return WorkerEndedError(f"the process that runs the FMU has ended{last}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -36,10 +37,11 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
         raise CaseError(f"expected the Python file of the process, got {file}, which is not there")
     module = _imported(file)
     found = getattr(module, table, None)
-    if not (isinstance(found, type) and issubclass(found, ProcessTable)):
+    is_table = isinstance(found, type) and issubclass(found, ProcessTable)
+    if found is None or not is_table or inspect.isabstract(found):
         raise CaseError(
-            f"{file}: expected a class {table} derived from coupling.process.ProcessTable, got"
-            f" {'none' if found is None else found}"
+            f"{file}: expected a class {table} derived from coupling.process.ProcessTable, with a"
+            f" method process(task), got {'none' if found is None else found}"
         )
     return f"{file}:{table}", found
 

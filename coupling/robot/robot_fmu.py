@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.errors import SimulationError
+from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.fmu.driver import FmuError, Job
-from coupling.fmu.worker import WorkerProcess, unpack
+from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import AXES, POSE, Mode
@@ -89,6 +89,7 @@ class RobotFmu:
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
+            HostError: If the FMU's process has ended.
         """
         if not np.array_equal(command.time, wrench.time):
             raise SimulationError(
@@ -149,5 +150,7 @@ def _simulation_errors(where: str = "") -> Iterator[None]:
     """Turn an FMU's errors into those of a simulation."""
     try:
         yield
+    except WorkerEndedError as cause:
+        raise HostError(f"{where}{cause}") from cause
     except FmuError as cause:
         raise SimulationError(f"{where}{cause}") from cause

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import CouplingError, ProcessError
+from coupling.errors import CouplingError, HostError, ProcessError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
@@ -79,6 +79,8 @@ class Mirror(Schema):
                 reason = f"the process failed in pass {len(passes)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
                 break
+            except HostError:  # no verdict on the command
+                raise
             except CouplingError as error:
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
                 verdict = Outcome.ROBOT_FAILED, reason

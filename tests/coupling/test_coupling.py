@@ -12,14 +12,16 @@ from places import CASES, EXAMPLES, TESTS
 from pythonfmu.builder import FmuBuilder
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
-from spring_robot import SpringRobot
+from spring_robot import SpringPlanner, SpringRobot, upright
 
-from coupling.errors import CaseError, SimulationError
+from coupling.errors import CaseError, HostError, SimulationError
 from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
+from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import SCHEMES, Aitken, Constant
 from coupling.toolpaths import Cone, Task
@@ -125,6 +127,28 @@ def test_a_robot_that_fails_on_the_way_ends_the_iteration_as_diverged():
     assert result.outcome is Outcome.ROBOT_FAILED
     assert "too soft" in result.reason
     assert np.all(np.isfinite(result.path.pose))
+
+
+@pytest.mark.parametrize("at", [3, 8])
+def test_a_robot_whose_host_ends_is_an_error_and_no_verdict(at):
+    """In the first coupling and in that of a corrected command, which 8 simulations reach."""
+
+    class Ending(SpringRobot):
+        calls = 0
+
+        def simulate(self, command, wrench, mode):
+            self.calls += 1
+            if self.calls == at:
+                raise HostError("killed")
+            return super().simulate(command, wrench, mode)
+
+    springs = Ending(5e-7 * np.eye(3))
+    cell = Cell((Member("springs", AT_THE_ORIGIN, springs, SpringPlanner()),))
+    process, command = ElasticWall(stiffness=1e6, **WALL), moving_command()
+    desired = ToolPath(command.time, upright(command.q[0]))
+    with pytest.raises(HostError, match="killed"):
+        Mirror().correct(loop(cell, process, SCHEMES["anderson"](1.0)), desired)
+    assert springs.calls == at
 
 
 @given(st.integers(0, 10**6))

@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from coupling.errors import SimulationError
+from coupling.errors import HostError, SimulationError
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
@@ -64,7 +64,7 @@ def test_a_process_that_dies_is_an_error_not_a_hang(arm_fmu):
     with RobotFmu(arm_fmu) as robot:
         robot._processes[0]._process.kill()
         robot._processes[0]._process.wait()
-        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
+        with pytest.raises(HostError, match="process that runs the FMU has ended"):
             robot.simulate(at_rest(time), WrenchHistory.none(time), "dynamic")
 
 
@@ -79,7 +79,7 @@ def test_an_answer_that_was_not_taken_is_not_that_of_the_next_simulation(arm_fmu
         expected = robot.simulate(command, WrenchHistory.none(time), "quasistatic")
         robot._processes[1]._process.kill()
         robot._processes[1]._process.wait()
-        with pytest.raises(SimulationError, match="process that runs the FMU has ended"):
+        with pytest.raises(HostError, match="process that runs the FMU has ended"):
             robot.simulate(command, loaded, "quasistatic")
         for n in (50, 100):  # by one process, and by two
             short = JointPath(time[:n], (command.q[0][:n],))

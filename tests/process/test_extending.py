@@ -74,6 +74,11 @@ BAD_FILES = {
         "own.py:Table",
         "derived from coupling.process.ProcessTable, got <class",
     ),
+    "no method": (
+        "from coupling.process import ProcessTable\nclass Table(ProcessTable): pass",
+        "own.py:Table",
+        r"with a method process\(task\)",
+    ),
     "broken": ("x = ", "own.py:Table", "own.py: cannot be imported: SyntaxError"),
     "neither": (
         None,
