@@ -253,4 +253,7 @@ def test_the_guid_follows_the_content(ours, example, tmp_path):
 def test_a_wrong_date_is_refused(example, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(os.environ, "SOURCE_DATE_EPOCH", "yesterday")
     assert main(["-o", str(tmp_path / "R.fmu")]) == 2
-    assert "SOURCE_DATE_EPOCH is 'yesterday'" in capsys.readouterr().err
+    assert (
+        "SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got 'yesterday'"
+        in capsys.readouterr().err
+    )
