@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from native_core import Core, CoreError, read_data
 from native_fmu import SANITIZERS, compiler
@@ -16,6 +17,7 @@ from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.fmi.interface import blocks
+from elastic_robot.settings import SETTINGS
 
 
 def test_robots_that_the_core_cannot_hold_are_refused(example):
@@ -31,6 +33,35 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
     long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
     with pytest.raises(RobotFileError, match="at most 64 points for a native FMU, got 80"):
         robot_text(long, "{x}")
+
+
+def with_settings(robot: Robot, **values: float) -> Core:
+    """The core with other numerical settings in its data."""
+    text = robot_text(robot, "{x}")
+    for name, value in values.items():
+        line = f"setting {name} {float(getattr(SETTINGS, name))!r}"
+        assert line in text
+        text = text.replace(line, f"setting {name} {value!r}")
+    return Core(text)
+
+
+def test_the_core_takes_its_settings_from_its_data(example):
+    """A step with hardly any steps to take, and a gear that carries less than a raised limit."""
+    push, posture = [0.0, 1e-3, 0.0, 0.0, 0.0, 0.0], [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
+    hasty = with_settings(example, most_steps=1.0, most_steps_per_longest=1e-9)
+    kick = [0.0, 0.0, -2000.0, 0.0, 0.0, 0.0]
+    usual = Core(example)
+    for core in (usual, hasty):
+        core.reset("backlash", 0.0, posture, np.zeros(6))
+    usual.step(0.1, posture, kick)
+    with pytest.raises(CoreError, match="needs more than 1 steps"):
+        hasty.step(0.1, posture, kick)
+    rests = []
+    for core in (Core(example), with_settings(example, neutral_torque=1.0)):
+        core.reset("backlash", 0.0, posture, push, quasistatic=True)
+        rests.append(core.outputs(11)["x"][0])
+    assert abs(rests[0]) >= example.joints[0].backlash
+    assert rests[1] == 0.0
 
 
 def data_of(robot: Robot) -> str:
