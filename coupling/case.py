@@ -186,4 +186,4 @@ def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> 
             "process: model: expected one that knows two tools with [support], as isf-force-law and"
             f" sheet-fem, got {process_table.model!r}"
         )
-    return task.supported(table.support(task, diameter))
+    return replace(task, support=table.support(task, diameter))

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -96,9 +97,8 @@ class RobotFmu:
                 "expected command and wrench at the same times, got different times"
             )
         trajectory = Path(self._folder.name, "trajectory.npz")
-        (angles,), (loads,) = command.q, wrench.wrench
-        columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
-        np.savez(trajectory, columns=columns, data=np.column_stack([command.time, angles]))
+        save_trajectory(trajectory, command)
+        (loads,) = wrench.wrench
         parameters = {
             "trajectory": str(trajectory),
             "torque_curve": self.torque_curve,
@@ -136,6 +136,13 @@ class RobotFmu:
     def _end(self) -> None:
         while self._processes:
             self._processes.pop().close()
+
+
+def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
+    """Write the motion of one robot as an NPZ that the FMU's `trajectory` reads."""
+    (angles,) = command.q
+    columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
+    np.savez(file, columns=columns, data=np.column_stack([command.time, angles]))
 
 
 def _parts(samples: int, mode: Mode) -> list[slice]:

@@ -8,8 +8,6 @@ from io import BytesIO
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
-import numpy as np
-
 import elastic_robot
 from coupling.case import Case
 from coupling.errors import BuildError
@@ -19,6 +17,7 @@ from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path.histories import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.robot_fmu import save_trajectory
 from elastic_robot.fmi.interface import AXES, POSE
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -78,9 +77,7 @@ def write_ssp(case: Case, file: Path) -> Path:
 
 def _table(command: JointPath) -> bytes:
     table = BytesIO()
-    angles = command.q[0]
-    columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
-    np.savez(table, columns=columns, data=np.column_stack([command.time, angles]))
+    save_trajectory(table, command)
     return table.getvalue()
 
 

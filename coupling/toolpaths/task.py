@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from uuid import uuid4
 
@@ -47,10 +47,6 @@ class Task:
         if self.support is None:
             return self.forming
         return ToolPath.of_tools([self.forming, self.support.desired])
-
-    def supported(self, support: Support) -> Task:
-        """Return the same task with a supporting tool."""
-        return replace(self, support=support)
 
 
 class ToolPathTable(Schema, ABC):
