@@ -45,7 +45,9 @@ def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> 
     return stacked
 
 
-def _common_time(histories: Sequence[ToolPath] | Sequence[WrenchHistory], name: str) -> np.ndarray:
+def _common_time(
+    histories: Sequence[ToolPath] | Sequence[WrenchHistory] | Sequence[JointPath], name: str
+) -> np.ndarray:
     time = histories[0].time
     if not all(np.array_equal(history.time, time) for history in histories):
         raise ValueError(f"{name}: expected the same times for all tools, got different times")
@@ -88,6 +90,10 @@ class ToolPath:
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
         """Return the path of several tools that move at the same time."""
         return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
+
+    def at_rows(self, rows: np.ndarray) -> ToolPath:
+        """Return the path at some of its times, by their row numbers."""
+        return ToolPath(self.time[rows], self.pose[:, rows])
 
     @property
     def tools(self) -> tuple[ToolPath, ...]:
@@ -134,27 +140,62 @@ class ToolPath:
 
 @dataclass(frozen=True)
 class JointPath:
-    """Drive angles over time.
+    """Motion of the drives over time, on rows of its own.
+
+    With rates and accelerations it is the quintic Hermite spline of its rows, else the C2 cubic spline
+    through them with zero rate at both ends, as the FMU's `trajectory` is.
 
     Attributes:
         time: Rising [s], (n,).
         q: Angles of every robot [rad], (n, joints) each.
+        qd, qdd: Rates [rad/s] and accelerations [rad/s^2] of every robot; both empty for angles alone.
 
     Raises:
-        ValueError: As for ToolPath.
+        ValueError: As for ToolPath, or if only one of rates and accelerations is given.
     """
 
     time: np.ndarray
     q: tuple[np.ndarray, ...]
+    qd: tuple[np.ndarray, ...] = ()
+    qdd: tuple[np.ndarray, ...] = ()
 
     def __post_init__(self) -> None:
-        for angles in self.q:
-            _require_history(self.time, angles, "joint path")
+        if len(self.qd) != len(self.qdd) or len(self.qd) not in (0, len(self.q)):
+            raise ValueError(
+                f"joint path: expected rates and accelerations of {len(self.q)} robots, or neither, got"
+                f" {len(self.qd)} and {len(self.qdd)}"
+            )
+        for values in (*self.q, *self.qd, *self.qdd):
+            _require_history(self.time, values, "joint path")
+
+    @classmethod
+    def of_robots(cls, motions: Sequence[JointPath]) -> JointPath:
+        """Return the motion of several robots that move at the same time."""
+        time = _common_time(motions, "joint path")
+        q, qd, qdd = (
+            tuple(values for motion in motions for values in getattr(motion, name))
+            for name in ("q", "qd", "qdd")
+        )
+        return cls(time, q, qd, qdd)
 
     @property
     def robots(self) -> tuple[JointPath, ...]:
         """Motion of every robot by itself."""
-        return tuple(JointPath(self.time, (angles,)) for angles in self.q)
+        return tuple(
+            JointPath(self.time, self.q[i : i + 1], self.qd[i : i + 1], self.qdd[i : i + 1])
+            for i in range(len(self.q))
+        )
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Columns q1.., and qd1.., qdd1.. where there are rates, of the first robot, by name."""
+        blocks = {"q": self.q, "qd": self.qd, "qdd": self.qdd}
+        return {
+            f"{name}{i + 1}": values[0][:, i]
+            for name, values in blocks.items()
+            if values
+            for i in range(values[0].shape[1])
+        }
 
 
 @dataclass(frozen=True)
@@ -194,6 +235,21 @@ class WrenchHistory:
         """Return the wrenches on several tools at the same time."""
         time = _common_time(histories, "wrench history")
         return cls(time, np.concatenate([history.wrench for history in histories]))
+
+    def held(self, time: np.ndarray) -> WrenchHistory:
+        """Return the same loads over shorter steps: each row of `time` gets the one that acts there.
+
+        Args:
+            time: Rising, from the first time to the last [s], (k,).
+
+        Example:
+            >>> forces = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+            >>> loads = WrenchHistory.of_forces(np.array([0.0, 1.0]), [forces])
+            >>> loads.held(np.array([0.0, 0.5, 1.0])).force[0, :, 2]
+            array([1., 2., 2.])
+        """
+        rows = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
+        return WrenchHistory(time, self.wrench[:, rows])
 
     @property
     def tools(self) -> tuple[WrenchHistory, ...]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import BinaryIO
 
 import numpy as np
@@ -78,33 +79,37 @@ class RobotFmu:
         self._end()
         self._folder.cleanup()
 
-    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+    def simulate(
+        self,
+        command: JointPath,
+        wrench: WrenchHistory,
+        mode: Mode,
+        changed: Mapping[str, float] = MappingProxyType({}),
+    ) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
 
         Row k of the history acts over the step that ends at time[k], row 0 in initialisation.
 
         Args:
-            command: Drive angles.
-            wrench: Wrench on the tool, at the command's times.
+            command: Motion of the drives, which covers the history's times.
+            wrench: Wrench on the tool; the path is told at its times.
             mode: "dynamic" or "quasistatic".
+            changed: Values of the FMU's parameters other than the robot's own, by name.
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
-        if not np.array_equal(command.time, wrench.time):
-            raise SimulationError(
-                "expected command and wrench at the same times, got different times"
-            )
         trajectory = Path(self._folder.name, "trajectory.npz")
         save_trajectory(trajectory, command)
         (loads,) = wrench.wrench
-        parameters = {
+        parameters: dict[str, float | str] = {
             "trajectory": str(trajectory),
             "torque_curve": self.torque_curve,
             "mode": mode,
+            **changed,
         }
-        parts = _parts(len(command.time), mode)
+        parts = _parts(len(wrench.time), mode)
         processes = self._started(len(parts))
         inputs, outputs = SIGNALS[processes[0].version]
         jobs = [
@@ -124,7 +129,7 @@ class RobotFmu:
         except BaseException:
             self._end()  # what they still answer would be taken for the next simulation's
             raise
-        return ToolPath(command.time, np.vstack(poses))
+        return ToolPath(wrench.time, np.vstack(poses))
 
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
@@ -140,9 +145,8 @@ class RobotFmu:
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
     """Write the motion of one robot as an NPZ that the FMU's `trajectory` reads."""
-    (angles,) = command.q
-    columns = ["time", *(f"q{i + 1}" for i in range(angles.shape[1]))]
-    np.savez(file, columns=columns, data=np.column_stack([command.time, angles]))
+    columns = {"time": command.time, **command.columns}
+    np.savez(file, columns=list(columns), data=np.column_stack(list(columns.values())))
 
 
 def _parts(samples: int, mode: Mode) -> list[slice]:

@@ -1,0 +1,81 @@
+"""Splines on evenly spaced knots, of several quantities at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+
+@cache
+def _basis(degree: int) -> tuple[tuple[BSpline, ...], ...]:
+    """Return the B-splines on the interval [0, 1] of integer knots, and their derivatives by order."""
+    knots = np.arange(-degree, degree + 2, dtype=float)
+    unit = [BSpline(knots, row, degree) for row in np.eye(degree + 1)]
+    return tuple(
+        tuple(b.derivative(order) if order else b for b in unit) for order in range(degree + 1)
+    )
+
+
+def stencil(place: np.ndarray, degree: int, order: int) -> np.ndarray:
+    """Return the weights of the coefficients at places inside an interval, (k, degree + 1).
+
+    Args:
+        place: Parts of the interval, 0 to 1, (k,).
+        degree: Degree of the spline.
+        order: Order of the derivative, by the interval's length.
+    """
+    return np.stack([b(place) for b in _basis(degree)[order]], axis=-1)
+
+
+@dataclass(frozen=True)
+class UniformSpline:
+    """A spline with evenly spaced knots, k - 1 times continuously differentiable for degree k.
+
+    Attributes:
+        start: First time [s].
+        spacing: Distance of the knots [s].
+        coefficients: (intervals + degree, quantities).
+        degree: Degree of its pieces.
+
+    Example:
+        >>> line = UniformSpline(1.0, 0.5, np.arange(6.0)[:, None], degree=3)
+        >>> line.at(np.array([1.0, 2.5])).ravel(), line.at(np.array([2.0]), order=1).ravel()
+        (array([1., 4.]), array([2.]))
+    """
+
+    start: float
+    spacing: float
+    coefficients: np.ndarray
+    degree: int = 5
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals between knots."""
+        return len(self.coefficients) - self.degree
+
+    @property
+    def end(self) -> float:
+        """Last time [s]."""
+        return self.start + self.spacing * self.intervals
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Times of the knots from start to end [s], (intervals + 1,)."""
+        return self.start + self.spacing * np.arange(self.intervals + 1)
+
+    def place(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the number of each time's interval, and the part of it that lies before."""
+        u = (times - self.start) / self.spacing
+        first = np.clip(np.floor(u).astype(int), 0, self.intervals - 1)
+        return first, u - first
+
+    def at(self, times: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return values or derivatives at times (k,), (k, quantities)."""
+        first, part = self.place(times)
+        weights = stencil(part, self.degree, order) / self.spacing**order
+        rows = self.coefficients[first[:, None] + np.arange(self.degree + 1)]
+        values: np.ndarray = np.einsum("kj,kjv->kv", weights, rows)
+        return values
