@@ -8,8 +8,9 @@ at once it is well-posed (Devasia, Chen and Paden 1996, docs/references.md).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import solve_banded
@@ -18,6 +19,8 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.rows import LinkDerivatives, LinkModel, LinkState
 from coupling.inverse.spline import UniformSpline, stencil
+
+End = Literal["rest", "loaded", "free"]
 
 _DEGREE = 5
 _ORDERS = 3
@@ -36,13 +39,14 @@ class Weights:
         position: Of a position error [1/m].
         rotation: Of a rotation error [1/rad]: a tenth of a milliradian counts as a micrometre.
         acceleration: Of the links' angular acceleration beside the rigid robot's [s^2/rad].
-        balance: Of a torque missing in a tilt, over that of what it moves the tool by when at rest.
+        balance: Of a torque missing in a tilt, over that of what it would move the tool by against the
+            tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
     """
 
     position: float = 1e6
     rotation: float = 1e4
     acceleration: float = 0.2
-    balance: float = 1e3
+    balance: float = 30.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ class LinkTask:
         rotation: Function from times to its rotations.
         wrench: Function from times to wrenches on the robot at the TCP, base axes, (k, 6).
         guess: Joint angles of the rigid robot at the nodes [rad], (intervals + 1, joints).
-        at_rest: Whether the motion begins and ends at rest.
+        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static loads,
+            as a simulation begins; or "free".
     """
 
     start: float
@@ -65,12 +70,24 @@ class LinkTask:
     rotation: Callable[[np.ndarray], Rotation]
     wrench: Callable[[np.ndarray], np.ndarray]
     guess: np.ndarray
-    at_rest: tuple[bool, bool] = (True, True)
+    begins: End = "rest"
+    ends: End = "rest"
 
     @property
     def nodes(self) -> np.ndarray:
         """Times of the nodes [s]."""
         return self.start + self.spacing * np.arange(self.intervals + 1)
+
+    def part(self, first: int, last: int) -> LinkTask:
+        """Return the task between two nodes; where it is cut the motion is free."""
+        return replace(
+            self,
+            start=self.start + self.spacing * first,
+            intervals=last - first,
+            guess=self.guess[first : last + 1],
+            begins=self.begins if first == 0 else "free",
+            ends=self.ends if last == self.intervals else "free",
+        )
 
 
 @dataclass(frozen=True)
@@ -127,7 +144,7 @@ class LinkProblem:
 
     def __init__(self, model: LinkModel, task: LinkTask, weights: Weights) -> None:
         self._model, self._task, self._weights = model, task, weights
-        stiffness = model.tilt_stiffness
+        stiffness = model.tilt_stiffness + model.tilt_inertia(task.guess[0]) / task.spacing**2
         self._balance = weights.balance * weights.position * model.reach / stiffness
         self._rigid = interpolating(task, model.chain.theta(task.guess))
         self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
@@ -265,7 +282,7 @@ class LinkProblem:
         """Return D^T D and D^T r by theta, theta', theta'' at every point."""
         model, weights = self._model, self._weights
         count, size = len(pose), model.size
-        rows = by.tilts
+        rows = by.load[:, :, model.tilts]
         each = np.arange(len(model.tilts))
         rows[:, 0, each, model.tilts] += model.tilt_stiffness
         rows[:, 1, each, model.tilts] += model.tilt_damping
@@ -286,8 +303,7 @@ class LinkProblem:
     def _ends(self) -> list[_Condition]:
         """Return what holds at the ends of the motion.
 
-        At rest nothing moves.  A path cut in mid-motion begins as a simulation does, with the tilts at
-        rest under their static loads, and its end is free.
+        A motion that begins at rest has the tilts at rest under their static loads by their equation.
         """
         model, task = self._model, self._task
         # Heavier than everything else, so that it holds to rounding.
@@ -297,17 +313,18 @@ class LinkProblem:
             heavy * stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_ORDERS)
         )
         everything = np.arange(model.size)
-        standing = [
-            (rate, everything, np.zeros(model.size)),
-            (acceleration, everything, np.zeros(model.size)),
-        ]
-        static = heavy * self._static_tilts
-        loaded = [(value, model.tilts, static), (rate, model.tilts, np.zeros(len(static)))]
-        first = standing if task.at_rest[0] else loaded
-        last = standing if task.at_rest[1] else []
+        everything, tilts = np.arange(model.size), model.tilts
+        conditions: dict[End, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
+            "rest": [(row, everything, np.zeros(model.size)) for row in (rate, acceleration)],
+            "loaded": [
+                (value, tilts, heavy * self._static_tilts),
+                (rate, tilts, np.zeros(len(tilts))),
+            ],
+            "free": [],
+        }
         return [
-            *(_Condition(0, *condition) for condition in first),
-            *(_Condition(task.intervals, *condition) for condition in last),
+            *(_Condition(0, *condition) for condition in conditions[task.begins]),
+            *(_Condition(task.intervals, *condition) for condition in conditions[task.ends]),
         ]
 
 
@@ -350,7 +367,7 @@ def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
     """
     count = task.intervals + 1
     rows = [stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_DEGREE)]
-    orders = [(1, 2) if rest else (3, 4) for rest in task.at_rest]
+    orders = [(1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends)]
     size = count + _DEGREE - 1
     right = np.zeros((size, values.shape[1]))
     right[2:-2] = values

@@ -32,12 +32,11 @@ class LinkDerivatives:
     """Derivatives of a `LinkState`.
 
     Attributes:
-        tilts: Of the loads in the rows of the tilts by theta, theta', theta'',
-            (k, 3, tilts, angles).
+        load: Of the loads by theta, theta', theta'', (k, 3, angles, angles).
         jacobian: Of the TCP's position and rotation by theta, (k, 6, angles).
     """
 
-    tilts: np.ndarray
+    load: np.ndarray
     jacobian: np.ndarray
 
 
@@ -75,6 +74,11 @@ class LinkModel:
     def size(self) -> int:
         """Number of angles of the chain."""
         return int(self.chain.model.nv)
+
+    def tilt_inertia(self, q: np.ndarray) -> np.ndarray:
+        """Return what every tilt moves at drive angles (joints,) [kg m^2], (t,)."""
+        mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
+        return mass.diagonal()[self.tilts].copy()
 
     def state(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
@@ -115,10 +119,9 @@ class LinkModel:
             placement = pin.updateFramePlacement(model, data, self.chain.tcp)
             position[k], rotation[k] = placement.translation, placement.rotation
         load -= np.einsum("kr,krv->kv", wrench, jacobian)
-        tilts = by[:, :, self.tilts]
         if wrench.any():
-            tilts[:, 0] -= tcp_force_gradient(jacobian, wrench)[:, self.tilts]
-        return LinkState(load, position, rotation), LinkDerivatives(tilts, jacobian)
+            by[:, 0] -= tcp_force_gradient(jacobian, wrench)
+        return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)
 
     def base_from_tool(self, theta: np.ndarray) -> pin.SE3:
         """Return the pose of the TCP at angles (angles,)."""
