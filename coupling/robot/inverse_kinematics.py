@@ -86,8 +86,8 @@ class InverseKinematics:
         rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
         motion = Trajectory(joints.time, joints.q[0], rates, accelerations)
         poses = [
-            pose_of(base_from_tool(self._chain, self._data, self._chain.theta(q)))
-            for q in motion.at(time)[0]
+            pose_of(base_from_tool(self._chain, self._data, theta))
+            for theta in self._chain.theta(motion.at(time)[0])
         ]
         return ToolPath(time, np.array(poses))
 
