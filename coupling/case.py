@@ -10,10 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case_tables import CouplingTable, PartTable, RobotTable, SupportTable
+from coupling.case_tables import (
+    ControllerTable,
+    CouplingTable,
+    PartTable,
+    RobotTable,
+    SupportTable,
+)
 from coupling.errors import CaseError, one_of
 from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, validate
+from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
@@ -38,6 +45,7 @@ class _CaseFile(Schema):
     process: dict[str, Any]
     coupling: CouplingTable = CouplingTable()
     compensation: dict[str, Any] = {}
+    controller: ControllerTable = ControllerTable()
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,7 @@ class Case:
         process: Process model.
         coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
+        controller: What the robots' controllers take.
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -83,6 +92,7 @@ class Case:
     process: Process
     coupling: CouplingTable
     method: Method
+    controller: Controller
     resolved: dict[str, Any]
 
     @property
@@ -121,6 +131,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         process = process_table.process(task)
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": file.coupling, "compensation": method}
+    tables |= {"controller": file.controller}
     resolved = {"robot": file.robot.resolved(path.parent)}
     if file.support is not None:
         resolved["support"] = file.support.resolved(path.parent)
@@ -134,6 +145,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         process=process,
         coupling=file.coupling,
         method=method,
+        controller=file.controller.controller(),
         resolved=resolved,
     )
 

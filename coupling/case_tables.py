@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, one_of
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, Vector3
-from coupling.fmu_export.build import KINDS
+from coupling.fmu_export.build import KINDS, fastest_kind
+from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.relaxation import SCHEMES, Scheme
@@ -73,8 +74,8 @@ class _MemberTable(Schema):
 class RobotTable(_MemberTable):
     """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
 
-    mode: Annotated[Mode, _one_of(MODES)] = "quasistatic"
-    fmu: Annotated[str, _one_of(KINDS)] = "python"
+    mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
+    fmu: Annotated[str, _one_of(KINDS), Field(default_factory=fastest_kind)]
 
 
 class SupportTable(_MemberTable):
@@ -142,3 +143,15 @@ class CouplingTable(Schema):
         """Return the limits; the rms is half the maximum unless given."""
         rms = self.rms_tolerance_m or 0.5 * self.tolerance_m
         return Tolerance(self.tolerance_m, rms, self.force_tolerance)
+
+
+class ControllerTable(Schema):
+    """[controller]: cycle_s, interpolation, max_acceleration_rad_s2 of what takes the command."""
+
+    cycle_s: Positive = 0.004
+    interpolation: Annotated[Interpolation, _one_of(INTERPOLATIONS)] = "quintic"
+    max_acceleration_rad_s2: Positive | None = None
+
+    def controller(self) -> Controller:
+        """Return what the robots' controllers take."""
+        return Controller(self.cycle_s, self.interpolation, self.max_acceleration_rad_s2)

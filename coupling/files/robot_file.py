@@ -51,6 +51,7 @@ class _Elasticity(Schema):
     torque_table: list[Pair] | None = None
     limits: Pair | None = None
     max_rate: float | None = None
+    max_acceleration: float | None = None
 
 
 class _Joint(_Body, _Elasticity):
@@ -235,6 +236,7 @@ def _elastic(rigid: Joint, keys: _Elasticity, base_from_file: np.ndarray, where:
             tilt=tuple(tilts),
             limits=(keys.limits[0], keys.limits[1]) if keys.limits else rigid.limits,
             max_rate=rigid.max_rate if keys.max_rate is None else keys.max_rate,
+            max_acceleration=keys.max_acceleration,
             torque_table=tuple((a, t) for a, t in keys.torque_table or []) or None,
         )
         if elastic.torque_table:

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from coupling.errors import BuildError, one_of
-from coupling.fmu_export.compiler import PLATFORMS
+from coupling.fmu_export.compiler import PLATFORMS, compiles_here
 from coupling.fmu_export.native_fmu import build_native_fmu
 from coupling.fmu_export.native_standards import STANDARDS
 from coupling.fmu_export.python_fmu import build_python_fmu
@@ -63,6 +63,11 @@ KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path
         robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
     ),
 }
+
+
+def fastest_kind() -> str:
+    """Return the fastest kind that can be built here: native where there is a C compiler."""
+    return "native" if compiles_here() else "python"
 
 
 def build_fmu(

@@ -131,6 +131,14 @@ def core_sources() -> list[Path]:
     return [source for source in sorted(SOURCES.rglob("*.c")) if not source.stem.startswith("fmi")]
 
 
+def compiles_here() -> bool:
+    """Whether there is a C compiler for this machine; none is started to find out."""
+    try:
+        return bool(_compiler(host_platform()))
+    except CompilerError:
+        return False
+
+
 def zig() -> list[str] | None:
     """Return the command of Zig's C compiler, or None if it is not installed."""
     if importlib.util.find_spec("ziglang") is None:

@@ -116,20 +116,21 @@ def _joints(joints: Iterable[Joint]) -> str:
     rows = []
     for number, joint in enumerate(joints, start=1):
         limits = _vector(joint.limits) if joint.limits else ""
-        rate = f"{joint.max_rate:.6g}" if joint.max_rate else ""
+        highest = [f"{v:.6g}" if v else "" for v in (joint.max_rate, joint.max_acceleration)]
         elastic = ["rigid", "", ""]
         if joint.stiffness is not None:
             elastic = [f"{v:.6g}" for v in (joint.stiffness, joint.damping, joint.backlash)]
         geometry = [_vector(joint.origin), _vector(joint.axis)]
-        rows.append([f"joint[{number}]", joint.name, *geometry, limits, rate, *elastic])
+        rows.append([f"joint[{number}]", joint.name, *geometry, limits, *highest, *elastic])
         for k, tilt in enumerate(joint.tilt, start=1):
             elastic = [f"{tilt.stiffness:.6g}", f"{tilt.damping:.6g}", ""]
             name = f"joint[{number}].tilt[{k}]"
-            rows.append([name, "", "", _vector(tilt.axis), "", "", *elastic])
+            rows.append([name, "", "", _vector(tilt.axis), "", "", "", *elastic])
     return _table(
         "Origin in the previous body; axes in the body's axes.",
         [
-            *["", "name", "origin [m]", "axis", "limits [rad]", "rate [rad/s]"],
+            *["", "name", "origin [m]", "axis"],
+            *["limits [rad]", "rate [rad/s]", "acceleration [rad/s&sup2;]"],
             *["stiffness [N m/rad]", "damping [N m s/rad]", "backlash [rad]"],
         ],
         rows,

@@ -55,6 +55,10 @@ class InterpolatedPath:
         """Return rotations base_from_tool."""
         return self._rotation(time)
 
+    def at(self, time: np.ndarray) -> ToolPath:
+        """Return the path at given times, (k,)."""
+        return ToolPath(time, poses(self.position(time), self.rotation(time)))
+
     @cached_property
     def _rotation(self) -> RotationSpline:
         return RotationSpline(self._path.time, self._path.rotations[0])

@@ -35,10 +35,11 @@ class DoubleSided(Identified):
         """Return the wrenches on both tools along their actual paths."""
         alone = self.law.evaluate(path.tools[0]).wrench
         size = np.linalg.norm(alone.force[0], axis=1)
-        closing = -self.support.opening(path)
+        support = self.support.at(path.time)
+        closing = -support.opening(path)
         borne = np.maximum(self.share * size + self.stiffness * closing, 0.0) * (size > 0.0)
         pinch = borne - self.share * size
         wrench = np.concatenate([alone.wrench, np.zeros_like(alone.wrench)])
-        wrench[0, :, :3] -= pinch[:, None] * self.support.direction
-        wrench[1, :, :3] = borne[:, None] * self.support.direction
+        wrench[0, :, :3] -= pinch[:, None] * support.direction
+        wrench[1, :, :3] = borne[:, None] * support.direction
         return Answer(WrenchHistory(path.time, wrench))

@@ -16,6 +16,7 @@ from coupling.errors import ResultError
 from coupling.path.workpiece import Workpiece
 from coupling.report import figures, workpiece_figures
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run, stages
+from coupling.solve.correction import HOW
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -170,7 +171,7 @@ def _verdict(figures_: dict[str, Any]) -> str:
 def _table(figures_: dict[str, Any]) -> str:
     shares = figures_["shares_m"]
     rows = [
-        (stages(figures_)[0], figures_["deviation_before_m"]),
+        (f"{stages(figures_)[0]}, {HOW[figures_['before']]}", figures_["deviation_before_m"]),
         ("&nbsp; of this: gravity alone", shares["gravity"]),
         ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
     ]

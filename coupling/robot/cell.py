@@ -52,10 +52,14 @@ AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
 
 
 class Planner(Protocol):
-    """Inverse kinematics of one robot."""
+    """Kinematics of one robot, both ways."""
 
     def plan(self, path: ToolPath) -> JointPath:
         """Return its joint angles along the path of its tool."""
+        ...
+
+    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
+        """Return the path of its undeflected tool under a motion of its drives."""
         ...
 
     def rate_warnings(self, path: JointPath) -> list[RateWarning]:
@@ -71,7 +75,7 @@ class Member:
         name: Word for it in messages and folders.
         placement: Place of its base.
         robot: Its simulation, in its own base frame.
-        planner: Its inverse kinematics.
+        planner: Its kinematics.
     """
 
     name: str
@@ -100,7 +104,21 @@ class Cell:
             member.planner.plan(member.placement.path_in_base(tool))
             for member, tool in zip(self.members, path.tools, strict=True)
         ]
-        return JointPath(path.time, tuple(motion.q[0] for motion in motions))
+        return JointPath.of_robots(motions)
+
+    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
+        """Return the paths of the undeflected tools under a motion of the drives.
+
+        Args:
+            joints: The motion of all robots.
+            time: Rising, within the motion [s], (k,).
+        """
+        return ToolPath.of_tools(
+            [
+                member.placement.path_in_world(member.planner.forward(own, time))
+                for member, own in zip(self.members, joints.robots, strict=True)
+            ]
+        )
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         """Return the paths that the tools take.

@@ -1,4 +1,4 @@
-"""ToolPath -> JointPath: inverse kinematics of the rigid robot along a path."""
+"""ToolPath -> JointPath and back: kinematics of the rigid robot along a path."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import RateWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
+from elastic_robot.trajectory import Trajectory
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _REACHED = 1e-10
@@ -71,6 +72,24 @@ class InverseKinematics:
             guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
         self._require_limits(path.time, angles)
         return JointPath(path.time, (angles,))
+
+    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
+        """Return the path of the undeflected tool under a motion of the drives.
+
+        Args:
+            joints: The motion, of this robot alone.
+            time: Rising, within the motion [s], (k,).
+
+        Raises:
+            TrajectoryError: If a time is outside the motion.
+        """
+        rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
+        motion = Trajectory(joints.time, joints.q[0], rates, accelerations)
+        poses = [
+            pose_of(base_from_tool(self._chain, self._data, theta))
+            for theta in self._chain.theta(motion.at(time)[0])
+        ]
+        return ToolPath(time, np.array(poses))
 
     def rate_warnings(self, path: JointPath) -> list[RateWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""

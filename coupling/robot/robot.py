@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
 
@@ -55,5 +57,14 @@ class Robot(SimulatedRobot, Protocol):
 
         Raises:
             PlanningError: If it cannot follow.
+        """
+        ...
+
+    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
+        """Return the paths of the undeflected tools under a motion of the drives.
+
+        Args:
+            joints: The motion.
+            time: Rising, within the motion [s], (k,).
         """
         ...

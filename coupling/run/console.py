@@ -15,7 +15,7 @@ from coupling.events import Event
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.run.study import Deviations, Run, RunBegins
-from coupling.solve.correction import Pass
+from coupling.solve.correction import HOW, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation
 
 _HEADER = (
@@ -67,6 +67,8 @@ class RunView:
             case RunBegins(desired):
                 self._desired = desired
                 self._print(_HEADER, "bold")
+            case Refined(desired):
+                self._desired = desired
             case Evaluated(evaluation, path):
                 self._evaluated(evaluation, path)
             case Pass():
@@ -118,9 +120,10 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
     """Say in plain words what a run found and where it is."""
     mode, compensated = case.mode, run.kind == "compensate"
     found, deviations = run.correction, Deviations.of(run)
+    how = HOW[found.before.how]
     lines = [
         f"{'Converged' if found.converged else 'NOT CONVERGED'}: {found.reason}.",
-        f"{'Before compensation the' if compensated else 'The'} {mode} robot deviates by"
+        f"{'Before compensation the' if compensated else 'The'} {mode} robot, {how}, deviates by"
         f" {_figures(deviations.before)}",
         f"  gravity alone (no process):          {_figures(deviations.gravity)}",
         f"  process alone (loaded - unloaded):   {_figures(deviations.process)}",

@@ -37,6 +37,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "outcome": found.outcome.value,
         "reason": found.reason,
         "process_evaluations": found.evaluations,
+        "before": found.before.how,
         "deviation_before_m": deviations.before.as_dict(),
         "deviation_after_m": deviations.after.as_dict(),
         "consistency_m": found.consistency,

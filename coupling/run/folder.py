@@ -111,20 +111,19 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": found.achieved}
     for name, path in paths.items():
         _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
-    angles = found.joints.q[tool]
-    columns = (*POSE_COLUMNS, *(f"q{i + 1}" for i in range(angles.shape[1])))
-    _write(folder, "command", columns, time, np.hstack([found.command.pose[tool], angles]))
-    correction = found.command.tools[tool].deviation_from(run.desired.tools[tool])
-    _write(folder, "correction", CORRECTION_COLUMNS, time, correction[0])
+    drives = found.joints.robots[tool].columns
+    command = np.column_stack([found.command.pose[tool], *drives.values()])
+    _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
+    _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
     _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:
-    pieces = {"before": run.correction.uncorrected.answer, "after": run.correction.answer}
+    pieces = {"before": run.correction.before.answer, "after": run.correction.answer}
     if run.kind == "couple":
         del pieces["after"]
     for state, answer in pieces.items():
-        if answer.workpiece is not None:
+        if answer is not None and answer.workpiece is not None:
             answer.workpiece.write(workpiece_file(folder, state))
 
 

@@ -15,6 +15,7 @@ from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
+from coupling.path.controller import on_cycle
 from coupling.path.histories import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
@@ -53,7 +54,8 @@ def write_ssp(case: Case, file: Path) -> Path:
             f"{case.name}: expected a case without [support], got a cell of two robots"
         )
     robot = case.robots[0]
-    command = InverseKinematics(robot.description, robot.home).plan(case.desired)
+    planned = InverseKinematics(robot.description, robot.home).plan(case.desired)
+    command = on_cycle(planned, case.controller)
     settings = {
         "trajectory": _TRAJECTORY,
         "torque_curve": robot.torque_curve,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,9 +49,10 @@ class StoredRobot:
 
     Attributes:
         figures: Content of its result.json.
-        desired, uncompensated, achieved, command: Paths of its tool.
-        joints: Joint angles of `command`.
-        correction: command minus desired, (n, 6).
+        desired, uncompensated, achieved: Paths of its tool.
+        joints: Motion of its drives, in the rows of the controller.
+        command: Path of its undeflected tool at these rows.
+        correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
         wrench: Wrench on its tool.
     """
 
@@ -58,8 +60,8 @@ class StoredRobot:
     desired: ToolPath
     uncompensated: ToolPath
     achieved: ToolPath
-    command: ToolPath
     joints: JointPath
+    command: ToolPath
     correction: np.ndarray
     wrench: WrenchHistory
 
@@ -124,6 +126,21 @@ def _read_figures(folder: Path) -> dict[str, Any]:
     return figures
 
 
+def drive_columns(header: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """Return the names of angles, rates and accelerations among a table's columns.
+
+    Example:
+        >>> drive_columns(["time", "qx", "q1", "qd1", "qdd1"])
+        (('q1',), ('qd1',), ('qdd1',))
+    """
+    return tuple(
+        tuple(
+            name for name in header if name.startswith(letters) and name[len(letters) :].isdigit()
+        )
+        for letters in ("q", "qd", "qdd")
+    )
+
+
 def _read_robot(folder: Path) -> StoredRobot:
     def table(name: str, columns: tuple[str, ...]) -> np.ndarray:
         return read_table(folder / f"{name}.csv", ("time", *columns), ResultError)
@@ -132,17 +149,21 @@ def _read_robot(folder: Path) -> StoredRobot:
         values = table(name, POSE_COLUMNS)
         return ToolPath(values[:, 0], values[:, 1:])
 
-    header = read_header(folder / "command.csv", ResultError)
-    joints = tuple(name for name in header if name.startswith("q") and name[1:].isdigit())
-    angles, wrench = table("command", joints), table("wrench", WRENCH_COLUMNS)
+    names = drive_columns(read_header(folder / "command.csv", ResultError))
+    command = table("command", (*POSE_COLUMNS, *sum(names, ())))
+    poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
+    blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
+    wrench = table("wrench", WRENCH_COLUMNS)
     try:
         return StoredRobot(
             figures=_read_figures(folder),
             desired=tool_path("desired"),
             uncompensated=tool_path("uncompensated"),
             achieved=tool_path("achieved"),
-            command=tool_path("command"),
-            joints=JointPath(angles[:, 0], (angles[:, 1:],)),
+            joints=JointPath(
+                command[:, 0], *((block,) if block.shape[1] else () for block in blocks)
+            ),
+            command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
         )

@@ -40,7 +40,6 @@ class Run:
     Attributes:
         kind: "couple" or "compensate".
         robots: Names of the robots, in the order of the tools.
-        desired: Desired paths of all tools.
         correction: Correction that the method found.
         dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
             where that was not run.
@@ -52,7 +51,6 @@ class Run:
 
     kind: str
     robots: tuple[str, ...]
-    desired: ToolPath
     correction: Correction
     dynamic: ToolPath | None
     rate_warnings: tuple[RateWarning, ...]
@@ -61,9 +59,14 @@ class Run:
     durations: dict[str, float] = field(default_factory=dict)
 
     @property
+    def desired(self) -> ToolPath:
+        """Desired paths of all tools, on the times of all paths but the command."""
+        return self.correction.desired
+
+    @property
     def before(self) -> ToolPath:
         """Actual paths under the uncorrected command."""
-        return self.correction.uncorrected.path
+        return self.correction.before.path
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             case.coupling.new_scheme(),
             case.coupling.tolerance(),
             case.coupling.max_evaluations,
+            case.controller,
             watch,
         )
         with _timed(kind, durations):
@@ -145,7 +149,6 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
-            desired=case.desired,
             correction=found,
             dynamic=dynamic,
             rate_warnings=tuple(cell.rate_warnings(found.joints)),
@@ -186,5 +189,5 @@ def _gap(case: Case, found: Correction) -> ToolGap | None:
     support = case.task.support
     if support is None:
         return None
-    before, after = support.opening(found.uncorrected.path), support.opening(found.achieved)
-    return ToolGap(case.desired.time, support.gap, before, after)
+    before, after = support.opening(found.before.path), support.opening(found.achieved)
+    return ToolGap(found.desired.time, support.gap, before, after)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
+
+import numpy as np
 
 from coupling.events import Event
+from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.process.base import Answer
 from coupling.robot.robot import Robot
-from coupling.solve.fixed_point import Coupling, Evaluation, Loop, couple, unloaded_path
+from coupling.solve.fixed_point import Evaluation, Loop, couple, unloaded_path
 from coupling.solve.outcome import Outcome
 
 
@@ -36,17 +39,56 @@ class Pass(Event):
 
 
 @dataclass(frozen=True)
+class Refined(Event):
+    """The paths that follow are on other times than those of the case.
+
+    Attributes:
+        desired: Desired paths at these times.
+    """
+
+    desired: ToolPath
+
+
+# How the path before a correction is found.
+How = Literal["coupled", "one-way"]
+HOW: dict[How, str] = {
+    "coupled": "coupled with its process",
+    "one-way": "under the wrench on the desired path",
+}
+
+
+@dataclass(frozen=True)
+class Before:
+    """What the robots do where the desired paths are commanded.
+
+    Attributes:
+        path: Paths of the TCPs.
+        answer: The process's answer to `path`; None where it was not evaluated there.
+        how: "coupled": path and wrench belong together; "one-way": the path under the wrench that the
+            process has on the desired paths, which costs no evaluation.
+    """
+
+    path: ToolPath
+    answer: Answer | None
+    how: How = "coupled"
+
+
+@dataclass(frozen=True)
 class Correction:
     """Result of a correction.
+
+    All paths but `command` and the wrench are on the times of `desired`.
 
     Attributes:
         outcome: Outcome of the iteration.
         reason: Reason in plain words; if not converged, what was seen and what to try.
+        desired: Desired paths of the TCPs.
         unloaded: Paths of the TCPs under gravity alone, command = desired paths.
-        uncorrected: Coupling with command = desired paths.
-        command: Tool paths to send to the robots.
-        joints: Joint angles of `command`.
-        achieved: Paths of the TCPs under `command` and `answer`.
+        before: What the robots do with command = desired paths.
+        joints: Motion of the drives, in the rows to send to the robots.
+        command: Paths of the undeflected TCPs at the rows of `joints`.
+        correction: Paths of the undeflected TCPs under `joints` minus `desired`, (tools, n, 6).
+        achieved: Paths of the TCPs under `joints` and `answer`.
         answer: The process's answer to the paths that the tools really take.
         consistency: Largest distance between the path that the process saw and `achieved` [m].
         passes: The way there.
@@ -55,10 +97,12 @@ class Correction:
 
     outcome: Outcome
     reason: str
+    desired: ToolPath
     unloaded: ToolPath
-    uncorrected: Coupling
-    command: ToolPath
+    before: Before
     joints: JointPath
+    command: ToolPath
+    correction: np.ndarray
     achieved: ToolPath
     answer: Answer
     consistency: float
@@ -90,16 +134,18 @@ class Uncorrected:
 
     def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
-        joints = loop.robot.plan(desired)
-        unloaded = unloaded_path(loop, joints)
+        joints = on_cycle(loop.robot.plan(desired), loop.controller)
+        unloaded = unloaded_path(loop, joints, desired.time)
         coupling = couple(loop, joints, unloaded)
         return Correction(
             outcome=coupling.outcome,
             reason=coupling.reason,
+            desired=desired,
             unloaded=unloaded,
-            uncorrected=coupling,
-            command=desired,
+            before=Before(coupling.path, coupling.answer),
             joints=joints,
+            command=loop.robot.forward(joints, joints.time),
+            correction=loop.robot.forward(joints, desired.time).deviation_from(desired),
             achieved=coupling.path,
             answer=coupling.answer,
             consistency=coupling.evaluations[-1].path_change,

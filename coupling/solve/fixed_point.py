@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Event, Watch, unwatched
+from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Answer, Process
 from coupling.robot.robot import SimulatedRobot
@@ -45,6 +46,7 @@ class Loop(Generic[RobotT_co]):
         scheme: Relaxation; every coupling resets it first.
         tolerance: Limits at which a coupling ends.
         max_evaluations: Evaluations of the process at most, in each coupling.
+        controller: What the robot's controller takes: a command is rows on its cycle.
         watch: Function that is told of every evaluation.
     """
 
@@ -54,6 +56,7 @@ class Loop(Generic[RobotT_co]):
     scheme: Scheme = field(default_factory=SCHEMES["anderson"])
     tolerance: Tolerance = field(default_factory=Tolerance)
     max_evaluations: int = 40
+    controller: Controller = field(default_factory=Controller)
     watch: Watch = unwatched
 
 
@@ -131,8 +134,9 @@ def couple(
 
     Args:
         loop: Robot and process.
-        command: Angles of the drives.
-        start: First path shown to the process; the robot's path without load unless given.
+        command: Motion of the drives.
+        start: First path shown to the process, whose times are those of all paths and wrenches; the
+            robot's path without load at the command's rows unless given.
 
     Returns:
         The result, converged or not.
@@ -142,7 +146,7 @@ def couple(
         ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
     loop.scheme.reset()
-    x = origin = start or unloaded_path(loop, command)
+    x = origin = start or unloaded_path(loop, command, command.time)
     found: tuple[ToolPath, Answer] | None = None
     evaluations: list[Evaluation] = []
 
@@ -172,13 +176,13 @@ def couple(
     return ended(Outcome.EXHAUSTED, reason)
 
 
-def unloaded_path(loop: Loop[SimulatedRobot], command: JointPath) -> ToolPath:
-    """Return the path of the robot under gravity alone.
+def unloaded_path(loop: Loop[SimulatedRobot], command: JointPath, time: np.ndarray) -> ToolPath:
+    """Return the path of the robot under gravity alone, at given times [s], (n,).
 
     Raises:
         SimulationError: If the robot cannot be simulated.
     """
-    none = WrenchHistory.none(command.time, len(command.q))
+    none = WrenchHistory.none(time, len(command.q))
     return loop.robot.simulate(command, none, loop.mode)
 
 

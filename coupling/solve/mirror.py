@@ -10,6 +10,7 @@ from pydantic import Field
 
 from coupling.errors import CouplingError, HostError, ProcessError
 from coupling.files.toml_file import Positive, Schema
+from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import Robot
@@ -30,7 +31,7 @@ _ADVICE = (
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A command and the coupling that it leads to."""
+    """A commanded path, its motion of the drives and the coupling that it leads to."""
 
     command: ToolPath
     joints: JointPath
@@ -68,10 +69,13 @@ class Mirror(Schema):
             ProcessError: If the process has no answer to the first path.
         """
         first = Uncorrected().correct(loop, desired)
-        last = best = _Attempt(desired, first.joints, first.uncorrected)
         passes = list(first.passes)
+        coupling = Coupling(
+            first.outcome, first.reason, first.achieved, first.answer, passes[0].coupling
+        )
+        last = best = _Attempt(desired, first.joints, coupling)
         loop.watch(passes[0])
-        verdict = self._verdict(passes, first.uncorrected)
+        verdict = self._verdict(passes, coupling)
         while verdict is None:
             try:
                 last, report = self._mirrored(loop, last, desired)
@@ -98,7 +102,7 @@ class Mirror(Schema):
     ) -> tuple[_Attempt, tuple[float, float, int]]:
         """Return the next command, coupled, and the figures of its correction."""
         corrected, report = self._corrected(last, desired)
-        joints = loop.robot.plan(corrected)
+        joints = on_cycle(loop.robot.plan(corrected), loop.controller)
         # The process sees at first what it saw last, moved with the command.
         start = last.coupling.path.displaced(corrected.deviation_from(last.command))
         return _Attempt(corrected, joints, couple(loop, joints, start)), report
@@ -180,8 +184,9 @@ class Mirror(Schema):
             found,
             outcome=outcome,
             reason=reason,
-            command=best.command,
             joints=best.joints,
+            command=loop.robot.forward(best.joints, best.joints.time),
+            correction=loop.robot.forward(best.joints, desired.time).deviation_from(desired),
             achieved=achieved,
             answer=answer,
             consistency=consistency,

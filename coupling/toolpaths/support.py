@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import InterpolatedPath
 from coupling.toolpaths.part import Part
 
 
@@ -34,11 +35,26 @@ class Support:
         """Return by how much the gap between two tools is wider than commanded [m], (n,).
 
         Args:
-            path: Actual path of both tools, forming tool first.
+            path: Actual path of both tools, forming tool first; at the times of the desired ones, or
+                any between them.
         """
+        own = self.at(path.time)
         forming, supporting = path.position
-        drift = (supporting - self.desired.position[0]) - (forming - self.forming.position[0])
-        return np.sum(drift * self.direction, axis=1)
+        drift = (supporting - own.desired.position[0]) - (forming - own.forming.position[0])
+        return np.sum(drift * own.direction, axis=1)
+
+    def at(self, time: np.ndarray) -> Support:
+        """Return the same at other times between the first and the last [s], (k,)."""
+        if np.array_equal(time, self.forming.time):
+            return self
+        forming, desired = (
+            InterpolatedPath(path).at(time) for path in (self.forming, self.desired)
+        )
+        across = np.column_stack(
+            [np.interp(time, self.forming.time, axis) for axis in self.direction.T]
+        )
+        direction = across / np.linalg.norm(across, axis=1, keepdims=True)
+        return replace(self, forming=forming, desired=desired, direction=direction)
 
 
 @dataclass(frozen=True)

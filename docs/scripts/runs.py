@@ -71,5 +71,5 @@ def gap_ranges(run: Run) -> tuple[str, str]:
 def workpieces(run: Run) -> dict[str, Workpiece]:
     """Return the workpieces of a corrected run."""
     found = run.correction
-    answers = {"before": found.uncorrected.answer, "after": found.answer}
-    return {stage: a.workpiece for stage, a in answers.items() if a.workpiece is not None}
+    answers = {"before": found.before.answer, "after": found.answer}
+    return {stage: a.workpiece for stage, a in answers.items() if a and a.workpiece is not None}

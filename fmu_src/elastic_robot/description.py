@@ -153,6 +153,7 @@ class Joint:
         tilt: At most two tilts, in the order of rotation.
         limits: Lowest and highest drive angle [rad], or None.
         max_rate: Highest drive rate [rad/s], or None.
+        max_acceleration: Highest drive acceleration [rad/s^2], or None for no limit.
         torque_table: Points (angle [rad], torque [N m]) of the characteristic curve for the torque
             curve "spline", both strictly rising, through zero; None: from stiffness and backlash.
         name: Name for messages.
@@ -170,6 +171,7 @@ class Joint:
     tilt: tuple[Tilt, ...] = ()
     limits: tuple[float, float] | None = None
     max_rate: float | None = None
+    max_acceleration: float | None = None
     torque_table: Table | None = None
     name: str = ""
 
@@ -196,8 +198,9 @@ class Joint:
                 )
         if self.torque_table is not None:
             self._require_table(np.array(self.torque_table))
-        if self.max_rate is not None:
-            _require_number("max_rate", self.max_rate, minimum=0.0, open_end=True, unit="rad/s")
+        for key, unit in (("max_rate", "rad/s"), ("max_acceleration", "rad/s^2")):
+            if getattr(self, key) is not None:
+                _require_number(key, getattr(self, key), minimum=0.0, open_end=True, unit=unit)
 
     def _require_table(self, table: np.ndarray) -> None:
         if self.stiffness is None:

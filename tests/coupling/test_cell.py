@@ -20,6 +20,7 @@ from coupling.case import load_case
 from coupling.errors import BuildError, CaseError
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.path.interpolation import refined
 from coupling.process import Answer
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
@@ -28,7 +29,8 @@ from coupling.run.console import print_summary
 from coupling.run.folder import write_run
 from coupling.run.ssp import write_ssp
 from coupling.run.stored_run import read_run
-from coupling.run.study import Deviations, run_compensation
+from coupling.run.study import Deviations, _gap, run_compensation
+from coupling.solve.correction import HOW, Before
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.relaxation import SCHEMES
 from coupling.toolpaths import Cone
@@ -269,6 +271,48 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
     for text in (said.export_text(), report[report.index("<body>") :]):
         assert "ompensation" not in text
         assert " after." not in text
+
+
+def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(finished, tmp_path):
+    """In result.json, on the terminal and in the report; it has no workpiece of its own."""
+    case, run, _ = finished
+    before = Before(run.before, None, "one-way")
+    one_way = replace(run, correction=replace(run.correction, before=before))
+    write_run(tmp_path, case, one_way)
+    assert json.loads((tmp_path / "result.json").read_text())["before"] == "one-way"
+    write_report(tmp_path)
+    said = Console(record=True, file=StringIO())
+    print_summary(said, case, one_way, tmp_path)
+    page = (tmp_path / "support" / "report.html").read_text(encoding="utf-8")
+    for text in (said.export_text(), page):
+        assert HOW["one-way"] in text
+        assert HOW["coupled"] not in text
+
+
+def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_path):
+    """Every path between its samples as well: deviations and gap at the samples are as they were."""
+    case, run, _ = finished
+    found = run.correction
+    desired, rows = refined(found.desired, 0.011)
+    assert len(rows) == len(found.desired.time) < len(desired.time)
+    finer = replace(
+        found,
+        desired=desired,
+        unloaded=refined(found.unloaded, 0.011)[0],
+        before=Before(refined(run.before, 0.011)[0], found.before.answer),
+        correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
+        achieved=refined(found.achieved, 0.011)[0],
+        answer=Answer(found.answer.wrench.held(desired.time)),
+    )
+    gap = _gap(case, finer)
+    np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
+    between = replace(run, correction=finer, dynamic=None, gap=gap)
+    write_run(tmp_path, case, between)
+    for robot in read_run(tmp_path).robots.values():
+        assert np.array_equal(robot.desired.time, desired.time)
+    own, before = Deviations.of(between).before, Deviations.of(run).before
+    assert own.maximum == pytest.approx(before.maximum, rel=1e-3)
+    assert own.rms == pytest.approx(before.rms, rel=1e-2)
 
 
 def test_the_supporting_tool_takes_its_share_of_the_force(finished):

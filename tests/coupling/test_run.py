@@ -15,9 +15,13 @@ from command_line import FILES, command
 from places import LINE_CASE as LINE
 
 from coupling.errors import ResultError
+from coupling.fmu_export.build import KINDS, fastest_kind
 from coupling.report import write_report
 from coupling.run.folder import new_run_folder
 from coupling.run.stored_run import read_run
+from elastic_robot.chain import build_chain
+from elastic_robot.kinematics import base_from_tool
+from elastic_robot.trajectory import read_trajectory
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +45,10 @@ def test_compensation_succeeds_and_says_so(finished):
 
 
 def test_result_holds_the_figures(finished):
-    folder, _ = finished
+    folder, done = finished
     result = json.loads((folder / "result.json").read_text())
+    assert result["before"] == "coupled"
+    assert "quasistatic robot, coupled with its process, deviates" in done.stdout
     assert result["converged"] is True
     assert (
         result["deviation_after_m"]["maximum"]
@@ -61,7 +67,8 @@ def test_tables_have_the_columns_of_the_contract(finished):
     folder, _ = finished
     pose = "time,x,y,z,qx,qy,qz,qw"
     expected = dict.fromkeys(("desired", "uncompensated", "achieved"), pose)
-    expected["command"] = pose + ",q1,q2,q3,q4,q5,q6"
+    drives = [f"{name}{i}" for name in ("q", "qd", "qdd") for i in range(1, 7)]
+    expected["command"] = ",".join([pose, *drives])
     expected["correction"] = "time,dx,dy,dz,drx,dry,drz"
     expected["wrench"] = "time,fx,fy,fz,mx,my,mz"
     found = {name: (folder / f"{name}.csv").open().readline().strip() for name in expected}
@@ -88,25 +95,50 @@ def test_command_replayed_from_the_files_gives_the_achieved_path(finished, examp
     np.testing.assert_allclose(answer["values"], achieved[:, 1:], rtol=0, atol=1e-8)
 
 
-def test_the_native_fmu_gives_the_same_command(finished, tmp_path):
-    """The same case with fmu = "native": the joint angles of command.csv to 1e-8 rad."""
-    case = tmp_path / "stroke.toml"
-    text = LINE.read_text().replace('"linear"', '"backlash"')
-    case.write_text(text.replace("[robot]", '[robot]\nfmu = "native"'))
-    done = command("compensate", case, "-o", tmp_path / "out")
-    assert done.returncode == 0, done.stderr
-    one, two = (
-        np.loadtxt(folder / "command.csv", delimiter=",", skiprows=1)
-        for folder in (finished[0], tmp_path / "out")
-    )
+def test_fmus_of_both_kinds_give_the_same_command(tmp_path):
+    """Poses and joint angles of command.csv to 1e-8 m and rad."""
+    tables = []
+    for kind in KINDS:
+        case = tmp_path / f"{kind}.toml"
+        text = LINE.read_text().replace('"linear"', '"backlash"')
+        case.write_text(text.replace("[robot]", f'[robot]\nfmu = "{kind}"'))
+        done = command("compensate", case, "-o", tmp_path / kind)
+        assert done.returncode == 0, done.stderr
+        tables.append(np.loadtxt(tmp_path / kind / "command.csv", delimiter=",", skiprows=1))
+    one, two = (table[:, : 8 + 6] for table in tables)
     np.testing.assert_allclose(two, one, rtol=0, atol=1e-8)
 
 
-def test_correction_is_command_minus_desired(finished):
+def test_the_command_has_the_controllers_rows_and_all_else_one_time_axis(finished):
     folder, _ = finished
     robot = read_run(folder).first
-    moved = robot.command.position[0] - robot.desired.position[0]
-    assert np.abs(robot.correction[:, :3] - moved).max() < 1e-15
+    time = robot.desired.time
+    for other in (robot.uncompensated, robot.achieved, robot.wrench):
+        assert np.array_equal(other.time, time)
+    np.testing.assert_allclose(np.diff(robot.joints.time), 0.004, rtol=1e-9)
+    assert np.array_equal(robot.command.time, robot.joints.time)
+    assert 0.0 <= robot.joints.time[-1] - time[-1] < 0.004
+
+
+def test_correction_is_command_minus_desired(finished, example):
+    """Of the motion that the FMU reads from command.csv, through its rigid kinematics."""
+    folder, _ = finished
+    robot = read_run(folder).first
+    chain = build_chain(example)
+    motion = read_trajectory(folder / "command.csv", 6)
+    data = chain.model.createData()
+
+    def points(times: np.ndarray) -> np.ndarray:
+        angles = motion.at(times)[0]
+        return np.array(
+            [base_from_tool(chain, data, chain.theta(q)).translation.copy() for q in angles]
+        )
+
+    moved = points(robot.desired.time) - robot.desired.position[0]
+    np.testing.assert_allclose(robot.correction[:, :3], moved, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        robot.command.position[0], points(robot.joints.time), rtol=0, atol=1e-14
+    )
     assert np.abs(robot.correction).max() > 1e-4
 
 
@@ -118,7 +150,10 @@ def test_resolved_case_runs_again_to_the_same_figures(finished, tmp_path):
         assert (tmp_path / "again" / f"{name}.csv").read_bytes() == (
             folder / f"{name}.csv"
         ).read_bytes()
-    assert tomllib.loads((folder / "case.toml").read_text())["coupling"]["max_evaluations"] == 40
+    resolved = tomllib.loads((folder / "case.toml").read_text())
+    assert resolved["coupling"]["max_evaluations"] == 40
+    assert resolved["controller"] == {"cycle_s": 0.004, "interpolation": "quintic"}
+    assert resolved["robot"]["fmu"] == fastest_kind()
 
 
 def test_couple_leaves_the_same_kinds_of_files(tmp_path):
@@ -187,6 +222,18 @@ BAD_CASES = {
         ["robot: torque_curve", "linear, backlash, spline"],
     ),
     "unknown mode": (changed('"quasistatic"', '"static"'), ["robot: mode", "quasistatic"]),
+    "unknown interpolation": (
+        LINE.read_text() + '\n[controller]\ninterpolation = "quntic"\n',
+        ["controller: interpolation", "did you mean 'quintic'", "cubic"],
+    ),
+    "no cycle": (
+        LINE.read_text() + "\n[controller]\ncycle_s = 0.0\n",
+        ["controller: cycle_s", "expected a number greater than 0, got 0.0"],
+    ),
+    "rate of a controller": (
+        LINE.read_text() + "\n[controller]\nmax_rate_rad_s = 1.0\n",
+        ["controller", "'max_rate_rad_s'"],
+    ),
     "unknown robot": (changed('"icme2008"', '"icme2009"'), ["icme2009", "did you mean 'icme2008'"]),
     "missing key": (changed("stiffness_N_m = 2.0e5", ""), ["process", "stiffness_N_m", "missing"]),
     "home too short": (changed("60.0, 0.0]", "60.0]"), ["home_deg", "expected 6 angles", "got 5"]),

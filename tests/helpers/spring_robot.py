@@ -6,11 +6,20 @@ import numpy as np
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
+from elastic_robot.trajectory import Trajectory
 
 
 def upright(points: np.ndarray) -> np.ndarray:
     """Return poses without rotation."""
     return np.hstack([points, np.tile([0.0, 0.0, 0.0, 1.0], (len(points), 1))])
+
+
+def drives(command: JointPath, time: np.ndarray) -> np.ndarray:
+    """Return the drives' angles at given times, (n, joints); those of the rows as they are."""
+    if np.array_equal(time, command.time):
+        return command.q[0]
+    rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
+    return Trajectory(command.time, command.q[0], rates, accelerations).at(time)[0]
 
 
 class SpringRobot:
@@ -21,11 +30,14 @@ class SpringRobot:
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
         give = np.einsum("...ij,...j->...i", self.compliance, wrench.force[0])
-        return ToolPath(command.time, upright(command.q[0] + give))
+        return ToolPath(wrench.time, upright(drives(command, wrench.time) + give))
 
 
 class SpringPlanner:
-    """Its inverse kinematics."""
+    """Its kinematics."""
 
     def plan(self, path: ToolPath) -> JointPath:
         return JointPath(path.time, (path.position[0],))
+
+    def forward(self, joints: JointPath, time: np.ndarray) -> ToolPath:
+        return ToolPath(time, upright(drives(joints, time)))

@@ -105,6 +105,10 @@ MISTAKES = {
         broken("origin    = [0.0, 0.0, 0.0]", "origin = [0.0, 0.0, 0.0]\nmax_rate = 0.0"),
         ["joint 1", "max_rate"],
     ),
+    "negative acceleration": (
+        broken("origin    = [0.0, 0.0, 0.0]", "origin = [0.0, 0.0, 0.0]\nmax_acceleration = -1.0"),
+        ["joint 1: max_acceleration: expected a finite number > 0 [rad/s^2], got -1.0"],
+    ),
     "payload without mass": (
         TEXT + "\n[payload]\nmass=0.0\ncom=[0.0,0.0,0.0]\ninertia=[1.0,1.0,1.0]\n",
         ["payload", "mass"],
@@ -152,13 +156,16 @@ def test_the_example_robot_is_read_as_the_paper_gives_it(example: Robot):
 def test_limits_rates_and_payload_are_read(tmp_path):
     text = broken(
         "origin    = [0.0, 0.0, 0.0]",
-        "origin = [0.0, 0.0, 0.0]\nname = 'base'\nlimits = [-3.0, 3.0]\nmax_rate = 1.5",
+        "origin = [0.0, 0.0, 0.0]\nname = 'base'\nlimits = [-3.0, 3.0]\n"
+        "max_rate = 1.5\nmax_acceleration = 4.0",
     )
     file = tmp_path / "robot.toml"
     file.write_text(text + "\n[payload]\nmass=20.0\ncom=[0.3,0.0,0.0]\ninertia=[0.1,0.2,0.2]\n")
     robot = load_robot(file)
     assert robot.joints[0].limits == (-3.0, 3.0)
     assert robot.joints[0].max_rate == 1.5
+    assert robot.joints[0].max_acceleration == 4.0
+    assert Robot.from_json(robot.to_json()) == robot
     assert robot.joints[0].name == "base"
     assert robot.payload is not None
     assert robot.payload.mass == 20.0

@@ -25,6 +25,7 @@ from coupling.case import Case, load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.process_fmu import build_process_fmu
+from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import Answer
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -123,7 +124,8 @@ def test_co_simulated_pose_is_the_robots_under_the_force_of_two_steps_ago(system
     felt = np.zeros_like(answered)
     felt[3:] = answered[1:-2]
     (placed,) = case.robots
-    command = InverseKinematics(placed.description, placed.home).plan(case.desired)
+    planned = InverseKinematics(placed.description, placed.home).plan(case.desired)
+    command = on_cycle(planned, case.controller)
     fmu = system.folder / "resources" / "ElasticRobot.fmu"
     with RobotFmu(fmu, placed.torque_curve) as robot:
         path = robot.simulate(command, WrenchHistory(time, felt), case.mode)
