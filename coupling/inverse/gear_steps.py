@@ -1,0 +1,252 @@
+"""Steps of d e' + S(e) = T(t) along one piece of the torque curve, T a cubic of time in each step.
+
+With the slope J of S at some point of the step, e = e_0 + y and lambda = J / d,
+
+    y' = -lambda y + g,   g = (T - S(e_0 + y) + J y) / d,
+    y(s) = integral of exp(-lambda (s - u)) g(u) du from 0 to s,
+
+which is exact for polynomials g.  Where S is a line, g = (T - S(e_0)) / d is one: any step length, any
+time constant d / J.  Where S bends, g is interpolated at five Lobatto points (exponential collocation,
+Hochbruck and Ostermann, "Exponential integrators", Acta Numerica 19, 2010), steps are halved until
+halving no longer changes the answer, and the equations of all steps are solved together by Newton's
+method, each pass one bidiagonal system.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_banded
+from scipy.signal import lfilter
+
+from coupling.inverse.gear_pieces import Piece
+
+_NODES = np.array([0.0, 0.5 - np.sqrt(21.0) / 14.0, 0.5, 0.5 + np.sqrt(21.0) / 14.0, 1.0])
+_POWERS = np.arange(5)
+_MONOMIALS = np.linalg.inv(_NODES[:, None] ** _POWERS).T  # values at the nodes @ this: coefficients
+# Values at the nodes of both halves of a step, from those at the nodes of the whole.
+_HALVES = [_MONOMIALS @ (((part + _NODES) / 2.0)[:, None] ** _POWERS).T for part in (0.0, 1.0)]
+# Newton's passes over the steps of one call; what has not converged then is halved.
+_PASSES = 25
+_CONVERGED = 1e-15  # [rad]
+_TOLERANCE = 2e-12  # change of the angle by halving all steps [rad]
+_HALVINGS = 40
+
+
+def decaying_moments(z: np.ndarray, count: int) -> np.ndarray:
+    """Return the integrals of exp(-z (1 - u)) u^j du over 0 <= u <= 1, j < count, (..., count).
+
+    j! phi_{j+1}(-z) of exponential integrators.  Forward recursion for z >= 1; below, where it loses
+    digits, the series of the last one and backward recursion.
+
+    Args:
+        z: Step over time constant, >= 0, any shape.
+        count: Number of moments.
+    """
+    z = np.asarray(z, dtype=float)
+    psi = np.empty((*z.shape, count))
+    small = z < 1.0
+    if small.any():
+        y = z[small]
+        term = np.full(y.shape, 1.0 / count)
+        last = term.copy()
+        for m in range(1, 18):
+            term = term * (-y / (count + m))
+            last = last + term
+        low = np.empty((len(y), count))
+        low[:, -1] = last
+        for j in range(count - 1, 0, -1):
+            low[:, j - 1] = (1.0 - y * low[:, j]) / j
+        psi[small] = low
+    large = ~small
+    if large.any():
+        y = z[large]
+        high = np.empty((len(y), count))
+        high[:, 0] = -np.expm1(-y) / y
+        for j in range(1, count):
+            high[:, j] = (1.0 - j * high[:, j - 1]) / y
+        psi[large] = high
+    return psi
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps one behind the other, each inside one interval between samples.
+
+    Attributes:
+        row: Number of each step's interval, (k,).
+        offset: Time of each step's start behind that of its interval [s], (k,).
+        length: Length of each step [s], >= 0, (k,).
+        torque: Coefficients 1, s, s^2, s^3 of the torque, s from the step's start, (k, 4).
+        last: Whether the step ends at its interval's end, (k,).
+    """
+
+    row: np.ndarray
+    offset: np.ndarray
+    length: np.ndarray
+    torque: np.ndarray
+    last: np.ndarray
+
+    def halved(self, chosen: np.ndarray) -> Steps:
+        """Return the steps with some of them (k,) divided into halves."""
+        copies = np.where(chosen, 2, 1)
+        index = np.repeat(np.arange(len(copies)), copies)
+        second = np.zeros(len(index), dtype=bool)
+        second[np.cumsum(copies)[chosen] - 1] = True
+        length = np.where(chosen, 0.5 * self.length, self.length)[index]
+        shift = np.where(second, length, 0.0)
+        last = self.last[index] & (second | ~chosen[index])
+        return Steps(
+            self.row[index],
+            self.offset[index] + shift,
+            length,
+            shifted(self.torque[index], shift),
+            last,
+        )
+
+
+def shifted(cubic: np.ndarray, shift: np.ndarray | float) -> np.ndarray:
+    """Return the coefficients 1, s, s^2, s^3 (..., 4) of cubics that count from `shift` on."""
+    c0, c1, c2, c3 = np.moveaxis(cubic, -1, 0)
+    s = shift
+    return np.stack(
+        [
+            c0 + s * (c1 + s * (c2 + s * c3)),
+            c1 + s * (2.0 * c2 + 3.0 * s * c3),
+            c2 + 3.0 * s * c3,
+            c3,
+        ],
+        axis=-1,
+    )
+
+
+def follow_line(piece: Piece, damping: float, start: float, steps: Steps) -> np.ndarray:
+    """Return the angles at the ends of steps along a straight piece [rad], (k,); exact.
+
+    All steps but the first have one length.
+    """
+    slope = piece.cubic[1]
+    torque = steps.torque
+    if slope > 0.0:
+        zero = piece.origin - piece.cubic[0] / slope
+    else:
+        zero, torque = 0.0, torque - np.array([piece.cubic[0], 0.0, 0.0, 0.0])
+    lengths = np.array([steps.length[0], steps.length[-1]])
+    z = slope * lengths / damping
+    weights = decaying_moments(z, 4) * lengths[:, None] ** np.arange(1, 5) / damping
+    decay = np.exp(-z)
+    ends = torque @ weights[1]
+    ends[0] = decay[0] * (start - zero) + torque[0] @ weights[0]
+    ends[1:], _ = lfilter([1.0], [1.0, -decay[1]], ends[1:], zi=[decay[1] * ends[0]])
+    return ends + zero
+
+
+def follow_bend(
+    piece: Piece, damping: float, start: float, steps: Steps
+) -> tuple[Steps, np.ndarray]:
+    """Return steps, halved as needed, and the angles at their ends [rad], along a piece that bends.
+
+    Behind the first step that ends outside the piece the angles mean nothing.
+    """
+    steps, coarse = _converged(piece, damping, steps, np.full((len(steps.length), 5), start))
+    for _ in range(_HALVINGS):
+        everywhere = np.ones(len(steps.length), dtype=bool)
+        fine_steps, fine = _converged(
+            piece, damping, steps.halved(everywhere), _halves(coarse, everywhere)
+        )
+        if len(fine_steps.length) != 2 * len(steps.length):
+            steps, coarse = fine_steps, fine
+            continue
+        ends = fine[1::2, -1]
+        count = _inside(piece, ends)
+        error = (coarse[:, -1] - ends)[:count]
+        if np.abs(error).max() <= _TOLERANCE:
+            return fine_steps, fine[:, -1]
+        # What each step adds to the error, beside what it inherits.
+        decay = np.exp(-piece.slope(coarse[:count, 2]) * steps.length[:count] / damping)
+        own = np.abs(error - decay * np.append(0.0, error[:-1]))
+        chosen = np.zeros(len(steps.length), dtype=bool)
+        chosen[:count] = own > 0.1 * _TOLERANCE * np.maximum(1.0 - decay, 0.01)
+        if not chosen.any():
+            chosen[:count] = True
+        steps, coarse = _converged(piece, damping, steps.halved(chosen), _halves(coarse, chosen))
+    return steps, coarse[:, -1]
+
+
+def _inside(piece: Piece, ends: np.ndarray) -> int:
+    """Number of steps up to the first that ends outside the piece, with that one."""
+    outside = (ends < piece.low) | (ends > piece.high)
+    return int(np.argmax(outside)) + 1 if outside.any() else len(ends)
+
+
+def _halves(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Values at the nodes of steps (k, 5) of which some are halved."""
+    pick = np.repeat(np.arange(len(chosen)), np.where(chosen, 2, 1))
+    second = np.append(False, pick[1:] == pick[:-1])
+    first = chosen[pick] & ~second
+    out = values[pick]
+    out[first] = out[first] @ _HALVES[0]
+    out[second] = out[second] @ _HALVES[1]
+    return out
+
+
+def _converged(
+    piece: Piece, damping: float, steps: Steps, values: np.ndarray
+) -> tuple[Steps, np.ndarray]:
+    """Solve the collocation of all steps from a guess; halve steps on which Newton fails."""
+    for _ in range(_HALVINGS):
+        values, failed = collocate(piece, damping, steps, values)
+        if not failed.any():
+            break
+        values = _halves(values, failed)
+        steps = steps.halved(failed)
+    return steps, values
+
+
+def collocate(
+    piece: Piece, damping: float, steps: Steps, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles at the nodes of each step (k, 5), and the steps where Newton still moves them.
+
+    Args:
+        piece: Piece of the curve.
+        damping: d [N m s/rad].
+        steps: Steps.
+        values: A guess (k, 5); its first entry is the initial angle.
+    """
+    h = steps.length[:, None]
+    at = h * _NODES
+    c = steps.torque
+    torque = c[:, :1] + at * (c[:, 1:2] + at * (c[:, 2:3] + at * c[:, 3:]))
+    width = piece.high - piece.low
+    below, above = piece.low - width, piece.high + width
+    x = values
+    band = np.ones((2, len(x) + 1))
+    failed = np.zeros(len(x), dtype=bool)
+    for _ in range(_PASSES):
+        slope = piece.slope(x[:, 2:3])
+        z = slope * at[:, 1:] / damping
+        source = (torque - piece.torque(x) + slope * (x - x[:, :1])) / damping
+        moments = decaying_moments(z, 5) * _NODES[1:, None] ** (_POWERS + 1)
+        y = h * np.einsum("kjm,km->kj", moments, source @ _MONOMIALS)
+        decay = np.exp(-z)
+        new = np.empty_like(x)
+        new[:, 1:] = x[:, :1] + y
+        # Newton's steps d_{n+1} = r_n + decay_n d_n of the angles between the steps.
+        rest = np.append(0.0, new[:, -1])
+        rest[1:-1] -= x[1:, 0]
+        rest[-1] -= x[-1, -1]
+        band[1, :-1] = -decay[:, -1]
+        moved = solve_banded((1, 0), band, rest, check_finite=False)
+        new[:, 0] = x[:, 0] + moved[:-1]
+        new[:, 1:] += decay * moved[:-1, None]
+        np.clip(new, below, above, out=new)
+        change = np.abs(new - x).max(axis=1)
+        x = new
+        count = _inside(piece, x[:, -1])
+        failed[:] = False
+        failed[:count] = change[:count] > _CONVERGED + 4e-16 * np.abs(x[:count]).max()
+        if not failed.any():
+            break
+    return x, failed & (change > 1e-13)
