@@ -13,9 +13,9 @@ from coupling.inverse.gear_pieces import Piece
 from coupling.inverse.gear_steps import (
     Steps,
     collocate,
-    decaying_moments,
     follow_bend,
     follow_line,
+    line_weights,
     shifted,
 )
 
@@ -113,7 +113,7 @@ def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) ->
     near = [k for k, p in enumerate(pieces) if p.low - _SLACK <= start <= p.high + _SLACK]
     if len(near) == 1:
         return near[0]
-    pull = torque - np.array([float(pieces[near[0]].torque(np.array(start))), 0.0, 0.0, 0.0])
+    pull = torque - np.array([pieces[near[0]].torque_at(start), 0.0, 0.0, 0.0])
     moving = np.flatnonzero(pull)
     if len(moving):
         return near[int(pull[moving[0]] > 0.0)]
@@ -201,7 +201,7 @@ def _exit_in_step(
 
     def rate(s: float) -> float:
         pull = c0 + s * (c1 + s * (c2 + s * c3))
-        return (pull - float(piece.torque(np.array(angle(s))))) / damping
+        return (pull - piece.torque_at(angle(s))) / damping
 
     turning = [s for s in _quadratic_roots(3.0 * c3, 2.0 * c2, c1) if 0.0 < s < length]
     times = [0.0, *sorted(turning), length]
@@ -236,12 +236,12 @@ def _along(
             return float(values[0, -1])
 
         return bent
-    slope, pull = piece.cubic[1] / damping, torque / damping
-    pull[0] -= float(piece.torque(np.array(start))) / damping
+    c0, c1, c2, c3 = torque.tolist()
+    c0 -= piece.torque_at(start)
 
     def straight(s: float) -> float:
-        powers = s ** np.arange(1, 5)
-        return start + float(pull @ (powers * decaying_moments(np.array(slope * s), 4)))
+        w0, w1, w2, w3 = line_weights(piece.cubic[1], damping, s)
+        return start + w0 * c0 + w1 * c1 + w2 * c2 + w3 * c3
 
     return straight
 

@@ -67,6 +67,12 @@ class Piece:
         t = inside - self.origin
         return c0 + t * (c1 + t * (c2 + t * c3)) + self._slope(t) * (x - inside)
 
+    def torque_at(self, x: float) -> float:
+        """S(x) [N m] of one angle."""
+        if self.straight:
+            return self.cubic[0] + self.cubic[1] * (x - self.origin)
+        return float(self.torque(np.array(x)))
+
     def slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad], >= 0, shape of x."""
         if self.straight:
@@ -85,7 +91,7 @@ class Piece:
 def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
     """Return the pieces of a gear's curve by rising angle; each begins where the one before ends.
 
-    Neighbours on one line are one piece: all of a play, and all of a flank.
+    Neighbours on one cubic are one piece: all of a play, and all of a flank.
 
     Args:
         curve: Torque curve of all gears.
@@ -98,7 +104,7 @@ def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
     pieces = raw[:1]
     for piece in raw[1:]:
         last = pieces[-1]
-        if _on_one_line(last, piece):
+        if _on_one_cubic(last, piece):
             pieces[-1] = Piece(last.low, piece.high, last.origin, last.cubic)
         else:
             pieces.append(piece)
@@ -148,11 +154,15 @@ def _of_spline(curve: SplineCurve, gear: int) -> list[Piece]:
     return pieces
 
 
-def _on_one_line(a: Piece, b: Piece) -> bool:
-    if not (a.straight and b.straight):
-        return False
-    scale = max(a.cubic[1], b.cubic[1])
-    same_slope = abs(a.cubic[1] - b.cubic[1]) <= 1e3 * _ROUNDING * scale
-    at_origin = a.cubic[0] + a.cubic[1] * (b.origin - a.origin)
-    gap = abs(at_origin - b.cubic[0])
-    return same_slope and gap <= 1e3 * _ROUNDING * scale * abs(b.origin - a.origin)
+def _on_one_cubic(a: Piece, b: Piece) -> bool:
+    """Whether b continues the cubic of a."""
+    t = b.origin - a.origin
+    c0, c1, c2, c3 = a.cubic
+    moved = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3), c2 + 3.0 * t * c3, c3)
+    finite = [w for w in (a.high - a.low, b.high - b.low, abs(t)) if 0.0 < w < np.inf]
+    width = max(finite, default=0.0)
+    apart = np.abs(np.subtract(moved, b.cubic)) * width ** np.arange(4)
+    # A line that goes on for ever goes on only as a line.
+    same_kind = a.straight == b.straight
+    steepest = max(a.slopes[1], b.slopes[1])
+    return bool(same_kind and np.all(apart <= 1e2 * _ROUNDING * steepest * width))

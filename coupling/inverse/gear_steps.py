@@ -14,6 +14,7 @@ method, each pass one bidiagonal system.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +28,16 @@ _POWERS = np.arange(5)
 _MONOMIALS = np.linalg.inv(_NODES[:, None] ** _POWERS).T  # values at the nodes @ this: coefficients
 # Values at the nodes of both halves of a step, from those at the nodes of the whole.
 _HALVES = [_MONOMIALS @ (((part + _NODES) / 2.0)[:, None] ** _POWERS).T for part in (0.0, 1.0)]
+# Coefficients of the last moment's series in z; beyond the 17th nothing is left for z < 1.
+_SERIES = {
+    n: [(-1.0) ** m * math.factorial(n - 1) / math.factorial(n + m) for m in range(17)]
+    for n in (4, 5)
+}
 # Newton's passes over the steps of one call; what has not converged then is halved.
 _PASSES = 25
-_CONVERGED = 1e-15  # [rad]
-_TOLERANCE = 2e-12  # change of the angle by halving all steps [rad]
+_CONVERGED = 1e-14  # [rad]
+# Change of the angle by halving all steps [rad]; what is left then is 2^6 times smaller.
+_TOLERANCE = 1e-11
 _HALVINGS = 40
 
 
@@ -44,30 +51,57 @@ def decaying_moments(z: np.ndarray, count: int) -> np.ndarray:
         z: Step over time constant, >= 0, any shape.
         count: Number of moments.
     """
-    z = np.asarray(z, dtype=float)
-    psi = np.empty((*z.shape, count))
     small = z < 1.0
-    if small.any():
-        y = z[small]
-        term = np.full(y.shape, 1.0 / count)
-        last = term.copy()
-        for m in range(1, 18):
-            term = term * (-y / (count + m))
-            last = last + term
-        low = np.empty((len(y), count))
-        low[:, -1] = last
-        for j in range(count - 1, 0, -1):
-            low[:, j - 1] = (1.0 - y * low[:, j]) / j
-        psi[small] = low
-    large = ~small
-    if large.any():
-        y = z[large]
-        high = np.empty((len(y), count))
-        high[:, 0] = -np.expm1(-y) / y
-        for j in range(1, count):
-            high[:, j] = (1.0 - j * high[:, j - 1]) / y
-        psi[large] = high
+    if small.all():
+        return _moments_by_series(z, count)
+    if not small.any():
+        return _moments_by_recursion(z, count)
+    psi = np.empty((*z.shape, count))
+    psi[small] = _moments_by_series(z[small], count)
+    psi[~small] = _moments_by_recursion(z[~small], count)
     return psi
+
+
+def _moments_by_series(z: np.ndarray, count: int) -> np.ndarray:
+    psi = np.empty((*z.shape, count))
+    series = _SERIES[count]
+    last = np.full(z.shape, series[-1])
+    for c in series[-2::-1]:
+        last *= z
+        last += c
+    psi[..., -1] = last
+    for j in range(count - 1, 0, -1):
+        psi[..., j - 1] = (1.0 - z * psi[..., j]) / j
+    return psi
+
+
+def _moments_by_recursion(z: np.ndarray, count: int) -> np.ndarray:
+    psi = np.empty((*z.shape, count))
+    psi[..., 0] = -np.expm1(-z) / z
+    for j in range(1, count):
+        psi[..., j] = (1.0 - j * psi[..., j - 1]) / z
+    return psi
+
+
+def line_weights(slope: float, damping: float, length: float) -> tuple[float, ...]:
+    """Return what T's coefficients 1, s, s^2, s^3 add to the angle in a step along a line, (4,).
+
+    `decaying_moments` of one z, times length^(j + 1) / d.
+    """
+    z = slope * length / damping
+    psi = [0.0] * 4
+    if z < 1.0:
+        last = 0.0
+        for c in reversed(_SERIES[4]):
+            last = last * z + c
+        psi[3] = last
+        for j in (3, 2, 1):
+            psi[j - 1] = (1.0 - z * psi[j]) / j
+    else:
+        psi[0] = -math.expm1(-z) / z
+        for j in (1, 2, 3):
+            psi[j] = (1.0 - j * psi[j - 1]) / z
+    return tuple(w * length ** (j + 1) / damping for j, w in enumerate(psi))
 
 
 @dataclass(frozen=True)
@@ -108,17 +142,14 @@ class Steps:
 
 def shifted(cubic: np.ndarray, shift: np.ndarray | float) -> np.ndarray:
     """Return the coefficients 1, s, s^2, s^3 (..., 4) of cubics that count from `shift` on."""
-    c0, c1, c2, c3 = np.moveaxis(cubic, -1, 0)
+    c0, c1, c2, c3 = (cubic[..., j] for j in range(4))
     s = shift
-    return np.stack(
-        [
-            c0 + s * (c1 + s * (c2 + s * c3)),
-            c1 + s * (2.0 * c2 + 3.0 * s * c3),
-            c2 + 3.0 * s * c3,
-            c3,
-        ],
-        axis=-1,
-    )
+    out = np.empty_like(cubic)
+    out[..., 0] = c0 + s * (c1 + s * (c2 + s * c3))
+    out[..., 1] = c1 + s * (2.0 * c2 + 3.0 * s * c3)
+    out[..., 2] = c2 + 3.0 * s * c3
+    out[..., 3] = c3
+    return out
 
 
 def follow_line(piece: Piece, damping: float, start: float, steps: Steps) -> np.ndarray:
@@ -132,13 +163,13 @@ def follow_line(piece: Piece, damping: float, start: float, steps: Steps) -> np.
         zero = piece.origin - piece.cubic[0] / slope
     else:
         zero, torque = 0.0, torque - np.array([piece.cubic[0], 0.0, 0.0, 0.0])
-    lengths = np.array([steps.length[0], steps.length[-1]])
-    z = slope * lengths / damping
-    weights = decaying_moments(z, 4) * lengths[:, None] ** np.arange(1, 5) / damping
-    decay = np.exp(-z)
-    ends = torque @ weights[1]
-    ends[0] = decay[0] * (start - zero) + torque[0] @ weights[0]
-    ends[1:], _ = lfilter([1.0], [1.0, -decay[1]], ends[1:], zi=[decay[1] * ends[0]])
+    first, length = float(steps.length[0]), float(steps.length[-1])
+    weights = line_weights(slope, damping, length)
+    ends = torque @ np.array(weights)
+    moved = sum(w * c for w, c in zip(line_weights(slope, damping, first), torque[0], strict=True))
+    ends[0] = math.exp(-slope * first / damping) * (start - zero) + moved
+    decay = math.exp(-slope * length / damping)
+    ends[1:], _ = lfilter([1.0], [1.0, -decay], ends[1:], zi=[decay * ends[0]])
     return ends + zero
 
 
@@ -249,4 +280,4 @@ def collocate(
         failed[:count] = change[:count] > _CONVERGED + 4e-16 * np.abs(x[:count]).max()
         if not failed.any():
             break
-    return x, failed & (change > 1e-13)
+    return x, failed & (change > 10.0 * _CONVERGED)

@@ -144,7 +144,7 @@ def solve_twist(
     for gear in range(torque.shape[1]):
         pieces = pieces_of(curve, gear)
         cubic = np.ascontiguousarray(spline.c[::-1, :, gear].T)
-        pull, pull_rate = torque[:, gear], spline(time, 1)[:, gear]
+        pull, pull_rate = torque[:, gear], np.append(cubic[:, 1], spline(time[-1], 1)[gear])
         d = float(used[gear])
         if d == 0.0:
             motion = _without_damper(pieces, pull, pull_rate, spline(time, 2)[:, gear])
@@ -187,7 +187,7 @@ def _without_damper(
     pieces: tuple[Piece, ...], pull: np.ndarray, pull_rate: np.ndarray, pull_bend: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return e = S^-1(T), e' and e'' from T, T' and T'', (n,) each."""
-    torques = np.array([float(p.torque(np.array(p.high))) for p in pieces[:-1]])
+    torques = np.array([p.torque_at(p.high) for p in pieces[:-1]])
     number = np.searchsorted(torques, pull)
     e, v, a = np.empty((3, len(pull)))
     for k, piece in enumerate(pieces):
