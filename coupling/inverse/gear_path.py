@@ -175,8 +175,8 @@ def _first_exit(
     if piece.slopes[0] > 0.0:
         fastest = np.minimum(fastest, np.maximum(np.abs(v_0), slow / piece.slopes[0]))
     reach = h * fastest
-    near = (np.minimum(begins, ends) - reach < piece.low) | (
-        np.maximum(begins, ends) + reach > piece.high
+    near = (np.minimum(begins, ends) - reach < piece.low - _SLACK) | (
+        np.maximum(begins, ends) + reach > piece.high + _SLACK
     )
     suspect = near & (turns[steps.row[:beyond]] | (v_0 * v_1 < 0.0))
     suspect |= outside[:beyond]

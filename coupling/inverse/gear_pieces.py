@@ -165,4 +165,4 @@ def _on_one_cubic(a: Piece, b: Piece) -> bool:
     # A line that goes on for ever goes on only as a line.
     same_kind = a.straight == b.straight
     steepest = max(a.slopes[1], b.slopes[1])
-    return bool(same_kind and np.all(apart <= 1e2 * _ROUNDING * steepest * width))
+    return bool(same_kind and np.all(apart <= _ROUNDING * steepest * width))
