@@ -95,6 +95,9 @@ def gear_path(
         number[steps.row[at] + 1] = now
         if exit_ is None:
             row, offset, x = end, 0.0, float(ends[-1])
+            if not steps.last[-1]:
+                row = int(steps.row[-1])
+                offset = float(steps.offset[-1] + steps.length[-1])
             many = min(2 * many, _MOST_STRAIGHT if piece.straight else _MOST_BENT)
             continue
         row = int(steps.row[exit_.step])

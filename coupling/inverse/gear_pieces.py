@@ -158,7 +158,12 @@ def _on_one_cubic(a: Piece, b: Piece) -> bool:
     """Whether b continues the cubic of a."""
     t = b.origin - a.origin
     c0, c1, c2, c3 = a.cubic
-    moved = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3), c2 + 3.0 * t * c3, c3)
+    moved = (
+        c0 + t * (c1 + t * (c2 + t * c3)),
+        c1 + t * (2.0 * c2 + 3.0 * t * c3),
+        c2 + 3.0 * t * c3,
+        c3,
+    )
     finite = [w for w in (a.high - a.low, b.high - b.low, abs(t)) if 0.0 < w < np.inf]
     width = max(finite, default=0.0)
     apart = np.abs(np.subtract(moved, b.cubic)) * width ** np.arange(4)

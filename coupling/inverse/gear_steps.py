@@ -18,7 +18,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_banded
+from scipy.linalg.lapack import dtbtrs
 from scipy.signal import lfilter
 
 from coupling.inverse.gear_pieces import Piece
@@ -39,6 +39,8 @@ _CONVERGED = 1e-14  # [rad]
 # Change of the angle by halving all steps [rad]; what is left then is 2^6 times smaller.
 _TOLERANCE = 1e-11
 _HALVINGS = 40
+# Part of a step that a path along a bend goes on behind its piece.
+_BEYOND = 0.02
 
 
 def decaying_moments(z: np.ndarray, count: int) -> np.ndarray:
@@ -178,10 +180,11 @@ def follow_bend(
 ) -> tuple[Steps, np.ndarray]:
     """Return steps, halved as needed, and the angles at their ends [rad], along a piece that bends.
 
-    Behind the first step that ends outside the piece the angles mean nothing.
+    Where the piece is left the steps end, a little behind it: the law bends anew there.
     """
     steps, coarse = _converged(piece, damping, steps, np.full((len(steps.length), 5), start))
     for _ in range(_HALVINGS):
+        steps, coarse = _cut(piece, damping, steps, coarse)
         everywhere = np.ones(len(steps.length), dtype=bool)
         fine_steps, fine = _converged(
             piece, damping, steps.halved(everywhere), _halves(coarse, everywhere)
@@ -197,12 +200,41 @@ def follow_bend(
         # What each step adds to the error, beside what it inherits.
         decay = np.exp(-piece.slope(coarse[:count, 2]) * steps.length[:count] / damping)
         own = np.abs(error - decay * np.append(0.0, error[:-1]))
-        chosen = np.zeros(len(steps.length), dtype=bool)
-        chosen[:count] = own > 0.1 * _TOLERANCE * np.maximum(1.0 - decay, 0.01)
-        if not chosen.any():
-            chosen[:count] = True
-        steps, coarse = _converged(piece, damping, steps.halved(chosen), _halves(coarse, chosen))
+        excess = own / (0.1 * _TOLERANCE * np.maximum(1.0 - decay, 0.01))
+        times = np.zeros(len(steps.length), dtype=int)
+        # Halving a step makes its error 2^6 times smaller.
+        times[:count] = np.clip(np.ceil(np.log2(np.maximum(excess, 1e-3)) / 6.0), 0, 4)
+        if not times.any():
+            times[:count] = 1
+        while times.any():
+            chosen = times > 0
+            steps, coarse = steps.halved(chosen), _halves(coarse, chosen)
+            times = np.repeat(np.maximum(times - 1, 0), np.where(chosen, 2, 1))
+        steps, coarse = _converged(piece, damping, steps, coarse)
     return steps, coarse[:, -1]
+
+
+def _cut(
+    piece: Piece, damping: float, steps: Steps, values: np.ndarray
+) -> tuple[Steps, np.ndarray]:
+    """End the steps a little behind the first place at which the angle leaves the piece."""
+    count = _inside(piece, values[:, -1])
+    x = values[count - 1]
+    edge = piece.high if x[-1] > piece.high else piece.low
+    if piece.low <= x[-1] <= piece.high:
+        return steps, values
+    polynomial = _MONOMIALS.T @ x
+    polynomial[0] -= edge
+    roots = np.roots(polynomial[::-1])
+    real = np.sort(roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real - 0.5) <= 0.5)])
+    part = float(real[0]) + _BEYOND if len(real) else 1.0
+    values = values[:count]
+    length, last = steps.length[:count].copy(), steps.last[:count].copy()
+    if part < 0.9:
+        length[-1] *= part
+        last[-1] = False
+    steps = Steps(steps.row[:count], steps.offset[:count], length, steps.torque[:count], last)
+    return (steps, values) if last[-1] else _converged(piece, damping, steps, values)
 
 
 def _inside(piece: Piece, ends: np.ndarray) -> int:
@@ -269,7 +301,7 @@ def collocate(
         rest[1:-1] -= x[1:, 0]
         rest[-1] -= x[-1, -1]
         band[1, :-1] = -decay[:, -1]
-        moved = solve_banded((1, 0), band, rest, check_finite=False)
+        moved, _ = dtbtrs(band, rest, uplo="L", diag="U")
         new[:, 0] = x[:, 0] + moved[:-1]
         new[:, 1:] += decay * moved[:-1, None]
         np.clip(new, below, above, out=new)

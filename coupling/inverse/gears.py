@@ -235,7 +235,9 @@ def _checked(
         if not np.isfinite(values).all():
             raise ValueError(f"{name}: expected finite numbers, got others: look for NaN in it")
     if not (np.isfinite(damping).all() and (damping >= 0.0).all()):
-        raise ValueError(f"damping: expected finite numbers >= 0 [N m s/rad], got {damping.tolist()}")
+        raise ValueError(
+            f"damping: expected finite numbers >= 0 [N m s/rad], got {damping.tolist()}"
+        )
     steps = np.diff(time)
     mean = (time[-1] - time[0]) / (len(time) - 1)
     if mean <= 0.0 or np.abs(steps - mean).max() > 1e-6 * mean:

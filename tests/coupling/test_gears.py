@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from coupling.files.robot_file import find_robot, load_robot
 from coupling.inverse.gears import (
     SHORTEST_TIME_CONSTANT,
     damping_in_play,
@@ -14,7 +15,6 @@ from coupling.inverse.gears import (
     solve_twist,
 )
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
@@ -116,9 +116,7 @@ def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall
     play = B - a * ((time - t_0) ** 2 - tau**2) / (2.0 * d)
     amplitude = -(-a * (arrives - t_0) / K + a * tau / K)
     settling = -B + steady + amplitude * np.exp(-np.maximum(time - arrives, 0.0) / tau)
-    expected = np.where(
-        time < leaves, B + steady, np.where(time < arrives, play, settling)
-    )
+    expected = np.where(time < leaves, B + steady, np.where(time < arrives, play, settling))
     twist = solve(time, -a * (time - t_0), "backlash", tau, expected[0])
     np.testing.assert_allclose(twist.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
     if leaves < time[-1]:
@@ -276,6 +274,17 @@ def test_a_gear_with_play_and_no_damper_gets_a_small_one(kind):
     bare = solve(time, torque, kind, 0.0, B + 1e-3)
     damped = solve(time, torque, kind, SHORTEST_TIME_CONSTANT, B + 1e-3)
     np.testing.assert_allclose(bare.angle, damped.angle, rtol=1e-12)
+
+
+def test_the_gears_of_a_robot_are_its_torsions():
+    robot = load_robot(find_robot("icme2008"))
+    chain = build_chain(robot)
+    gears = gears_of(Parameters.of(robot), chain)
+    joints = [joint for joint in robot.joints if joint.stiffness is not None]
+    assert len(gears.tables) == len(joints) == len(chain.torsions)
+    assert gears.stiffness.tolist() == [joint.stiffness for joint in joints]
+    assert gears.damping.tolist() == [joint.damping for joint in joints]
+    assert gears.backlash.tolist() == [joint.backlash for joint in joints]
 
 
 def test_gears_do_not_depend_on_each_other():
