@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -209,11 +210,11 @@ def _exit_in_step(
     turning = [s for s in _quadratic_roots(3.0 * c3, 2.0 * c2, c1) if 0.0 < s < length]
     times = [0.0, *sorted(turning), length]
     points = [times[0]]
-    for a, b in zip(times[:-1], times[1:], strict=True):
+    for a, b in itertools.pairwise(times):
         if rate(a) * rate(b) < 0.0:
             points.append(brentq(rate, a, b, xtol=1e-16 * length, rtol=1e-14))
         points.append(b)
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in itertools.pairwise(points):
         x = angle(b)
         side = 1 if x > piece.high + _SLACK else -1 if x < piece.low - _SLACK else 0
         if side == 0:

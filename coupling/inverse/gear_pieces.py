@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -97,10 +98,7 @@ def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
         curve: Torque curve of all gears.
         gear: Index of the gear.
     """
-    if isinstance(curve, SplineCurve):
-        raw = _of_spline(curve, gear)
-    else:
-        raw = _of_lines(curve, gear)
+    raw = _of_spline(curve, gear) if isinstance(curve, SplineCurve) else _of_lines(curve, gear)
     pieces = raw[:1]
     for piece in raw[1:]:
         last = pieces[-1]
@@ -138,7 +136,7 @@ def _of_spline(curve: SplineCurve, gear: int) -> list[Piece]:
     ends = np.concatenate([[-np.inf], knots[np.isfinite(knots)], [np.inf]])
     steepest = float(np.max(curve.cubics[gear, : len(ends) - 1, 1]))
     pieces = []
-    for number, (low, high) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+    for number, (low, high) in enumerate(itertools.pairwise(ends)):
         cubic = curve.cubics[gear, number].copy()
         if np.isfinite(low) and np.isfinite(high):
             width = high - low

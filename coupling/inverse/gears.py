@@ -4,7 +4,7 @@ The torque T that a gear passes on stretches its spring and its damper,
 
     d e' + S(e) = T(t),   e(0) given,                                                           (1)
 
-row of a motion coordinate in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w).
+the row of a gear in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w).
 S is continuous and rises, so of two solutions e_1 > e_2 under one T the distance never grows:
 d (e_1 - e_2)' = -(S(e_1) - S(e_2)) <= 0.  Hence one answer to each start, errors that die out on a flank
 and stay as they are in the play, and no chatter.  In the play e' = T / d: a gear crosses it, from flank
@@ -101,7 +101,7 @@ def damping_in_play(curve: TorqueCurve, damping: np.ndarray) -> np.ndarray:
     """
     used = np.array(damping, dtype=float)
     for gear in np.flatnonzero(used == 0.0):
-        low, high = _slopes(pieces_of(curve, gear))
+        low, high = _slopes(pieces_of(curve, int(gear)))
         if low < _RISING * high:
             used[gear] = SHORTEST_TIME_CONSTANT * high
     return used

@@ -1,4 +1,6 @@
-"""The twist of gears under a given torque: closed forms, an independent integrator, laws of the equation."""
+"""The twist of gears under a given torque: closed forms, an independent integrator, laws."""
+
+import itertools
 
 import numpy as np
 import pytest
@@ -62,7 +64,7 @@ def integrated(time, torque, kind, tau, start):
         return -curve.slope(e)[None] / (tau * K)
 
     angles = [start]
-    for a, b in zip(time[:-1], time[1:], strict=True):
+    for a, b in itertools.pairwise(time):
         done = solve_ivp(
             rate, (a, b), [angles[-1]], method="Radau", jac=slope, rtol=1e-12, atol=1e-15
         )
@@ -127,7 +129,7 @@ def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall
 
 
 def test_a_flank_that_is_left_between_two_samples_and_found_again_is_seen():
-    """T = a (t - t_0)^2 - c dips below zero for less than a sample: the momentum it leaves is 2 c t / 3."""
+    """T = a (t - t_0)^2 - c dips below zero between two samples."""
     time = np.linspace(0.0, 0.02, 21)
     a, t_0, half = 1e6, 0.0105, 2e-4
     torque = a * ((time - t_0) ** 2 - half**2)
@@ -192,7 +194,7 @@ def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size
     edge = {"backlash": B, "spline": 0.5 * B}.get(kind, 0.0)
     for gear in range(2):
         own = [c for c in twist.crossings if c.gear == gear]
-        for c, after in zip(own[:-1], own[1:], strict=True):
+        for c, after in itertools.pairwise(own):
             assert c.begins <= c.ends <= after.begins
             assert c.side_after == after.side_before != 0
         covered = np.any([(time > c.begins) & (time < c.ends) for c in own] + [time < 0], axis=0)
