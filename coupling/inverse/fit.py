@@ -145,13 +145,16 @@ class Fit:
         equations += sum(c.error(coefficients) ** 2 for c in self.conditions)
         return float(0.5 * (objective + _COUNTED**2 * equations))
 
-    def objective(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def objective(
+        self, coefficients: np.ndarray, misses: np.ndarray, damping: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return Hessian, a band of lower diagonals by the columns, and gradient; without equations."""
         layout = self.drive.layout
         band, gradient = np.zeros((layout.width, layout.size)), np.zeros(layout.size)
         band[0, layout.miss] = 1.0
         gradient[layout.miss] = misses
-        _add_bends(band, layout, self._bend_weights)
+        for weight in (1.0, damping):
+            _add_bends(band, layout, weight * self._bend_weights)
         bends, place = self._bends(coefficients), layout.coefficient
         for a, weight in enumerate(self._bend_weights):
             gradient[place[a : a + len(bends)]] += weight * bends
@@ -165,11 +168,10 @@ class Fit:
             damping: Weight of the change of the command's bends.
         """
         layout = self.drive.layout
-        band, gradient = self.objective(coefficients, misses)
+        band, gradient = self.objective(coefficients, misses, damping)
         rows = _HEAVY * self.drive.gradient(coefficients, misses)
         errors = _HEAVY * self.drive.defects(coefficients, misses)
         _add_blocks(band, gradient, layout, rows, errors)
-        _add_bends(band, layout, damping * self._bend_weights)
         for condition in self.conditions:
             place = layout.coefficient[condition.first : condition.first + layout.degree + 1]
             gradient[place] += _HEAVY**2 * condition.error(coefficients) * condition.weights
