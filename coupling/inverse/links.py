@@ -17,7 +17,7 @@ from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
 from coupling.inverse.band import NormalEquations
-from coupling.inverse.rows import LinkDerivatives, LinkModel, LinkState
+from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
 from coupling.inverse.spline import UniformSpline, stencil
 
 End = Literal["rest", "loaded", "free"]

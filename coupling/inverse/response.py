@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from coupling.inverse.rows import LinkModel
+from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.torque_curves import TorqueCurve
 

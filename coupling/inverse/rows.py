@@ -1,128 +1,138 @@
-"""What the motion of the links must meet at an instant: tool on the path, tilts in balance."""
+"""The controller's rows: where a command's unknowns stand, and in which order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
 
 import numpy as np
-import pinocchio as pin
 
-from elastic_robot.chain import build_chain
-from elastic_robot.description import Robot
-from elastic_robot.kinematics import base_from_tool, tcp_force_gradient, tcp_jacobian
-from elastic_robot.parameters import Parameters
+# Longest interval over which the torque errors of a link may cancel [s]; it moves by less than a
+# tenth of a micrometre within, and a command on longer cycles is held to it as well.
+LONGEST_STEP = 0.002
 
 
 @dataclass(frozen=True)
-class LinkState:
-    """Robot at several instants.
+class Rows:
+    """The rows of a command: even times, and how the controller moves between them.
 
     Attributes:
-        load: M theta'' + h - J^T w, the torque that all angles of the chain need [N m], (k, angles).
-        position, rotation: Pose of the TCP [m], (k, 3) and (k, 3, 3).
+        start: Time of the first row [s].
+        cycle: Distance of the rows [s], > 0.
+        count: Number of intervals between rows; the rows are one more.
+        degree: 5 for rows of angle, rate and acceleration (quintic, C4 as we choose them), 3 for
+            rows of angles alone, between which the controller lays a C2 cubic spline that is at
+            rest (zero rate) at both ends.
+        rest: Whether the path is at rest at its start, and at its end.
+
+    Raises:
+        ValueError: If the degree is neither 3 nor 5, or there are fewer intervals than that.
     """
 
-    load: np.ndarray
-    position: np.ndarray
-    rotation: np.ndarray
+    start: float
+    cycle: float
+    count: int
+    degree: int
+    rest: tuple[bool, bool] = (True, True)
+
+    def __post_init__(self) -> None:
+        if self.degree not in (3, 5):
+            raise ValueError(f"expected rows of degree 3 or 5, got {self.degree}")
+        if self.count < self.degree:
+            raise ValueError(
+                f"expected at least {self.degree} intervals between rows, got {self.count}: take a"
+                " shorter cycle"
+            )
+
+    @property
+    def end(self) -> float:
+        """Time of the last row [s]."""
+        return self.start + self.cycle * self.count
+
+    @property
+    def coefficients(self) -> int:
+        """Number of the command's B-spline coefficients."""
+        return self.count + self.degree
+
+    def still(self, side: int) -> list[int]:
+        """Return the orders of the derivatives that are zero at the start (0) or end (1)."""
+        if self.degree == 3:
+            return [1]
+        return [1, 2] if self.rest[side] else []
 
 
 @dataclass(frozen=True)
-class LinkDerivatives:
-    """Derivatives of a `LinkState`.
+class Layout:
+    """Order of the unknowns: the command's coefficients, and between them the link's misses.
+
+    The miss delta [rad] is the angle by which the link is ahead of the wanted one; it is unknown at
+    `parts` + 1 nodes an interval of the rows.  Group g holds coefficient g - 1 and `parts` misses
+    near its middle, so that all that meets in interval i stands in groups i to i + degree + 1, its
+    block: the normal equations are a band.
 
     Attributes:
-        load: Of the loads by theta, theta', theta'', (k, 3, angles, angles).
-        jacobian: Of the TCP's position and rotation by theta, (k, 6, angles).
+        count: Intervals between rows.
+        degree: Degree of the command.
+        parts: Steps an interval.
     """
 
-    load: np.ndarray
-    jacobian: np.ndarray
+    count: int
+    degree: int
+    parts: int
 
+    @classmethod
+    def of(cls, rows: Rows) -> Layout:
+        """Return the layout of rows, with steps of at most `LONGEST_STEP`."""
+        return cls(rows.count, rows.degree, max(1, ceil(rows.cycle / LONGEST_STEP - 1e-9)))
 
-class LinkModel:
-    """Motion of the links: angles behind the gears, phi = q + e, and tilts.
+    @property
+    def nodes(self) -> int:
+        """Number of nodes, both ends included."""
+        return self.count * self.parts + 1
 
-    The drives do not appear in the equation of motion of the tilts, so play does not either.
+    @property
+    def stride(self) -> int:
+        """Unknowns of a group."""
+        return self.parts + 1
 
-    Args:
-        robot: The robot.
-
-    Attributes:
-        chain: Its chain.
-        parameters: Its numbers.
-        tilts: Index in theta of every tilt, (t,).
-        gears: Index in theta of every elastic joint, (g,).
-        gear_joint: Number of the joint of every gear, from 0, (g,).
-        tilt_stiffness, tilt_damping: [N m/rad], [N m s/rad], (t,).
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        self.chain = build_chain(robot)
-        self.parameters = Parameters.of(robot)
-        self._data = self.chain.model.createData()
-        is_tilt = self.chain.elastic_tilt > 0
-        self.tilts = self.chain.elastic[is_tilt]
-        self.gears = self.chain.elastic[~is_tilt]
-        self.gear_joint = self.chain.elastic_joint[~is_tilt]
-        self.tilt_stiffness = self.parameters.stiffness[is_tilt]
-        self.tilt_damping = self.parameters.damping[is_tilt]
-        arms = [np.linalg.norm(joint.origin) for joint in robot.joints]
-        self.reach = float(np.sum(arms) + np.linalg.norm(robot.tcp_position))
+    @property
+    def width(self) -> int:
+        """Unknowns of a block."""
+        return (self.degree + 2) * self.stride
 
     @property
     def size(self) -> int:
-        """Number of angles of the chain."""
-        return int(self.chain.model.nv)
+        """Number of all unknowns, of which a few at the ends have no meaning."""
+        return (self.count + self.degree + 1) * self.stride
 
-    def tilt_inertia(self, q: np.ndarray) -> np.ndarray:
-        """Return what every tilt moves at drive angles (joints,) [kg m^2], (t,)."""
-        mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
-        return mass.diagonal()[self.tilts].copy()
+    @cached_property
+    def coefficient(self) -> np.ndarray:
+        """Place of each coefficient."""
+        return self.stride * (1 + np.arange(self.count + self.degree))
 
-    def state(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> LinkState:
-        """Return loads and poses; all arguments (k, angles), wrench on the robot (k, 6)."""
-        count = len(theta)
-        load, jacobian = self.load(theta, rate, acceleration), np.empty((count, 6, self.size))
-        position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
-        for k in range(count):
-            jacobian[k] = tcp_jacobian(self.chain, self._data, theta[k])
-            placement = pin.updateFramePlacement(self.chain.model, self._data, self.chain.tcp)
-            position[k], rotation[k] = placement.translation, placement.rotation
-        load -= np.einsum("kr,krv->kv", wrench, jacobian)
-        return LinkState(load, position, rotation)
+    @cached_property
+    def miss(self) -> np.ndarray:
+        """Place of each miss."""
+        return self._place(np.arange(self.nodes))
 
-    def load(self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        """Return M theta'' + h [N m], (k, angles)."""
-        model, data, rnea = self.chain.model, self._data, pin.rnea
-        load = np.empty_like(theta)
-        for k in range(len(theta)):
-            load[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
-        return load
+    @cached_property
+    def block_coefficient(self) -> np.ndarray:
+        """Place in the block of interval i of coefficients i - 1 to i + degree."""
+        return self.stride * np.arange(self.degree + 2)
 
-    def linearised(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
-    ) -> tuple[LinkState, LinkDerivatives]:
-        """Return `state` and its derivatives."""
-        model, data, count, size = self.chain.model, self._data, len(theta), self.size
-        by = np.empty((count, 3, size, size))
-        load, jacobian = np.empty((count, size)), np.empty((count, 6, size))
-        position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
-        for k in range(count):
-            by[k, 0], by[k, 1], by[k, 2] = pin.computeRNEADerivatives(
-                model, data, theta[k], rate[k], acceleration[k]
-            )
-            load[k] = data.tau
-            jacobian[k] = tcp_jacobian(self.chain, data, theta[k])
-            placement = pin.updateFramePlacement(model, data, self.chain.tcp)
-            position[k], rotation[k] = placement.translation, placement.rotation
-        load -= np.einsum("kr,krv->kv", wrench, jacobian)
-        if wrench.any():
-            by[:, 0] -= tcp_force_gradient(jacobian, wrench)
-        return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)
+    @cached_property
+    def block_miss(self) -> np.ndarray:
+        """Place in the block of interval i of the misses one before its first node to its last."""
+        return self._place(np.arange(-1, self.parts + 1))
 
-    def base_from_tool(self, theta: np.ndarray) -> pin.SE3:
-        """Return the pose of the TCP at angles (angles,)."""
-        return base_from_tool(self.chain, self._data, theta).copy()
+    def _place(self, node: np.ndarray) -> np.ndarray:
+        interval, part = np.divmod(node - 1, self.parts)
+        return (interval + (self.degree + 3) // 2) * self.stride + 1 + part
+
+    def join(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Return all unknowns, (size,)."""
+        unknowns = np.zeros(self.size)
+        unknowns[self.coefficient] = coefficients
+        unknowns[self.miss] = misses
+        return unknowns

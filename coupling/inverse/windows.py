@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from coupling.inverse.links import LinkMotion, LinkProblem, LinkTask, Weights
-from coupling.inverse.rows import LinkModel
+from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline
 
 # Intervals of a window: its matrix takes 0.1 GB for 12 angles.

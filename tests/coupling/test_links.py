@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.links import LinkProblem, LinkTask, Weights
 from coupling.inverse.loads import MeanWrench
-from coupling.inverse.rows import LinkModel
+from coupling.inverse.link_model import LinkModel
 from coupling.inverse.windows import solve_links
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.robot.inverse_kinematics import InverseKinematics
