@@ -50,9 +50,11 @@ def _through(values: np.ndarray, rows: Rows) -> np.ndarray:
     at = [stencil(np.zeros(1), k, order)[0][:k] for order in range(outer + 1)]
     band = np.zeros((2 * k + 1, size))
     right = np.zeros(size)
+
     def put(row: int, first: int, weights: np.ndarray) -> None:
         for j, w in enumerate(weights):
             band[k + row - (first + j), first + j] = w
+
     for order in range(1, outer + 1):
         put(order - 1, 0, at[order])
         put(size - order, n, at[order])

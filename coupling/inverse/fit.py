@@ -80,6 +80,7 @@ class Condition:
 
 def end_conditions(rows: Rows, start: float) -> list[Condition]:
     """Return the conditions of a command that starts at an angle [rad], and rests where its path does."""
+
     def at(side: int, order: int, value: float) -> Condition:
         first = 0 if side == 0 else rows.count - 1
         return Condition(first, stencil(np.array([float(side)]), rows.degree, order)[0], value)

@@ -125,7 +125,9 @@ class _Program:
         # objective
         diagonals = [band[k, : layout.size - k] for k in range(layout.width) if band[k].any()]
         offsets = [k for k in range(layout.width) if band[k].any()]
-        lower = sparse.diags(diagonals, [-k for k in offsets], shape=(layout.size,) * 2, format="csc")
+        lower = sparse.diags(
+            diagonals, [-k for k in offsets], shape=(layout.size,) * 2, format="csc"
+        )
         upper = lower.T.tocsc()[free][:, free]
         # equations
         rows = fit.drive.gradient(coefficients, misses)
@@ -133,7 +135,9 @@ class _Program:
         columns = (np.arange(n) * layout.stride)[:, None, None] + np.arange(w)
         columns = np.broadcast_to(columns, rows.shape)
         index = np.broadcast_to(np.arange(n * m).reshape(n, m, 1), rows.shape)
-        A = sparse.csr_matrix((rows.ravel(), (index.ravel(), columns.ravel())), (n * m, layout.size))
+        A = sparse.csr_matrix(
+            (rows.ravel(), (index.ravel(), columns.ravel())), (n * m, layout.size)
+        )
         A.eliminate_zeros()
         b = -fit.drive.defects(coefficients, misses).ravel()
         ends = sparse.lil_matrix((len(fit.conditions), layout.size))
@@ -156,7 +160,9 @@ class _Program:
                 D = D[1:] - D[:-1]
             now = D @ coefficients
             wide = sparse.csr_matrix((count, layout.size)).tolil()
-            pick = sparse.csr_matrix((np.ones(count), (np.arange(count), layout.coefficient)), (count, layout.size))
+            pick = sparse.csr_matrix(
+                (np.ones(count), (np.arange(count), layout.coefficient)), (count, layout.size)
+            )
             rows_ = (D @ pick)[:, free].tocsr()
             touched = np.diff(rows_.indptr) > 0
             hair = _HAIR * (1.0 if order == 0 else hi)

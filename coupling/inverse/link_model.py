@@ -80,6 +80,21 @@ class LinkModel:
         mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
         return mass.diagonal()[self.tilts].copy()
 
+    def yielding_inertia(self, theta: np.ndarray) -> np.ndarray:
+        """Return what every gear moves while all other elastic angles yield [kg m^2], (k, gears).
+
+        1 / (M^-1)_gg of the mass matrix in the elastic coordinates.
+
+        Args:
+            theta: Angles of the chain, (k, angles).
+        """
+        elastic, gears = self.chain.elastic, self.chain.torsions
+        mass = np.empty((len(theta), len(elastic), len(elastic)))
+        for k, angles in enumerate(theta):
+            mass[k] = pin.crba(self.chain.model, self._data, angles)[np.ix_(elastic, elastic)]
+        inertia: np.ndarray = 1.0 / np.linalg.inv(mass)[:, gears, gears]
+        return inertia
+
     def state(
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> LinkState:

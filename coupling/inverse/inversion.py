@@ -1,0 +1,238 @@
+"""The command that keeps the moving robot's tool on a path under a wrench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import PlanningError
+from coupling.inverse.command import gear_command, rigid_command
+from coupling.inverse.gear_drive import GearTask
+from coupling.inverse.gears import Crossing, Twist, gears_of, solve_twist
+from coupling.inverse.limits import JointLimits
+from coupling.inverse.link_model import LinkModel
+from coupling.inverse.links import End, LinkMotion, LinkTask
+from coupling.inverse.loads import MeanWrench
+from coupling.inverse.rows import Rows
+from coupling.inverse.spline import UniformSpline
+from coupling.inverse.windows import solve_links
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import InterpolatedPath
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
+from elastic_robot.settings import SETTINGS
+from elastic_robot.torque_curves import TORQUE_CURVES
+
+# Longest distance of the links' nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
+_SPACING = 0.004
+# Times between two nodes at which the torque of the gears is evaluated.
+_FINE = 4
+# Nodes between two evaluations of the mass matrix.
+_SELDOM = 25
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What one robot is to do, in its base frame.
+
+    Attributes:
+        path: Desired path of its tool.
+        rigid: Joint angles of the undeflected robot along it, at the same times.
+        wrench: Wrench on the tool, at the same times.
+    """
+
+    path: ToolPath
+    rigid: JointPath
+    wrench: WrenchHistory
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse of one robot along a path.
+
+    Attributes:
+        command: Motion of the drives [rad], a column a joint.
+        links: Motion of the links with the tool on its path.
+        crossings: Passages of gears through their play; `gear` counts the elastic joints.
+        wrench: The wrench that the links were solved under, as a function of time.
+    """
+
+    command: UniformSpline
+    links: LinkMotion
+    crossings: tuple[Crossing, ...]
+    wrench: MeanWrench
+
+
+class MovingRobot:
+    """A robot whose motion is inverted.
+
+    Args:
+        robot: The robot.
+        torque_curve: Name of its gears' torque curve.
+    """
+
+    def __init__(self, robot: Robot, torque_curve: str) -> None:
+        self.model = LinkModel(robot)
+        self._curve_class = TORQUE_CURVES[torque_curve]
+        self.curve = self._curve_class.build(self.model.parameters)
+        self._gears = gears_of(self.model.parameters, self.model.chain)
+        self._gear_curve = self._curve_class.build(self._gears)
+
+    def invert(
+        self, wanted: Wanted, controller: Controller, limits: JointLimits, progress: Progress
+    ) -> Inverse:
+        """Return the command that keeps the tool on its path.
+
+        Args:
+            wanted: What the robot is to do.
+            controller: What takes the command.
+            limits: What its drives can do.
+            progress: Told what is being done, and how much of it is done.
+
+        Raises:
+            PlanningError: If the path asks for more than the drives can do, or is too short.
+        """
+        between = InterpolatedPath(wanted.path)
+        rows = self._rows(wanted.path, controller, between.at_rest)
+        task = self._task(wanted, between, rows)
+        links = solve_links(
+            self.model, task, progress=lambda done, total: progress("links", done, total)
+        )
+        time = np.linspace(rows.start, rows.end, _FINE * task.intervals + 1)
+        mean = MeanWrench(wanted.wrench, task.spacing)
+        torque = self._torque(links.theta, time, mean)
+        twist = self._twist(links.theta, time, torque, wanted.wrench)
+        command = self._command(links.theta, twist, torque, rows, limits, progress)
+        return Inverse(command, links, twist.crossings, mean)
+
+    def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> Rows:
+        start, end = float(path.time[0]), float(path.time[-1])
+        count = len(controller.rows(start, end)) - 1
+        degree = 5 if controller.interpolation == "quintic" else 3
+        try:
+            return Rows(start, controller.cycle, count, degree, rest)
+        except ValueError as cause:
+            raise PlanningError(f"a path of {end - start:.6g} s: {cause}") from cause
+
+    def _task(self, wanted: Wanted, between: InterpolatedPath, rows: Rows) -> LinkTask:
+        start, last = rows.start, float(wanted.path.time[-1])
+        duration = rows.end - start
+        intervals = int(np.ceil(duration / _SPACING - 1e-9))
+        begins: End = "rest" if between.at_rest[0] else "loaded"
+        ends: End = "rest" if between.at_rest[1] else "free"
+        # Behind its end the path stands still, or goes on as it did.
+        until = last if ends == "rest" else np.inf
+        conditions = tuple(
+            (1, np.zeros(wanted.rigid.q[0].shape[1])) if rest else "not-a-knot"
+            for rest in between.at_rest
+        )
+        rigid = CubicSpline(wanted.rigid.time, wanted.rigid.q[0], bc_type=conditions)
+
+        def position(time: np.ndarray) -> np.ndarray:
+            return between.position(np.minimum(time, until))
+
+        def rotation(time: np.ndarray) -> Rotation:
+            return between.rotation(np.minimum(time, last))
+
+        nodes = start + duration / intervals * np.arange(intervals + 1)
+        return LinkTask(
+            start,
+            duration / intervals,
+            intervals,
+            position,
+            rotation,
+            MeanWrench(wanted.wrench, duration / intervals),
+            rigid(np.minimum(nodes, until)),
+            begins,
+            ends,
+        )
+
+    def _torque(self, theta: UniformSpline, time: np.ndarray, wrench: MeanWrench) -> np.ndarray:
+        """Return the torque that every gear has to carry [N m], (k, gears)."""
+        parts = []
+        for chunk in np.array_split(time, -(-len(time) // 10_000)):
+            motion = [theta.at(chunk, order) for order in range(3)]
+            state = self.model.state(motion[0], motion[1], motion[2], wrench(chunk))
+            parts.append(-state.load[:, self.model.gears])
+        return np.vstack(parts)
+
+    def _twist(
+        self, theta: UniformSpline, time: np.ndarray, torque: np.ndarray, wrench: WrenchHistory
+    ) -> Twist:
+        """Return the twist of the gears; at first at rest under their static torque."""
+        first = theta.at(time[:1])
+        rest = np.zeros_like(first)
+        load = self.model.state(first, rest, rest, wrench.wrench[0, :1]).load
+        static = -load[0, self.model.gears]
+        static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
+        start = self._gear_curve.deflection(static)
+        return solve_twist(time, torque, self._gear_curve, self._gears.damping, start)
+
+    def _command(
+        self,
+        theta: UniformSpline,
+        twist: Twist,
+        torque: np.ndarray,
+        rows: Rows,
+        limits: JointLimits,
+        progress: Progress,
+    ) -> UniformSpline:
+        """Return the drives' motion, joint by joint."""
+        chain, columns = self.model.chain, []
+        inertia = self._inertia(theta, twist.time)
+        gear_of = {int(joint): gear for gear, joint in enumerate(self.model.gear_joint)}
+        for joint in range(chain.joint_count):
+            index = int(chain.drive[joint])
+            link = UniformSpline(
+                theta.start, theta.spacing, theta.coefficients[:, [index]], theta.degree
+            )
+            own = limits.of_joint(joint)
+            if joint not in gear_of:
+                columns.append(rigid_command(link, rows, own))
+            else:
+                gear = gear_of[joint]
+                parameters = _only(self._gears, gear)
+                task = GearTask(
+                    link,
+                    twist.time,
+                    torque[:, gear],
+                    twist.angle[:, gear],
+                    self._curve_class.build(parameters),
+                    float(parameters.damping[0]),
+                    inertia[:, gear],
+                )
+                columns.append(gear_command(task, rows, own))
+            progress("drives", joint + 1, chain.joint_count)
+        coefficients = np.hstack([column.coefficients for column in columns])
+        return UniformSpline(rows.start, rows.cycle, coefficients, rows.degree)
+
+    def _inertia(self, theta: UniformSpline, time: np.ndarray) -> np.ndarray:
+        """Return what each gear moves while all else may yield [kg m^2], (k, gears)."""
+        seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
+        inertia = self.model.yielding_inertia(theta.at(seldom))
+        return np.stack([np.interp(time, seldom, gear) for gear in inertia.T], axis=1)
+
+
+def joint_path(command: UniformSpline) -> JointPath:
+    """Return the rows of a command: with rates and accelerations for degree 5, else angles alone."""
+    time = command.nodes
+    values = [(command.at(time, order),) for order in range(3 if command.degree == 5 else 1)]
+    return JointPath(time, *values)
+
+
+def _only(parameters: Parameters, gear: int) -> Parameters:
+    """Return the parameters of one gear."""
+    return Parameters(
+        parameters.gravity,
+        parameters.stiffness[[gear]],
+        parameters.damping[[gear]],
+        parameters.backlash[[gear]],
+        (parameters.tables[gear],),
+    )
