@@ -33,18 +33,26 @@ def tcp_force_gradient(jacobian: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 
     Args:
         jacobian: Jacobian of one state or of k, as `tcp_jacobian` returns it, (..., 6, angles).
-        wrench: (6,).
+        wrench: One for all states, (6,), or one for each, (..., 6).
 
     Returns:
         Entry i, j is d(J^T w)_i / d(theta_j) [N m/rad], (..., angles, angles).
     """
     lever, axis = jacobian[..., :3, :], jacobian[..., 3:, :]
     # (z_min(i,j) x J_v,max(i,j)) . f = z_min . (J_v,max x f), symmetric in i and j.
-    turning = axis.swapaxes(-1, -2) @ (pin.skew(-wrench[:3]) @ lever)
+    turning = axis.swapaxes(-1, -2) @ (_skew(-wrench[..., :3]) @ lever)
     # (z_j x z_i) . m = z_j . (z_i x m) for j < i only.
-    tilting = (pin.skew(-wrench[3:]) @ axis).swapaxes(-1, -2) @ axis
+    tilting = (_skew(-wrench[..., 3:]) @ axis).swapaxes(-1, -2) @ axis
     upper, below = _triangles(axis.shape[-1])
     return np.where(upper, turning, turning.swapaxes(-1, -2)) + below * tilting
+
+
+def _skew(vector: np.ndarray) -> np.ndarray:
+    """Return the matrices of v x, (..., 3, 3)."""
+    matrix = np.zeros((*vector.shape, 3))
+    matrix[..., [2, 0, 1], [1, 2, 0]] = vector
+    matrix[..., [1, 2, 0], [2, 0, 1]] = -vector
+    return matrix
 
 
 def tcp_velocity_gradient(jacobian: np.ndarray, rate: np.ndarray) -> np.ndarray:

@@ -1,0 +1,235 @@
+"""Least squares over a command's coefficients and the misses of its link: a band, solved by damped steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from coupling.inverse.rows import Layout, Rows
+from coupling.inverse.spline import stencil
+
+# Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
+# 10 rad/s^2 weigh like 0.1 microrad.  It keeps a command from ringing between its rows.
+SMOOTHING = 1e-8
+
+# Weights of equations in the normal equations, and in the value that a step must lower: there only so
+# much that they count before the objective, lest rounding at the edges of a play decides.
+_HEAVY = 1e5
+_COUNTED = 1e2
+
+_BEND = np.array([1.0, -2.0, 1.0])
+_MOST_DAMPED = 1e6
+_PASSES = 40
+
+
+class Drive(Protocol):
+    """What moves a link: its equations between command and miss."""
+
+    @property
+    def layout(self) -> Layout:
+        """Order of the unknowns."""
+        ...
+
+    @property
+    def cycle(self) -> float:
+        """Distance of the rows [s]."""
+        ...
+
+    @property
+    def bend(self) -> np.ndarray:
+        """phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
+        ...
+
+    def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Errors of the equations, as angles [rad], (count, parts)."""
+        ...
+
+    def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Derivatives of `defects` by the unknowns of their blocks, (count, parts, width)."""
+        ...
+
+    def part(self, begin: int, end: int) -> Drive:
+        """Return the drive along the intervals begin to end of the rows."""
+        ...
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A derivative of the command at an end: weights @ coefficients[first :] = value.
+
+    Attributes:
+        first: Number of the first coefficient.
+        weights: (degree + 1,), by the cycle where it is a derivative.
+        value: [rad].
+    """
+
+    first: int
+    weights: np.ndarray
+    value: float
+
+    def error(self, coefficients: np.ndarray) -> float:
+        """Return by how much the condition is missed [rad]."""
+        there = coefficients[self.first : self.first + len(self.weights)]
+        return float(self.weights @ there - self.value)
+
+
+def end_conditions(rows: Rows, start: float) -> list[Condition]:
+    """Return the conditions of a command that starts at an angle [rad], and rests where its path does."""
+    def at(side: int, order: int, value: float) -> Condition:
+        first = 0 if side == 0 else rows.count - 1
+        return Condition(first, stencil(np.array([float(side)]), rows.degree, order)[0], value)
+
+    still = [at(side, order, 0.0) for side in (0, 1) for order in rows.still(side)]
+    return [at(0, 0, start), *still]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under the drive's equations.
+
+    Attributes:
+        drive: Equations between command and miss.
+        conditions: Those of the path's ends that are here.
+        free: Which unknowns may change, (size,).
+    """
+
+    drive: Drive
+    conditions: list[Condition]
+    free: np.ndarray
+
+    @classmethod
+    def whole(cls, drive: Drive, conditions: list[Condition]) -> Fit:
+        """Return the fit of a whole path: all may change but the first miss, which is none."""
+        layout = drive.layout
+        free = np.zeros(layout.size, dtype=bool)
+        free[layout.coefficient] = True
+        free[layout.miss[1:]] = True
+        return cls(drive, conditions, free)
+
+    def part(self, begin: int, end: int) -> Fit:
+        """Return the fit of the intervals begin to end of the rows, what meets others held."""
+        layout = self.drive.layout
+        drive = self.drive.part(begin, end)
+        inner = drive.layout
+        degree, parts = layout.degree, layout.parts
+        left, right = begin > 0, end < layout.count
+        free = np.zeros(inner.size, dtype=bool)
+        coefficients = slice(degree + 1 if left else 0, inner.count - 1 if right else None)
+        misses = slice(2 if left else 1, inner.nodes - 2 if right else None)
+        free[inner.coefficient[coefficients]] = True
+        free[inner.miss[misses]] = True
+        here = [
+            replace(c, first=c.first - begin)
+            for c in self.conditions
+            if begin <= c.first and c.first + 1 <= end
+        ]
+        del parts
+        return Fit(drive, here, free)
+
+    @cached_property
+    def _bend_weights(self) -> np.ndarray:
+        return SMOOTHING / self.drive.cycle**2 * _BEND
+
+    def _bends(self, coefficients: np.ndarray) -> np.ndarray:
+        return SMOOTHING * (np.diff(coefficients, 2) / self.drive.cycle**2 - self.drive.bend)
+
+    def value(self, coefficients: np.ndarray, misses: np.ndarray) -> float:
+        """Return half the sum of squares, equations included [rad^2]."""
+        objective = np.sum(misses**2) + np.sum(self._bends(coefficients) ** 2)
+        equations = np.sum(self.drive.defects(coefficients, misses) ** 2)
+        equations += sum(c.error(coefficients) ** 2 for c in self.conditions)
+        return float(0.5 * (objective + _COUNTED**2 * equations))
+
+    def objective(
+        self, coefficients: np.ndarray, misses: np.ndarray, damping: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return Hessian, a band of lower diagonals by the columns, and gradient; without equations."""
+        layout = self.drive.layout
+        band, gradient = np.zeros((layout.width, layout.size)), np.zeros(layout.size)
+        band[0, layout.miss] = 1.0
+        gradient[layout.miss] = misses
+        for weight in (1.0, damping):
+            _add_bends(band, layout, weight * self._bend_weights)
+        bends, place = self._bends(coefficients), layout.coefficient
+        for a, weight in enumerate(self._bend_weights):
+            gradient[place[a : a + len(bends)]] += weight * bends
+        return band, gradient
+
+    def band_step(self, coefficients: np.ndarray, misses: np.ndarray, damping: float) -> np.ndarray:
+        """Return the step of all unknowns to the least sum of squares of the linearised equations.
+
+        Args:
+            coefficients, misses: Where it starts.
+            damping: Weight of the change of the command's bends.
+        """
+        layout = self.drive.layout
+        band, gradient = self.objective(coefficients, misses, damping)
+        rows = _HEAVY * self.drive.gradient(coefficients, misses)
+        errors = _HEAVY * self.drive.defects(coefficients, misses)
+        _add_blocks(band, gradient, layout, rows, errors)
+        for condition in self.conditions:
+            place = layout.coefficient[condition.first : condition.first + layout.degree + 1]
+            gradient[place] += _HEAVY**2 * condition.error(coefficients) * condition.weights
+            for a, row in enumerate(condition.weights):
+                for b in range(a + 1):
+                    band[place[a] - place[b], place[b]] += _HEAVY**2 * row * condition.weights[b]
+        band[0, ~self.free] += 1e6 * _HEAVY**2
+        gradient[~self.free] = 0.0
+        step: np.ndarray = solveh_banded(band, -gradient, lower=True, check_finite=False)
+        return step
+
+    def solve(
+        self,
+        coefficients: np.ndarray,
+        misses: np.ndarray,
+        step: Callable[[np.ndarray, np.ndarray, float], np.ndarray],
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Go down by steps, damped where the torque curve bends away from them.
+
+        Args:
+            coefficients, misses: A start that is feasible for `step`.
+            step: Returns a step of all unknowns from coefficients, misses and damping.
+        """
+        layout = self.drive.layout
+        best, damping = self.value(coefficients, misses), 0.0
+        for _ in range(_PASSES):
+            change = step(coefficients, misses, damping)
+            trial = coefficients + change[layout.coefficient], misses + change[layout.miss]
+            value = self.value(*trial)
+            if value < best:
+                (coefficients, misses), gain, best = trial, best - value, value
+                damping = damping / 3.0 if damping > 1.0 else 0.0
+                if gain < 1e-3 * best:
+                    break
+            else:
+                damping = max(2.0, 5.0 * damping)
+                if damping > _MOST_DAMPED:
+                    break
+        return coefficients, misses
+
+
+def _add_bends(band: np.ndarray, layout: Layout, weights: np.ndarray) -> None:
+    """Add the normal equations of the weighted second differences of the coefficients."""
+    count = layout.count + layout.degree - 2
+    for a in range(3):
+        for b in range(a + 1):
+            place = layout.coefficient[b : b + count]
+            band[(a - b) * layout.stride, place] += weights[a] * weights[b]
+
+
+def _add_blocks(
+    band: np.ndarray, gradient: np.ndarray, layout: Layout, rows: np.ndarray, errors: np.ndarray
+) -> None:
+    """Add the normal equations of rows (n, parts, width) in blocks, and of their errors (n, parts)."""
+    count, stride, width = layout.count, layout.stride, layout.width
+    columns = np.ascontiguousarray(rows.transpose(2, 1, 0))  # (width, parts, n)
+    for b in range(width):
+        place = slice(b, b + count * stride, stride)
+        gradient[place] += np.einsum("pn,np->n", columns[b], errors)
+        for a in range(b, width):
+            band[a - b, place] += np.einsum("pn,pn->n", columns[a], columns[b])

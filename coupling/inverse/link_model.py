@@ -1,0 +1,128 @@
+"""What the motion of the links must meet at an instant: tool on the path, tilts in balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.kinematics import base_from_tool, tcp_force_gradient, tcp_jacobian
+from elastic_robot.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class LinkState:
+    """Robot at several instants.
+
+    Attributes:
+        load: M theta'' + h - J^T w, the torque that all angles of the chain need [N m], (k, angles).
+        position, rotation: Pose of the TCP [m], (k, 3) and (k, 3, 3).
+    """
+
+    load: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+@dataclass(frozen=True)
+class LinkDerivatives:
+    """Derivatives of a `LinkState`.
+
+    Attributes:
+        load: Of the loads by theta, theta', theta'', (k, 3, angles, angles).
+        jacobian: Of the TCP's position and rotation by theta, (k, 6, angles).
+    """
+
+    load: np.ndarray
+    jacobian: np.ndarray
+
+
+class LinkModel:
+    """Motion of the links: angles behind the gears, phi = q + e, and tilts.
+
+    The drives do not appear in the equation of motion of the tilts, so play does not either.
+
+    Args:
+        robot: The robot.
+
+    Attributes:
+        chain: Its chain.
+        parameters: Its numbers.
+        tilts: Index in theta of every tilt, (t,).
+        gears: Index in theta of every elastic joint, (g,).
+        gear_joint: Number of the joint of every gear, from 0, (g,).
+        tilt_stiffness, tilt_damping: [N m/rad], [N m s/rad], (t,).
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.chain = build_chain(robot)
+        self.parameters = Parameters.of(robot)
+        self._data = self.chain.model.createData()
+        is_tilt = self.chain.elastic_tilt > 0
+        self.tilts = self.chain.elastic[is_tilt]
+        self.gears = self.chain.elastic[~is_tilt]
+        self.gear_joint = self.chain.elastic_joint[~is_tilt]
+        self.tilt_stiffness = self.parameters.stiffness[is_tilt]
+        self.tilt_damping = self.parameters.damping[is_tilt]
+        arms = [np.linalg.norm(joint.origin) for joint in robot.joints]
+        self.reach = float(np.sum(arms) + np.linalg.norm(robot.tcp_position))
+
+    @property
+    def size(self) -> int:
+        """Number of angles of the chain."""
+        return int(self.chain.model.nv)
+
+    def tilt_inertia(self, q: np.ndarray) -> np.ndarray:
+        """Return what every tilt moves at drive angles (joints,) [kg m^2], (t,)."""
+        mass = pin.crba(self.chain.model, self._data, self.chain.theta(q))
+        return mass.diagonal()[self.tilts].copy()
+
+    def state(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> LinkState:
+        """Return loads and poses; all arguments (k, angles), wrench on the robot (k, 6)."""
+        count = len(theta)
+        load, jacobian = self.load(theta, rate, acceleration), np.empty((count, 6, self.size))
+        position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
+        for k in range(count):
+            jacobian[k] = tcp_jacobian(self.chain, self._data, theta[k])
+            placement = pin.updateFramePlacement(self.chain.model, self._data, self.chain.tcp)
+            position[k], rotation[k] = placement.translation, placement.rotation
+        load -= np.einsum("kr,krv->kv", wrench, jacobian)
+        return LinkState(load, position, rotation)
+
+    def load(self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Return M theta'' + h [N m], (k, angles)."""
+        model, data, rnea = self.chain.model, self._data, pin.rnea
+        load = np.empty_like(theta)
+        for k in range(len(theta)):
+            load[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
+        return load
+
+    def linearised(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> tuple[LinkState, LinkDerivatives]:
+        """Return `state` and its derivatives."""
+        model, data, count, size = self.chain.model, self._data, len(theta), self.size
+        by = np.empty((count, 3, size, size))
+        load, jacobian = np.empty((count, size)), np.empty((count, 6, size))
+        position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
+        for k in range(count):
+            by[k, 0], by[k, 1], by[k, 2] = pin.computeRNEADerivatives(
+                model, data, theta[k], rate[k], acceleration[k]
+            )
+            load[k] = data.tau
+            jacobian[k] = tcp_jacobian(self.chain, data, theta[k])
+            placement = pin.updateFramePlacement(model, data, self.chain.tcp)
+            position[k], rotation[k] = placement.translation, placement.rotation
+        load -= np.einsum("kr,krv->kv", wrench, jacobian)
+        if wrench.any():
+            by[:, 0] -= tcp_force_gradient(jacobian, wrench)
+        return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)
+
+    def base_from_tool(self, theta: np.ndarray) -> pin.SE3:
+        """Return the pose of the TCP at angles (angles,)."""
+        return base_from_tool(self.chain, self._data, theta).copy()

@@ -1,0 +1,388 @@
+"""Motion of the links with the tool on its path: least squares over the whole path.
+
+The tilts' equations of motion do not contain the drives.  With the tool on its path they form a
+boundary value problem, which may be unstable in either direction of time; solved over the whole path
+at once it is well-posed (Devasia, Chen and Paden 1996, docs/references.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from scipy.linalg import solve_banded
+from scipy.spatial.transform import Rotation
+
+from coupling.inverse.band import NormalEquations
+from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
+from coupling.inverse.spline import UniformSpline, stencil
+
+End = Literal["rest", "loaded", "free"]
+
+_DEGREE = 5
+_ORDERS = 3
+# Points whose derivatives are held in memory at once.
+_CHUNK = 2000
+# Intervals at each end whose middles are collocated as well: a quintic spline has solutions of its own
+# there beside those of the differential equation.
+_EDGE = 10
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What counts how much; the unit of the sum of squares is a micrometre at the tool.
+
+    Attributes:
+        position: Of a position error [1/m].
+        rotation: Of a rotation error [1/rad]: a tenth of a milliradian counts as a micrometre.
+        acceleration: Of the links' angular acceleration beside the rigid robot's [s^2/rad].
+        balance: Of a torque missing in a tilt, over that of what it would move the tool by against the
+            tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
+    """
+
+    position: float = 1e6
+    rotation: float = 1e4
+    acceleration: float = 0.2
+    balance: float = 30.0
+
+
+@dataclass(frozen=True)
+class LinkTask:
+    """What the links are to do.
+
+    Attributes:
+        start, spacing, intervals: Nodes of the motion: start + k spacing [s].
+        position: Function from times to desired positions of the TCP [m], (k, 3).
+        rotation: Function from times to its rotations.
+        wrench: Function from times to wrenches on the robot at the TCP, base axes, (k, 6).
+        guess: Joint angles of the rigid robot at the nodes [rad], (intervals + 1, joints).
+        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static loads,
+            as a simulation begins; or "free".
+    """
+
+    start: float
+    spacing: float
+    intervals: int
+    position: Callable[[np.ndarray], np.ndarray]
+    rotation: Callable[[np.ndarray], Rotation]
+    wrench: Callable[[np.ndarray], np.ndarray]
+    guess: np.ndarray
+    begins: End = "rest"
+    ends: End = "rest"
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Times of the nodes [s]."""
+        return self.start + self.spacing * np.arange(self.intervals + 1)
+
+    def part(self, first: int, last: int) -> LinkTask:
+        """Return the task between two nodes; where it is cut the motion is free."""
+        return replace(
+            self,
+            start=self.start + self.spacing * first,
+            intervals=last - first,
+            guess=self.guess[first : last + 1],
+            begins=self.begins if first == 0 else "free",
+            ends=self.ends if last == self.intervals else "free",
+        )
+
+
+@dataclass(frozen=True)
+class LinkPass:
+    """One pass of Gauss and Newton's method.
+
+    Attributes:
+        position, rotation: Largest error of the tool's pose before the pass [m], [rad].
+        torque: Largest torque missing in a tilt before it [N m].
+        step: Largest change of an angle in it [rad].
+    """
+
+    position: float
+    rotation: float
+    torque: float
+    step: float
+
+
+@dataclass(frozen=True)
+class LinkMotion:
+    """Motion of the links.
+
+    Attributes:
+        theta: All angles of the chain; those of the joints are phi = q + e.
+        passes: The way there.
+        error: Distance of the tool from its path at the nodes [m], (intervals + 1,).
+    """
+
+    theta: UniformSpline
+    passes: tuple[LinkPass, ...] = field(default=())
+    error: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Collocation points that lie at the same place of their intervals."""
+
+    intervals: range
+    place: float
+    position: np.ndarray
+    rotation: np.ndarray
+    wrench: np.ndarray
+    rigid_acceleration: np.ndarray
+
+
+class LinkProblem:
+    """The least squares problem of a `LinkTask`.
+
+    Args:
+        model: The robot.
+        task: What it is to do.
+        weights: What counts how much.
+    """
+
+    def __init__(self, model: LinkModel, task: LinkTask, weights: Weights) -> None:
+        self._model, self._task, self._weights = model, task, weights
+        stiffness = model.tilt_stiffness + model.tilt_inertia(task.guess[0]) / task.spacing**2
+        self._balance = weights.balance * weights.position * model.reach / stiffness
+        self._rigid = interpolating(task, model.chain.theta(task.guess))
+        self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
+            0, model.tilts
+        ]
+        count, edge = task.intervals, min(_EDGE, task.intervals // 2)
+        chunks = np.linspace(0, count, -(-count // _CHUNK) + 1).astype(int)
+        self._groups = [
+            *(self._points(range(a, b), 0.0) for a, b in pairwise(chunks.tolist())),
+            self._points(range(count - 1, count), 1.0),
+            *(self._points(outer, 0.5) for outer in (range(edge), range(count - edge, count))),
+        ]
+
+    def _points(self, intervals: range, place: float) -> _Points:
+        task = self._task
+        times = task.start + task.spacing * (np.arange(intervals.start, intervals.stop) + place)
+        rigid = _derivatives(self._rigid, intervals, place)[2]
+        return _Points(
+            intervals,
+            place,
+            task.position(times),
+            task.rotation(times).as_matrix(),
+            task.wrench(times),
+            rigid[:, self._model.chain.drive],
+        )
+
+    def guess(self) -> UniformSpline:
+        """Return the motion of the rigid robot with the tilts that its loads at rest ask for."""
+        task = self._task
+        return interpolating(task, self._at_rest_under_load(task.guess, task.nodes))
+
+    def _at_rest_under_load(self, q: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the angles of the rigid robot with the tilts that its loads at rest ask for."""
+        model = self._model
+        theta = model.chain.theta(q)
+        rest = np.zeros_like(theta)
+        load = model.state(theta, rest, rest, self._task.wrench(times)).load
+        theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
+        return theta
+
+    def solve(self, tolerance: float = 1e-8, passes: int = 12) -> LinkMotion:
+        """Return the motion of the links.
+
+        Args:
+            tolerance: Largest change of an angle in the last pass [rad].
+            passes: Passes at most.
+        """
+        motion, log = self.guess(), []
+        for _ in range(passes):
+            motion, report = self._improved(motion)
+            log.append(report)
+            if report.step <= tolerance:
+                break
+        return LinkMotion(motion, tuple(log), self.error(motion))
+
+    def error(self, motion: UniformSpline) -> np.ndarray:
+        """Return the distance of the tool from its path at the nodes [m]."""
+        errors = []
+        for points in self._groups:
+            if points.place == 0.5:
+                continue
+            theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
+            state = self._model.state(theta, rate, acceleration, points.wrench)
+            errors.append(np.linalg.norm(state.position - points.position, axis=1))
+        return np.concatenate(errors)
+
+    def residuals(self, motion: UniformSpline) -> np.ndarray:
+        """Return all weighted residuals, flat: half of the sum of their squares is minimised."""
+        parts = []
+        for points in self._groups:
+            theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
+            state = self._model.state(theta, rate, acceleration, points.wrench)
+            pose, balance, curvature = self._errors(points, state, theta, rate, acceleration)
+            parts += [pose.ravel(), balance.ravel(), curvature.ravel()]
+        return np.concatenate([*parts, *(end.residual(motion) for end in self._ends())])
+
+    def gradient(self, motion: UniformSpline) -> np.ndarray:
+        """Return the derivative of half the sum of squares by the coefficients."""
+        return self._normal_equations(motion)[0].gradient
+
+    def _improved(self, motion: UniformSpline) -> tuple[UniformSpline, LinkPass]:
+        equations, worst = self._normal_equations(motion)
+        step = equations.solve()
+        better = UniformSpline(motion.start, motion.spacing, motion.coefficients + step, _DEGREE)
+        return better, LinkPass(*worst, float(np.abs(step).max()))
+
+    def _normal_equations(
+        self, motion: UniformSpline
+    ) -> tuple[NormalEquations, tuple[float, float, float]]:
+        """Return the equations of a pass, and the largest errors of position, rotation and torque."""
+        model, weights = self._model, self._weights
+        equations = NormalEquations(motion.intervals, model.size, _DEGREE, motion.spacing)
+        worst = np.zeros(3)
+        for points in self._groups:
+            theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
+            state, by = model.linearised(theta, rate, acceleration, points.wrench)
+            pose, balance, curvature = self._errors(points, state, theta, rate, acceleration)
+            equations.add(
+                points.intervals.start, points.place, *self._squares(by, pose, balance, curvature)
+            )
+            missing = np.abs(balance / self._balance) if len(model.tilts) else np.zeros(1)
+            here = (
+                np.linalg.norm(pose[:, :3], axis=1).max() / weights.position,
+                np.linalg.norm(pose[:, 3:], axis=1).max() / weights.rotation,
+                missing.max(),
+            )
+            worst = np.maximum(worst, here)
+        for end in self._ends():
+            equations.add_condition(end.start, end.row, end.quantities, end.residual(motion))
+        return equations, (float(worst[0]), float(worst[1]), float(worst[2]))
+
+    def _errors(
+        self,
+        points: _Points,
+        state: LinkState,
+        theta: np.ndarray,
+        rate: np.ndarray,
+        acceleration: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the weighted errors of pose (k, 6), balance (k, t) and acceleration (k, joints)."""
+        model, weights = self._model, self._weights
+        turn = Rotation.from_matrix(state.rotation @ points.rotation.swapaxes(1, 2)).as_rotvec()
+        pose = np.hstack(
+            [weights.position * (state.position - points.position), weights.rotation * turn]
+        )
+        tilts = model.tilts
+        spring = model.tilt_stiffness * theta[:, tilts] + model.tilt_damping * rate[:, tilts]
+        balance = self._balance * (state.load[:, tilts] + spring)
+        relative = acceleration[:, model.chain.drive] - points.rigid_acceleration
+        return pose, balance, weights.acceleration * relative
+
+    def _squares(
+        self, by: LinkDerivatives, pose: np.ndarray, balance: np.ndarray, curvature: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return D^T D and D^T r by theta, theta', theta'' at every point."""
+        model, weights = self._model, self._weights
+        count, size = len(pose), model.size
+        rows = by.load[:, :, model.tilts]
+        each = np.arange(len(model.tilts))
+        rows[:, 0, each, model.tilts] += model.tilt_stiffness
+        rows[:, 1, each, model.tilts] += model.tilt_damping
+        flat = np.ascontiguousarray(rows.transpose(0, 2, 1, 3)).reshape(count, -1, _ORDERS * size)
+        flat *= self._balance[:, None]
+        squares = (flat.swapaxes(1, 2) @ flat).reshape(count, _ORDERS, size, _ORDERS, size)
+        gradient = (balance[:, None] @ flat).reshape(count, _ORDERS, size)
+        jacobian = by.jacobian
+        jacobian[:, :3] *= weights.position
+        jacobian[:, 3:] *= weights.rotation
+        squares[:, 0, :, 0] += jacobian.swapaxes(1, 2) @ jacobian
+        gradient[:, 0] += (pose[:, None] @ jacobian)[:, 0]
+        drive = model.chain.drive
+        squares[:, 2, drive, 2, drive] += weights.acceleration**2
+        gradient[:, 2, drive] += weights.acceleration * curvature
+        return squares, gradient
+
+    def _ends(self) -> list[_Condition]:
+        """Return what holds at the ends of the motion.
+
+        A motion that begins at rest has the tilts at rest under their static loads by their equation.
+        """
+        model, task = self._model, self._task
+        # Heavier than everything else, so that it holds to rounding.
+        heavy = self._weights.balance * self._weights.position * model.reach
+        # Derivatives by the distance of the nodes: all rows are angles.
+        value, rate, acceleration = (
+            heavy * stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_ORDERS)
+        )
+        everything = np.arange(model.size)
+        everything, tilts = np.arange(model.size), model.tilts
+        conditions: dict[End, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
+            "rest": [(row, everything, np.zeros(model.size)) for row in (rate, acceleration)],
+            "loaded": [
+                (value, tilts, heavy * self._static_tilts),
+                (rate, tilts, np.zeros(len(tilts))),
+            ],
+            "free": [],
+        }
+        return [
+            *(_Condition(0, *condition) for condition in conditions[task.begins]),
+            *(_Condition(task.intervals, *condition) for condition in conditions[task.ends]),
+        ]
+
+
+@dataclass(frozen=True)
+class _Condition:
+    """A combination of neighbouring coefficients of some quantities that is to have a value."""
+
+    start: int
+    row: np.ndarray
+    quantities: np.ndarray
+    target: np.ndarray
+
+    def residual(self, motion: UniformSpline) -> np.ndarray:
+        rows = motion.coefficients[self.start : self.start + len(self.row)]
+        residual: np.ndarray = self.row @ rows[:, self.quantities] - self.target
+        return residual
+
+
+def _derivatives(motion: UniformSpline, intervals: range, place: float) -> np.ndarray:
+    """Return values, rates and accelerations at one place of several intervals, (3, k, quantities)."""
+    weights = np.stack(
+        [
+            stencil(np.array(place), motion.degree, order) / motion.spacing**order
+            for order in range(_ORDERS)
+        ]
+    )
+    count = len(intervals)
+    values = np.zeros((_ORDERS, count, motion.coefficients.shape[1]))
+    for j, weight in enumerate(weights.T):
+        if weight.any():
+            rows = motion.coefficients[intervals.start + j : intervals.start + j + count]
+            values += weight[:, None, None] * rows
+    return values
+
+
+def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
+    """Return the spline through values at the nodes, (intervals + 1, quantities).
+
+    At rest at an end that is at rest, with a linear outermost piece of its second derivative at others.
+    """
+    count = task.intervals + 1
+    rows = [stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_DEGREE)]
+    orders = [(1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends)]
+    size = count + _DEGREE - 1
+    right = np.zeros((size, values.shape[1]))
+    right[2:-2] = values
+    # Rows: two of the start, all nodes, two of the end; entry (i, j) stands at [4 + i - j, j].
+    band = np.zeros((9, size))
+
+    def put(row: int, column: int, entries: np.ndarray) -> None:
+        for k, entry in enumerate(entries):
+            band[4 + row - column - k, column + k] = entry
+
+    for k, order in enumerate(orders[0]):
+        put(k, 0, rows[order])
+    for j in range(_DEGREE):
+        band[4 + 2 - j, j : j + count] = rows[0][j]
+    for k, order in enumerate(orders[1]):
+        put(size - 2 + k, count - 1, rows[order])
+    coefficients = solve_banded((4, 4), band, right)
+    return UniformSpline(task.start, task.spacing, coefficients, _DEGREE)

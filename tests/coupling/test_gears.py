@@ -1,0 +1,320 @@
+"""The twist of gears under a given torque: closed forms, an independent integrator, laws."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.inverse.gears import (
+    SHORTEST_TIME_CONSTANT,
+    damping_in_play,
+    gears_of,
+    solve_twist,
+)
+from elastic_robot.chain import build_chain
+from elastic_robot.parameters import Parameters
+from elastic_robot.torque_curves import TORQUE_CURVES
+
+K, B = 1e5, 1e-3  # [N m/rad, rad]
+TIME_CONSTANTS = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1]  # d / k [s]
+ANGLES = np.linspace(-4e-3, 4e-3, 17)
+# A spring that hardens, and one with a soft side.
+TABLE = tuple(zip(ANGLES, K * np.sinh(500.0 * ANGLES) / 500.0, strict=True))
+UNEVEN = tuple(
+    zip(
+        [-3e-3, -2e-3, -1e-3, -2e-4, 3e-4, 1e-3, 1.5e-3, 3e-3],
+        [-250.0, -140.0, -50.0, -10.0, 2.0, 20.0, 50.0, 190.0],
+        strict=True,
+    )
+)
+KINDS = ["linear", "backlash", "spline", "table", "uneven"]
+
+
+def curve_of(kind, backlash=B, stiffness=K, gears=1):
+    table = {"table": TABLE, "uneven": UNEVEN}.get(kind)
+    parameters = Parameters(
+        gravity=np.zeros(3),
+        stiffness=np.full(gears, stiffness),
+        damping=np.zeros(gears),
+        backlash=np.full(gears, backlash),
+        tables=(table,) * gears,
+    )
+    return TORQUE_CURVES["spline" if table else kind].build(parameters)
+
+
+def solve(time, torque, kind, tau, start, **curve):
+    return solve_twist(
+        time, torque[:, None], curve_of(kind, **curve), np.array([tau * K]), np.array([start])
+    )
+
+
+def integrated(time, torque, kind, tau, start):
+    """Radau's method, started anew at each sample, where the torque's third derivative jumps."""
+    spline, curve = CubicSpline(time, torque), curve_of(kind)
+
+    def rate(t, e):
+        return (spline(t) - curve.torque(e)) / (tau * K)
+
+    def slope(_, e):
+        return -curve.slope(e)[None] / (tau * K)
+
+    angles = [start]
+    for a, b in itertools.pairwise(time):
+        done = solve_ivp(
+            rate, (a, b), [angles[-1]], method="Radau", jac=slope, rtol=1e-12, atol=1e-15
+        )
+        angles.append(done.y[0, -1])
+    return np.array(angles)
+
+
+@pytest.mark.parametrize("tau", TIME_CONSTANTS)
+def test_a_flank_follows_a_ramp_behind_an_exponential(tau):
+    """e = B + (T_0 + a t) / k - a d / k^2 + A exp(-t / tau)."""
+    time = np.linspace(2.0, 2.3, 301)
+    t, a = time - 2.0, 400.0
+    twist = solve(time, 50.0 + a * t, "backlash", tau, 2e-3)
+    steady = B + (50.0 + a * t) / K - a * tau / K
+    amplitude = 2e-3 - steady[0]
+    decay = np.exp(-t / tau)
+    np.testing.assert_allclose(twist.angle[:, 0], steady + amplitude * decay, rtol=0, atol=1e-15)
+    rate = a / K - amplitude / tau * decay
+    np.testing.assert_allclose(twist.rate[:, 0], rate, rtol=0, atol=1e-14 / tau)
+    np.testing.assert_allclose(
+        twist.acceleration[:, 0], amplitude / tau**2 * decay, rtol=0, atol=1e-14 / tau**2
+    )
+    assert twist.crossings == ()
+
+
+def test_in_its_play_a_gear_integrates_the_torque():
+    """Cubic T makes a quartic; the gear stays inside."""
+    time = np.linspace(0.0, 1.0, 101)
+    torque = np.polynomial.Polynomial([0.05, -0.6, 1.0, -0.3])
+    twist = solve(time, torque(time), "backlash", 1e-3, -2e-4)
+    np.testing.assert_allclose(twist.angle[:, 0], -2e-4 + torque.integ()(time) / 100.0, atol=1e-16)
+    np.testing.assert_allclose(twist.acceleration[:, 0], torque.deriv()(time) / 100.0, atol=1e-13)
+    (only,) = twist.crossings
+    assert (only.begins, only.ends, only.side_before, only.side_after) == (0.0, 1.0, 0, 0)
+
+
+@pytest.mark.parametrize("tau", TIME_CONSTANTS)
+@pytest.mark.parametrize("fall", [2e2, 2e5])
+def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall):
+    """T = -a (t - t_0): at the latest 2 B d = integral of T later the other flank is reached.
+
+    From quasi-static twist on the flank, e - B = T / k + a d / k^2, it is left at t_0 + tau.
+    """
+    time = np.linspace(0.0, 0.4, 401)
+    d, a, t_0 = tau * K, fall, 0.1003
+    leaves = t_0 + tau
+    gap = 2.0 * B * d
+    # a ((t - t_0)^2 - (leaves - t_0)^2) / 2 = 2 B d
+    arrives = t_0 + np.sqrt(tau**2 + 2.0 * gap / a)
+    steady = -a * (time - t_0) / K + a * tau / K
+    play = B - a * ((time - t_0) ** 2 - tau**2) / (2.0 * d)
+    amplitude = -(-a * (arrives - t_0) / K + a * tau / K)
+    settling = -B + steady + amplitude * np.exp(-np.maximum(time - arrives, 0.0) / tau)
+    expected = np.where(time < leaves, B + steady, np.where(time < arrives, play, settling))
+    twist = solve(time, -a * (time - t_0), "backlash", tau, expected[0])
+    np.testing.assert_allclose(twist.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
+    if leaves < time[-1]:
+        (crossing,) = twist.crossings
+        assert crossing.begins == pytest.approx(leaves, abs=1e-9)
+        assert (crossing.side_before, crossing.side_after) == (1, -1 if arrives < 0.4 else 0)
+        assert crossing.ends == pytest.approx(min(arrives, 0.4), abs=1e-9)
+
+
+def test_a_flank_that_is_left_between_two_samples_and_found_again_is_seen():
+    """T = a (t - t_0)^2 - c dips below zero between two samples."""
+    time = np.linspace(0.0, 0.02, 21)
+    a, t_0, half = 1e6, 0.0105, 2e-4
+    torque = a * ((time - t_0) ** 2 - half**2)
+    twist = solve(time, torque, "backlash", 1e-7, B + torque[0] / K)
+    (crossing,) = twist.crossings
+    assert (torque >= 0.0).all()
+    assert crossing.side_before == crossing.side_after == 1
+    assert crossing.begins == pytest.approx(t_0 - half, abs=2e-7)
+    # Back where the integral of T from t_0 - half is zero: at t_0 + 2 half.
+    assert crossing.ends == pytest.approx(t_0 + 2.0 * half, abs=3e-7)
+
+
+def test_several_crossings_inside_one_sample_keep_the_momentum():
+    """Each way through the play takes the integral of T = d (change of e), from edge to edge."""
+    time = np.linspace(0.0, 0.03, 31)
+    torque = 1e4 * (time - 0.01420) * (time - 0.01450) * (time - 0.01480) / 1e-6
+    tau = 1e-7
+    start = torque[0] / K - 1e-6
+    twist = solve(time, torque, "backlash", tau, start, backlash=1e-6)
+    assert len(twist.crossings) == 3
+    assert {int(c.begins / 1e-3) for c in twist.crossings} == {14}
+    momentum = np.polynomial.Polynomial([0.0, -9e-8, 0.0, 1.0]).integ() * 1e10  # about 14.5 ms
+    for c in twist.crossings:
+        assert c.side_before == -c.side_after
+        moved = (momentum(c.ends - 0.0145) - momentum(c.begins - 0.0145)) / (tau * K)
+        assert moved == pytest.approx(c.side_after * 2e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("tau", [1e-5, 1e-3, 1e-1])
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_curve_agrees_with_an_independent_integrator(kind, tau):
+    time = np.linspace(0.0, 0.03, 31)
+    torque = 120.0 * np.sin(140.0 * time + 1.0) + 40.0 * np.sin(517.0 * time)
+    twist = solve(time, torque, kind, tau, 2e-3)
+    expected = integrated(time, torque, kind, tau, 2e-3)
+    np.testing.assert_allclose(twist.angle[:, 0], expected, rtol=0, atol=1e-11)
+    curve = curve_of(kind)
+    rate = (torque[:, None] - curve.torque(twist.angle)) / (tau * K)
+    np.testing.assert_allclose(twist.rate, rate, rtol=0, atol=1e-14 / tau)
+
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@given(
+    SEEDS,
+    st.sampled_from(KINDS),
+    st.sampled_from([1e-6, 1e-4, 3e-3, 0.2]),
+    st.sampled_from([1e-9, 1.0, 100.0]),
+)
+@settings(max_examples=25, deadline=None, derandomize=True)
+def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size):
+    """|e_1 - e_2| never grows; a sample is inside the play exactly where a crossing covers it."""
+    random = np.random.default_rng(seed)
+    time = np.linspace(0.0, 0.03, 31)
+    torque = size * random.normal(size=(31, 1)) * (random.random(31) < 0.7)[:, None]
+    starts = random.choice([0.0, B, -B, 0.5 * B, 2e-3, -3e-4, random.normal() * B], 2)
+    curve = curve_of(kind, gears=2)
+    twist = solve_twist(time, np.repeat(torque, 2, axis=1), curve, np.full(2, tau * K), starts)
+    apart = np.abs(twist.angle[:, 0] - twist.angle[:, 1])
+    assert (np.diff(apart) <= 1e-11).all()
+    edge = {"backlash": B, "spline": 0.5 * B}.get(kind, 0.0)
+    for gear in range(2):
+        own = [c for c in twist.crossings if c.gear == gear]
+        for c, after in itertools.pairwise(own):
+            assert c.begins <= c.ends <= after.begins
+            assert c.side_after == after.side_before != 0
+        covered = np.any([(time > c.begins) & (time < c.ends) for c in own] + [time < 0], axis=0)
+        e = np.abs(twist.angle[:, gear])
+        assert (e[covered] <= edge + 2e-13).all()
+        assert covered[(e < edge - 2e-13) & (time > 0.0) & (time < time[-1])].all()
+
+
+@pytest.mark.parametrize("kind", ["backlash", "spline"])
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.5, 1.0, -1.0, -0.5, 3.0])
+def test_without_torque_a_gear_rests_in_its_play_or_falls_back_to_its_edge(kind, start):
+    time = np.linspace(0.0, 5.0, 5001)
+    edge = B if kind == "backlash" else 0.5 * B
+    twist = solve(time, np.zeros(5001), kind, 1e-3, start * B)
+    if abs(start) * B <= edge:
+        assert (twist.angle == start * B).all()
+        inside = abs(start) * B < edge
+        assert [c.side_after for c in twist.crossings] == [0] * inside
+    else:
+        assert edge - 2e-13 <= abs(twist.angle[-1, 0]) < 1.3 * edge
+        assert len(twist.crossings) <= 1
+
+
+def test_a_torque_that_only_touches_zero_opens_no_play():
+    time = np.linspace(0.0, 2.0, 2001)
+    torque = 30.0 * (1.0 + np.cos(2.0 * np.pi * 5.0 * time))
+    twist = solve(time, torque, "backlash", 1e-3, B)
+    assert twist.crossings == ()
+    assert (twist.angle >= B).all()
+
+
+def test_a_gear_that_floats_for_seconds_makes_no_chatter():
+    """Axis 1: noise of 1e-9 N m about zero on the edge of the play, which moves it by 1e-14 rad."""
+    time = np.linspace(0.0, 20.0, 20001)
+    torque = 1e-9 * np.random.default_rng(3).normal(size=20001)
+    for start in (-B, B):
+        twist = solve(time, torque, "backlash", 1e-3, start)
+        assert len(twist.crossings) <= 1
+        assert np.abs(twist.angle - start).max() < 1e-12
+
+
+def test_without_backlash_a_gear_is_a_spring():
+    time = np.linspace(0.0, 0.1, 101)
+    torque = 100.0 * np.sin(60.0 * time)
+    springs = [solve(time, torque, kind, 1e-3, 0.0, backlash=0.0) for kind in KINDS[:3]]
+    for other in springs[1:]:
+        np.testing.assert_allclose(other.angle, springs[0].angle, rtol=0, atol=1e-17)
+        assert other.crossings == ()
+
+
+@pytest.mark.parametrize("kind", ["linear", "table", "uneven"])
+def test_without_damper_a_rising_curve_is_inverted(kind):
+    time = np.linspace(0.0, 1.0, 10001)
+    torque = 180.0 * np.sin(6.0 * time)
+    twist = solve(time, torque, kind, 0.0, 0.0)
+    curve = curve_of(kind)
+    assert damping_in_play(curve, np.zeros(1)) == [0.0]
+    np.testing.assert_allclose(curve.torque(twist.angle)[:, 0], torque, rtol=0, atol=1e-10)
+    smooth = np.abs(np.diff(twist.acceleration[:, 0])) < 1e-3 * np.ptp(twist.acceleration)
+    smooth = smooth[:-1] & smooth[1:]
+    h = time[1]
+    differences = (twist.angle[2:, 0] - twist.angle[:-2, 0]) / (2.0 * h)
+    np.testing.assert_allclose(
+        twist.rate[1:-1, 0][smooth], differences[smooth], rtol=0, atol=1e-4 * np.ptp(twist.rate)
+    )
+    curvature = (twist.rate[2:, 0] - twist.rate[:-2, 0]) / (2.0 * h)
+    np.testing.assert_allclose(
+        twist.acceleration[1:-1, 0][smooth],
+        curvature[smooth],
+        rtol=0,
+        atol=2e-3 * np.ptp(twist.acceleration),
+    )
+
+
+@pytest.mark.parametrize("kind", ["backlash", "spline"])
+def test_a_gear_with_play_and_no_damper_gets_a_small_one(kind):
+    time = np.linspace(0.0, 0.1, 101)
+    torque = 100.0 * np.cos(60.0 * time)
+    bare = solve(time, torque, kind, 0.0, B + 1e-3)
+    damped = solve(time, torque, kind, SHORTEST_TIME_CONSTANT, B + 1e-3)
+    np.testing.assert_allclose(bare.angle, damped.angle, rtol=1e-12)
+
+
+def test_the_gears_of_a_robot_are_its_torsions():
+    robot = load_robot(find_robot("icme2008"))
+    chain = build_chain(robot)
+    gears = gears_of(Parameters.of(robot), chain)
+    joints = [joint for joint in robot.joints if joint.stiffness is not None]
+    assert len(gears.tables) == len(joints) == len(chain.torsions)
+    assert gears.stiffness.tolist() == [joint.stiffness for joint in joints]
+    assert gears.damping.tolist() == [joint.damping for joint in joints]
+    assert gears.backlash.tolist() == [joint.backlash for joint in joints]
+
+
+def test_gears_do_not_depend_on_each_other():
+    time = np.linspace(0.0, 0.1, 101)
+    torque = np.random.default_rng(1).normal(size=(101, 3)).cumsum(axis=0) * 30.0
+    curve = curve_of("backlash", gears=3)
+    damping, start = K * np.array([1e-4, 1e-3, 0.0]), np.array([0.0, B, -2e-3])
+    together = solve_twist(time, torque, curve, damping, start)
+    for gear in range(3):
+        alone = solve_twist(
+            time, torque[:, gear : gear + 1], curve_of("backlash"), damping[[gear]], start[[gear]]
+        )
+        assert (together.angle[:, gear] == alone.angle[:, 0]).all()
+        own = [c for c in together.crossings if c.gear == gear]
+        assert [(c.begins, c.ends) for c in own] == [(c.begins, c.ends) for c in alone.crossings]
+
+
+def test_bad_input_is_named():
+    curve = curve_of("linear")
+    one, time = np.ones(1), np.linspace(0.0, 1.0, 11)
+    torque = np.zeros((11, 1))
+    with pytest.raises(ValueError, match="evenly spaced"):
+        solve_twist(time**2, torque, curve, one, one)
+    with pytest.raises(ValueError, match="expected shapes"):
+        solve_twist(time, torque[:-1], curve, one, one)
+    with pytest.raises(ValueError, match="at least 4"):
+        solve_twist(time[:3], torque[:3], curve, one, one)
+    with pytest.raises(ValueError, match="damping"):
+        solve_twist(time, torque, curve, -one, one)
+    with pytest.raises(ValueError, match="torque: expected finite"):
+        solve_twist(time, torque * np.nan, curve, one, one)

@@ -1,0 +1,184 @@
+"""Motion of the links: gradient, order, rest, windows; on random robots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
+
+from coupling.inverse.band import NormalEquations
+from coupling.inverse.links import LinkProblem, LinkTask, Weights
+from coupling.inverse.loads import MeanWrench
+from coupling.inverse.link_model import LinkModel
+from coupling.inverse.windows import solve_links
+from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.robot.inverse_kinematics import InverseKinematics
+from tests.helpers.random_robots import make_robot
+
+_POSE = np.array([0.1, -0.3, 0.5, 0.2, 0.6, -0.1])
+
+
+def bump(time, end):
+    """A motion from rest to rest, 0 to 1 and back, with four continuous derivatives."""
+    u = np.clip(time / end, 0.0, 1.0)
+    return (4.0 * u * (1.0 - u)) ** 5
+
+
+def task_of(robot, spacing, end=0.8):
+    """A path around a posture: the tool moves and turns, its load rises and falls."""
+    model = LinkModel(robot)
+    home = _POSE[: model.chain.joint_count]
+    middle = model.base_from_tool(model.chain.theta(home))
+    nodes = spacing * np.arange(round(end / spacing) + 1)
+    along, axis = np.array([0.004, -0.006, 0.002]), np.array([0.01, 0.004, -0.008])
+    load = np.array([100.0, -50.0, 200.0, 5.0, 3.0, -2.0])
+
+    def position(t):
+        return middle.translation + np.outer(bump(t, end), along)
+
+    def rotation(t):
+        return Rotation.from_rotvec(np.outer(bump(t, end), axis)) * Rotation.from_matrix(
+            middle.rotation
+        )
+
+    def wrench(t):
+        return np.outer(bump(t, end), load)
+
+    path = ToolPath(nodes, poses(position(nodes), rotation(nodes)))
+    guess = InverseKinematics(robot, home).plan(path).q[0]
+    return LinkTask(0.0, spacing, len(nodes) - 1, position, rotation, wrench, guess)
+
+
+@pytest.fixture(scope="module", params=[3, 8])
+def robot(request):
+    return make_robot(request.param, joints=6)
+
+
+@pytest.fixture(scope="module")
+def model(robot):
+    return LinkModel(robot)
+
+
+def test_the_normal_equations_are_those_of_the_dense_problem():
+    """Two groups of points and a condition, assembled by basis functions of another program."""
+    rng = np.random.default_rng(1)
+    intervals, size, spacing = 7, 3, 0.3
+    knots = spacing * np.arange(-5, intervals + 6)
+    basis = BSpline(knots, np.eye(intervals + 5), 5)
+    equations = NormalEquations(intervals, size, 5, spacing)
+    matrix, right = [], []
+    for first, count, place in ((0, 7, 0.0), (2, 4, 0.5)):
+        rows, errors = rng.normal(size=(count, 4, 3, size)), rng.normal(size=(count, 4))
+        flat = rows.reshape(count, 4, -1)
+        squares = (flat.swapaxes(1, 2) @ flat).reshape(count, 3, size, 3, size)
+        gradient = np.einsum("kr,krmq->kmq", errors, rows)
+        equations.add(first, place, squares, gradient)
+        for k in range(count):
+            t = spacing * (first + k + place)
+            values = np.stack([basis(t, nu=m) for m in range(3)])  # (3, coefficients)
+            matrix.append(np.einsum("rmq,mc->rcq", rows[k], values).reshape(4, -1))
+            right.append(errors[k])
+    row, residual = rng.normal(size=5), rng.normal(size=2)
+    quantities = np.array([0, 2])
+    equations.add_condition(7, row, quantities, residual)
+    for q, value in zip(quantities, residual, strict=True):
+        entry = np.zeros((intervals + 5, size))
+        entry[7:12, q] = row
+        matrix.append(entry.reshape(1, -1))
+        right.append([value])
+    dense, errors = np.vstack(matrix), np.concatenate(right)
+    # One small weight makes both regular.
+    np.testing.assert_allclose(equations.gradient.ravel(), dense.T @ errors, rtol=1e-12)
+    ridge = NormalEquations(intervals, size, 5, spacing)
+    assert ridge.gradient.shape == (intervals + 5, size)
+    answer = equations.solve()
+    normal = dense.T @ dense @ answer.ravel() + dense.T @ errors
+    assert np.abs(normal).max() < 1e-9 * np.abs(dense.T @ dense).max() * np.abs(answer).max()
+
+
+def test_the_gradient_is_that_of_the_sum_of_squares(robot, model):
+    """Against central differences along random directions, away from the solution, to 1e-6."""
+    rng = np.random.default_rng(2)
+    problem = LinkProblem(model, task_of(robot, 0.02), Weights())
+    motion = problem.guess()
+    motion = replace(
+        motion, coefficients=motion.coefficients + 1e-4 * rng.normal(size=motion.coefficients.shape)
+    )
+    for _ in range(3):
+        direction = rng.normal(size=motion.coefficients.shape)
+
+        def cost(step, direction=direction):
+            moved = replace(motion, coefficients=motion.coefficients + step * direction)
+            return 0.5 * float(np.sum(problem.residuals(moved) ** 2))
+
+        h = 1e-6
+        expected = (cost(h) - cost(-h)) / (2.0 * h)
+        got = float(np.sum(problem.gradient(motion) * direction))
+        assert got == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_tool_is_on_its_path_and_the_tilts_are_in_balance(robot, model):
+    """Evaluated between the nodes, where nothing was asked for; the ends stand still."""
+    task = task_of(robot, 0.004)
+    motion = solve_links(model, task)
+    assert len(motion.passes) <= 5
+    assert motion.passes[-1].step < 1e-7
+    t = np.linspace(0.0, 0.8, 1003)
+    theta, rate, acceleration = (motion.theta.at(t, m) for m in range(3))
+    state = model.state(theta, rate, acceleration, task.wrench(t))
+    assert np.linalg.norm(state.position - task.position(t), axis=1).max() < 2e-7
+    balance = state.load[:, model.tilts] + model.tilt_stiffness * theta[:, model.tilts]
+    balance += model.tilt_damping * rate[:, model.tilts]
+    torque = np.abs(state.load).max()
+    assert np.abs(balance).max(initial=0.0) < 1e-3 * torque
+    for end in (0, -1):
+        assert np.abs(rate[end]).max() < 1e-8
+        assert np.abs(acceleration[end]).max() < 1e-5
+
+
+def test_the_error_falls_with_the_fourth_order_of_the_nodes(robot, model):
+    """Against nodes four times as fine; the order of a quintic spline collocated at its knots is 4."""
+    t = np.linspace(0.0, 0.8, 401)
+    fine = solve_links(model, task_of(robot, 0.0025)).theta.at(t)
+    errors = [
+        np.abs(solve_links(model, task_of(robot, h)).theta.at(t) - fine).max() for h in (0.02, 0.01)
+    ]
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+def test_windows_give_the_motion_of_the_whole_path(robot, model):
+    task = task_of(robot, 0.004, end=6.0)
+    whole = solve_links(model, task)
+    parts = solve_links(model, task, window=500)
+    np.testing.assert_allclose(parts.theta.coefficients, whole.theta.coefficients, atol=1e-9)
+    assert parts.error.shape == whole.error.shape == (task.intervals + 1,)
+
+
+def test_a_step_of_the_force_keeps_its_impulse():
+    """The mean over any stretch that begins and ends half a width from a step is that of the step."""
+    rng = np.random.default_rng(4)
+    time = np.sort(rng.uniform(0.0, 1.0, 30))
+    history = WrenchHistory(time, rng.normal(size=(30, 6)))
+    mean = MeanWrench(history, 0.01)
+    t = np.linspace(time[0] - 0.1, time[-1] + 0.1, 400_001)
+    rows = np.searchsorted(time, t).clip(max=29)
+    held = history.wrench[0][rows]
+    step = t[1] - t[0]
+    np.testing.assert_allclose(mean(t).sum(axis=0) * step, held.sum(axis=0) * step, atol=1e-5)
+    inside = np.abs(t[:, None] - time).min(axis=1) > 0.0051
+    np.testing.assert_allclose(mean(t)[inside], held[inside], atol=1e-12)
+
+
+def test_a_robot_without_tilts_follows_from_inverse_kinematics_alone():
+    """No tilts: the links are where inverse kinematics of the rigid robot puts them."""
+    robot = make_robot(3, joints=6)
+    stiff = replace(robot, joints=tuple(replace(joint, tilt=()) for joint in robot.joints))
+    model = LinkModel(stiff)
+    task = task_of(robot, 0.01)
+    motion = solve_links(model, task)
+    for t in (0.2, 0.4, 0.55):
+        placed = model.base_from_tool(motion.theta.at(np.array([t]))[0])
+        np.testing.assert_allclose(placed.translation, task.position(np.array([t]))[0], atol=1e-8)
