@@ -12,15 +12,19 @@ from hypothesis import strategies as st
 from places import LINE_CASE
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
 from coupling.errors import BuildError
 from coupling.fmu_export import build, compiler
 from coupling.inverse.limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
-from coupling.path.histories import JointPath
-from coupling.robot.cell import Cell, Member, Placement
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.process import Answer
+from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member, Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.solve.correction import Uncorrected
+from coupling.solve.fixed_point import Loop
 from elastic_robot.trajectory import Trajectory
 
 
@@ -51,6 +55,9 @@ def test_sums_of_sample_periods_do_not_add_a_row():
     assert 0.02 * 1601 / 0.004 > 5 * 1601  # by rounding alone
     for samples in range(1, 8000):
         assert len(controller.rows(0.0, 0.02 * samples)) == 5 * samples + 1
+    longer = 1000 * 0.004 * (1.0 + 5e-10)  # taken for rounding, and covered all the same
+    assert len(controller.rows(0.0, longer)) == 1001
+    assert controller.rows(0.0, longer)[-1] >= longer
 
 
 @pytest.mark.parametrize("wrong", [{"cycle": 0.0}, {"cycle": np.nan}, {"interpolation": "linear"}])
@@ -129,6 +136,32 @@ def test_forward_kinematics_are_those_of_another_engine(example):
         rtol=0,
         atol=1e-13,
     )
+
+
+class NoForce:
+    """A process that does nothing."""
+
+    identity = ""
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        return Answer(WrenchHistory.none(path.time))
+
+
+def test_what_rows_leave_out_of_a_path_is_in_its_correction():
+    """A stiff tool that is asked to shake within the cycle goes where its rows say, and says so."""
+    time = 0.001 * np.arange(200)
+    shake = 1e-3 * np.sin(2.0 * np.pi * time / 0.005) * (time * (0.199 - time)) ** 2 / 0.1**4
+    desired = ToolPath(time, upright(np.column_stack([0.1 * time, shake, 0.0 * time])))
+    springs = Member("springs", AT_THE_ORIGIN, SpringRobot(np.zeros((3, 3))), SpringPlanner())
+    loop = Loop(Cell((springs,)), NoForce(), "quasistatic", controller=Controller(0.004))
+    found = Uncorrected().correct(loop, desired)
+    assert found.converged
+    motion = motion_of(found.joints)
+    np.testing.assert_allclose(found.achieved.position[0], motion.at(time)[0], rtol=0, atol=1e-15)
+    missed = found.achieved.position - desired.position
+    np.testing.assert_allclose(found.correction[..., :3], missed, rtol=0, atol=1e-15)
+    assert np.abs(missed).max() > 1e-4
+    assert np.array_equal(found.command.time, Controller(0.004).rows(0.0, time[-1]))
 
 
 def test_limits_are_the_robots_and_the_controller_lowers_them(example):
