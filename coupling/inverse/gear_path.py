@@ -10,15 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from coupling.inverse.gear_bends import collocate, follow_bend
 from coupling.inverse.gear_pieces import Piece
-from coupling.inverse.gear_steps import (
-    Steps,
-    collocate,
-    follow_bend,
-    follow_line,
-    line_weights,
-    shifted,
-)
+from coupling.inverse.gear_steps import Steps, follow_line, line_weights, shifted
 
 # A piece is left where the angle passes its end by more than this [rad].  Laws that differ only
 # between x and x + slack have solutions that differ by no more, and rounding makes no chatter.
