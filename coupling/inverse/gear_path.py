@@ -10,19 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from coupling.inverse.gear_bends import collocate, follow_bend
 from coupling.inverse.gear_pieces import Piece
-from coupling.inverse.gear_steps import (
-    Steps,
-    collocate,
-    follow_bend,
-    follow_line,
-    line_weights,
-    shifted,
-)
+from coupling.inverse.gear_steps import Steps, follow_line, line_weights, shifted
 
-# A piece is left where the angle passes its end by more than this [rad].  Laws that differ only
-# between x and x + slack have solutions that differ by no more, and rounding makes no chatter.
-_SLACK = 1e-13
+# A piece is left where the angle passes its end by more than rounding [rad], so that a gear at its edge
+# makes no chatter.  At a sharp edge this holds back torques up to k _SLACK, 1e-9 N m at 1e6 N m/rad; on
+# a bend, whose angles are less exact, the slope is continuous and the law beyond is the neighbour's.
+_SLACK = 1e-15
+_SLACK_BENT = 1e-13
 # Samples looked at in one go: few behind a change of piece, then more and more.
 _FIRST = 16
 _MOST_STRAIGHT = 65536
@@ -166,8 +162,9 @@ def _first_exit(
     """
     if np.isinf(piece.low) and np.isinf(piece.high):
         return None
+    slack = _slack(piece)
     begins = np.append(start, ends[:-1])
-    outside = (ends > piece.high + _SLACK) | (ends < piece.low - _SLACK)
+    outside = (ends > piece.high + slack) | (ends < piece.low - slack)
     beyond = int(np.argmax(outside)) + 1 if outside.any() else len(ends)
     begins, ends = begins[:beyond], ends[:beyond]
     h, c = steps.length[:beyond], steps.torque[:beyond]
@@ -179,8 +176,8 @@ def _first_exit(
     if piece.slopes[0] > 0.0:
         fastest = np.minimum(fastest, np.maximum(np.abs(v_0), slow / piece.slopes[0]))
     reach = h * fastest
-    near = (np.minimum(begins, ends) - reach < piece.low - _SLACK) | (
-        np.maximum(begins, ends) + reach > piece.high + _SLACK
+    near = (np.minimum(begins, ends) - reach < piece.low - slack) | (
+        np.maximum(begins, ends) + reach > piece.high + slack
     )
     suspect = near & (turns[steps.row[:beyond]] | (v_0 * v_1 < 0.0))
     suspect |= outside[:beyond]
@@ -191,11 +188,16 @@ def _first_exit(
     return None
 
 
+def _slack(piece: Piece) -> float:
+    return _SLACK if piece.straight else _SLACK_BENT
+
+
 def _exit_in_step(
     piece: Piece, damping: float, start: float, end: float, length: float, torque: np.ndarray
 ) -> tuple[float, float, int] | None:
     """Return time, angle and side (-1, 1) at which one step leaves the piece, or None."""
     c0, c1, c2, c3 = torque.tolist()
+    slack = _slack(piece)
     along = _along(piece, damping, start, torque)
 
     def angle(s: float) -> float:
@@ -216,7 +218,7 @@ def _exit_in_step(
         points.append(b)
     for a, b in itertools.pairwise(points):
         x = angle(b)
-        side = 1 if x > piece.high + _SLACK else -1 if x < piece.low - _SLACK else 0
+        side = 1 if x > piece.high + slack else -1 if x < piece.low - slack else 0
         if side == 0:
             continue
         edge = piece.high if side > 0 else piece.low

@@ -143,7 +143,7 @@ def solve_twist(
     crossings: list[Crossing] = []
     for gear in range(torque.shape[1]):
         pieces = pieces_of(curve, gear)
-        spline = CubicSpline(time, torque[:, gear])  # of one gear at a time: four times faster
+        spline = CubicSpline(time, torque[:, gear])
         cubic = np.ascontiguousarray(spline.c[::-1].T)
         pull, pull_rate = torque[:, gear], np.append(cubic[:, 1], spline(time[-1], 1))
         d = float(used[gear])

@@ -227,9 +227,9 @@ def test_a_torque_that_only_touches_zero_opens_no_play():
 
 
 def test_a_gear_that_floats_for_seconds_makes_no_chatter():
-    """Axis 1: noise of 1e-9 N m about zero on the edge of the play, which moves it by 1e-14 rad."""
+    """Axis 1: noise of 1e-11 N m about zero on the edge of the play: a spring's rounding."""
     time = np.linspace(0.0, 20.0, 20001)
-    torque = 1e-9 * np.random.default_rng(3).normal(size=20001)
+    torque = 1e-11 * np.random.default_rng(3).normal(size=20001)
     for start in (-B, B):
         twist = solve(time, torque, "backlash", 1e-3, start)
         assert len(twist.crossings) <= 1
