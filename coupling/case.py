@@ -32,7 +32,7 @@ from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
 
-_DEFAULT_METHOD = "mirror"
+_DEFAULT_METHOD = "inverse"
 
 
 class _CaseFile(Schema):

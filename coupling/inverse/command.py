@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_banded, solveh_banded
+from scipy.linalg import solve_banded
 
 from coupling.inverse.fit import Drive, Fit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask

@@ -42,7 +42,7 @@ class Drive(Protocol):
 
     @property
     def bend(self) -> np.ndarray:
-        """phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
+        """Phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
         ...
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:

@@ -79,7 +79,7 @@ class MovingRobot:
     """
 
     def __init__(self, robot: Robot, torque_curve: str) -> None:
-        self.model = LinkModel(robot)
+        self.robot, self.model = robot, LinkModel(robot)
         self._curve_class = TORQUE_CURVES[torque_curve]
         self.curve = self._curve_class.build(self.model.parameters)
         self._gears = gears_of(self.model.parameters, self.model.chain)

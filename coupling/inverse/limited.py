@@ -8,7 +8,7 @@ import numpy as np
 import piqp
 from scipy import sparse
 
-from coupling.inverse.fit import SMOOTHING, Fit
+from coupling.inverse.fit import Fit
 from coupling.inverse.rows import Rows
 
 # A stretch begins and ends so long before and after the limits bind [s]; doubled where no command

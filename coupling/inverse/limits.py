@@ -29,12 +29,12 @@ class JointLimits:
     def of(cls, robot: Robot, max_acceleration: float | None = None) -> JointLimits:
         """Return the limits of a robot's joints.
 
-                Args:
+        Args:
                     robot: The robot.
                     max_acceleration: Highest acceleration of any joint [rad/s^2], which lowers the joints' own;
                         None leaves these.
 
-                Example:
+        Example:
                     >>> from coupling.inverse.limited import DriveLimits
         from elastic_robot.description import Body, Joint
                     >>> link = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(0.1, 0.1, 0.1))

@@ -59,8 +59,8 @@ class LinkTask:
         rotation: Function from times to its rotations.
         wrench: Function from times to wrenches on the robot at the TCP, base axes, (k, 6).
         guess: Joint angles of the rigid robot at the nodes [rad], (intervals + 1, joints).
-        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static loads,
-            as a simulation begins; or "free".
+        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static
+            loads, as a simulation begins; or "free".
     """
 
     start: float

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from coupling.inverse.links import LinkMotion, LinkProblem, LinkTask, Weights
 from coupling.inverse.link_model import LinkModel
+from coupling.inverse.links import LinkMotion, LinkProblem, LinkTask, Weights
 from coupling.inverse.spline import UniformSpline
 
 # Intervals of a window: its matrix takes 0.1 GB for 12 angles.
@@ -49,7 +49,8 @@ def solve_links(
             found = LinkProblem(model, task.part(begin, end), weights).solve()
             parts.append((begin, found))
             progress(last, task.intervals)
-        gap = max((_gap(*pair, cut) for pair, cut in zip(pairwise(parts), cuts[1:-1])), default=0.0)
+        neighbours = zip(pairwise(parts), cuts[1:-1], strict=True)
+        gap = max((_gap(*pair, cut) for pair, cut in neighbours), default=0.0)
         if gap <= _AGREED or overlap >= task.intervals:
             return _joined(parts, cuts)
         overlap *= 2
@@ -72,7 +73,7 @@ def _joined(parts: list[tuple[int, LinkMotion]], cuts: list[int]) -> LinkMotion:
         more = motion.theta.degree if end else 0
         coefficients.append(motion.theta.coefficients[first - begin : last - begin + more])
         errors.append(motion.error[first - begin : last - begin + end])
-    first = parts[0][1].theta
-    theta = UniformSpline(first.start, first.spacing, np.vstack(coefficients), first.degree)
+    start = parts[0][1].theta
+    theta = UniformSpline(start.start, start.spacing, np.vstack(coefficients), start.degree)
     worst = max((motion for _, motion in parts), key=lambda motion: len(motion.passes))
     return LinkMotion(theta, worst.passes, np.concatenate(errors))

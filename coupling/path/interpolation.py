@@ -34,17 +34,17 @@ class InterpolatedPath:
     def __init__(self, path: ToolPath) -> None:
         self._path = path
         ends, speeds = self._ends_and_speeds()
-        self.at_rest = tuple(bool(speed <= _AT_REST * speeds) for speed in ends)
+        self.at_rest = (ends[0] <= _AT_REST * speeds, ends[1] <= _AT_REST * speeds)
         standing = (1, np.zeros(3))
         condition = tuple(standing if rest else "not-a-knot" for rest in self.at_rest)
         self._position = CubicSpline(path.time, path.position[0], bc_type=condition)
 
-    def _ends_and_speeds(self) -> tuple[list[float], float]:
+    def _ends_and_speeds(self) -> tuple[tuple[float, float], float]:
         """Return the speeds at both ends and the largest one [m/s], of a spline free at its ends."""
         free = CubicSpline(self._path.time, self._path.position[0])
-        ends = [float(np.linalg.norm(free(self._path.time[k], 1))) for k in (0, -1)]
+        first, last = (float(np.linalg.norm(free(self._path.time[k], 1))) for k in (0, -1))
         steps = np.linalg.norm(np.diff(self._path.position[0], axis=0), axis=1)
-        return ends, float((steps / np.diff(self._path.time)).max())
+        return (first, last), float((steps / np.diff(self._path.time)).max())
 
     def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
         """Return positions [m] or their derivatives, (k, 3)."""

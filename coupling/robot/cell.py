@@ -8,8 +8,12 @@ from typing import Protocol
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.events import Watch, unwatched
+from coupling.inverse.inversion import Wanted
+from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
-from coupling.robot.robot import RateWarning, SimulatedRobot
+from coupling.robot.moving import Inverter
+from coupling.robot.robot import Inverse, RateWarning, SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
 
@@ -76,12 +80,14 @@ class Member:
         placement: Place of its base.
         robot: Its simulation, in its own base frame.
         planner: Its kinematics.
+        inverter: Its inverse; None for a robot that is not to be corrected.
     """
 
     name: str
     placement: Placement
     robot: SimulatedRobot
     planner: Planner
+    inverter: Inverter | None = None
 
 
 @dataclass(frozen=True)
@@ -137,10 +143,44 @@ class Cell:
             ]
         )
 
+    def inverse(
+        self,
+        path: ToolPath,
+        wrench: WrenchHistory,
+        controller: Controller,
+        goal: float,
+        watch: Watch = unwatched,
+    ) -> Inverse:
+        """Return the commands that keep the moving robots' tools on their paths.
+
+        Raises:
+            PlanningError: If a path asks for more than the drives can do.
+            SimulationError: If a robot cannot be simulated.
+        """
+        found = []
+        rigid = self.plan(path)
+        for member, tool, own, load in zip(
+            self.members, path.tools, rigid.robots, wrench.tools, strict=True
+        ):
+            assert member.inverter is not None
+            at = member.placement
+            wanted = Wanted(at.path_in_base(tool), own, at.wrench_in_base(load))
+            found.append(member.inverter.invert(wanted, controller, goal, watch))
+        changes = [
+            replace(change, robot=self._name(member))
+            for member, inverse in zip(self.members, found, strict=True)
+            for change in inverse.flank_changes
+        ]
+        return Inverse(JointPath.of_robots([inverse.joints for inverse in found]), tuple(changes))
+
+    def _name(self, member: Member) -> str:
+        """Return the name of a robot where there are several."""
+        return member.name if len(self.members) > 1 else ""
+
     def rate_warnings(self, command: JointPath) -> list[RateWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
-            replace(warning, robot=member.name if len(self.members) > 1 else "")
+            replace(warning, robot=self._name(member))
             for member, own in zip(self.members, command.robots, strict=True)
             for warning in member.planner.rate_warnings(own)
         ]

@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from coupling.events import Watch, unwatched
+from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
 
@@ -35,6 +37,38 @@ class RateWarning:
             f"{whose}joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
             f" its maximum rate is {self.limit:.3g} rad/s"
         )
+
+
+@dataclass(frozen=True)
+class FlankChange:
+    """A gear passes through its play: a wrong backlash would show here.
+
+    Attributes:
+        joint: Number, from 1.
+        begins, ends: Time at which it leaves one flank and reaches the next [s].
+        before, after: These flanks, -1 or 1; 0 at the ends of a path that begins or ends in the play.
+        robot: Name of the robot in a cell of several.
+    """
+
+    joint: int
+    begins: float
+    ends: float
+    before: int
+    after: int
+    robot: str = ""
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Commands that keep the moving robots' tools on their paths.
+
+    Attributes:
+        joints: Motion of the drives, in the rows to send to the robots.
+        flank_changes: Passages of gears through their play, by robot, joint and time.
+    """
+
+    joints: JointPath
+    flank_changes: tuple[FlankChange, ...] = ()
 
 
 class SimulatedRobot(Protocol):
@@ -66,5 +100,28 @@ class Robot(SimulatedRobot, Protocol):
         Args:
             joints: The motion.
             time: Rising, within the motion [s], (k,).
+        """
+        ...
+
+    def inverse(
+        self,
+        path: ToolPath,
+        wrench: WrenchHistory,
+        controller: Controller,
+        goal: float,
+        watch: Watch = unwatched,
+    ) -> Inverse:
+        """Return the commands that keep the moving robot's tools on their paths.
+
+        Args:
+            path: Desired paths of the tools.
+            wrench: Wrenches on them, at the same times.
+            controller: What takes the commands.
+            goal: Deviation at the tools that needs no further improvement [m].
+            watch: Function that is told how far the work is.
+
+        Raises:
+            PlanningError: If a path asks for more than the drives can do.
+            SimulationError: If the robot cannot be simulated.
         """
         ...

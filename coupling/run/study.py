@@ -12,10 +12,12 @@ from pathlib import Path
 from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.inverse.inversion import MovingRobot
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.moving import Inverter
 from coupling.robot.robot import RateWarning
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.correction import Correction, Method, Uncorrected
@@ -173,7 +175,8 @@ def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[RobotF
         planner = InverseKinematics(placed.description, placed.home)
         file = build_fmu(placed.description, folder / f"{placed.name}.fmu", BuildOptions(case.fmu))
         fmus.append(stack.enter_context(RobotFmu(file, placed.torque_curve, watch)))
-        members.append(Member(placed.name, placed.placement, fmus[-1], planner))
+        inverter = Inverter(MovingRobot(placed.description, placed.torque_curve), fmus[-1])
+        members.append(Member(placed.name, placed.placement, fmus[-1], planner, inverter))
     return Cell(tuple(members)), fmus
 
 

@@ -12,7 +12,7 @@ from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.process.base import Answer
-from coupling.robot.robot import Robot
+from coupling.robot.robot import FlankChange, Robot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, unloaded_path
 from coupling.solve.outcome import Outcome
 
@@ -93,6 +93,7 @@ class Correction:
         consistency: Largest distance between the path that the process saw and `achieved` [m].
         passes: The way there.
         evaluations: Number of evaluations of the process, in all.
+        flank_changes: Passages of gears through their play, where the method knows them.
     """
 
     outcome: Outcome
@@ -108,6 +109,7 @@ class Correction:
     consistency: float
     passes: tuple[Pass, ...]
     evaluations: int
+    flank_changes: tuple[FlankChange, ...] = ()
 
     @property
     def converged(self) -> bool:

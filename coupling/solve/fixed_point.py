@@ -80,6 +80,29 @@ class Evaluation:
     peak_force: float
     worst_time: float
 
+    @classmethod
+    def of(
+        cls, number: int, seen: ToolPath, found: ToolPath, answer: Answer, last: Answer | None
+    ) -> Evaluation:
+        """Return the figures of the process's `answer` to the path `seen` and the robot's path `found`.
+
+        Args:
+            number: Number of the evaluation, from 1.
+            seen: The paths that the process saw.
+            found: The robots' answer.
+            answer: The process's answer.
+            last: Its answer before.
+        """
+        distance, wrench = found.distance_to(seen), answer.wrench
+        return cls(
+            number=number,
+            path_change=float(distance.max()),
+            path_change_rms=float(np.sqrt(np.mean(distance**2))),
+            force_change=np.inf if last is None else wrench.change_from(last.wrench),
+            peak_force=wrench.peak_force,
+            worst_time=float(found.time[distance.argmax()]),
+        )
+
 
 @dataclass(frozen=True)
 class Evaluated(Event):
@@ -163,7 +186,7 @@ def couple(
                 raise
             return ended(*_failure(error, number))
         last, found = found, (g, answer)
-        evaluations.append(_evaluation(number, x, g, answer, last))
+        evaluations.append(Evaluation.of(number, x, g, answer, last[1] if last else None))
         loop.watch(Evaluated(evaluations[-1], g))
         if _met(evaluations[-1], loop.tolerance):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
@@ -191,20 +214,6 @@ def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcom
         return Outcome.PROCESS_FAILED, f"the process failed in evaluation {number}: {error}"
     reason = f"diverged: the robot cannot follow the iteration any more ({error}){_ADVICE}"
     return Outcome.ROBOT_FAILED, reason
-
-
-def _evaluation(
-    number: int, x: ToolPath, g: ToolPath, answer: Answer, last: tuple[ToolPath, Answer] | None
-) -> Evaluation:
-    distance, wrench = g.distance_to(x), answer.wrench
-    return Evaluation(
-        number=number,
-        path_change=float(distance.max()),
-        path_change_rms=float(np.sqrt(np.mean(distance**2))),
-        force_change=np.inf if last is None else wrench.change_from(last[1].wrench),
-        peak_force=wrench.peak_force,
-        worst_time=float(g.time[distance.argmax()]),
-    )
 
 
 def _met(evaluation: Evaluation, tolerance: Tolerance) -> bool:

@@ -1,0 +1,72 @@
+"""The inverse of one moving robot, made sure of by simulating it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.events import Progress, Watch
+from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
+from coupling.inverse.limits import JointLimits
+from coupling.inverse.polish import Polish, Watched
+from coupling.inverse.response import AlongMotion
+from coupling.inverse.spline import UniformSpline
+from coupling.path.controller import Controller
+from coupling.path.interpolation import refined
+from coupling.robot.robot import FlankChange, Inverse, SimulatedRobot
+
+# Longest distance of the times at which the simulated tool is watched [s].
+_WATCHED = 0.004
+
+
+@dataclass(frozen=True)
+class Inverter:
+    """Inverts one robot.
+
+    Attributes:
+        moving: Model of the robot.
+        simulated: The same robot, simulated.
+    """
+
+    moving: MovingRobot
+    simulated: SimulatedRobot
+
+    def invert(self, wanted: Wanted, controller: Controller, goal: float, watch: Watch) -> Inverse:
+        """Return the command that keeps the tool on its path, in the base frame of the robot.
+
+        Args:
+            wanted: What the robot is to do.
+            controller: What takes the command.
+            goal: Deviation of the simulated tool that needs no further improvement [m].
+            watch: Function that is told how far the work is.
+
+        Raises:
+            PlanningError: If the path asks for more than the drives can do.
+            SimulationError: If the robot cannot be simulated.
+        """
+        limits = JointLimits.of(self.moving.robot, controller.max_acceleration)
+
+        def progress(what: str, done: int, total: int) -> None:
+            watch(Progress(f"inverting the moving robot: {what}", done, total))
+
+        found = self.moving.invert(wanted, controller, limits, progress)
+        fine, _ = refined(wanted.path, _WATCHED)
+        loads = wanted.wrench.held(fine.time)
+        start, end = float(fine.time[0]), float(fine.time[-1])
+        watched = Watched(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
+        times = watched.times(range(watched.count))
+
+        def deviation(command: UniformSpline) -> np.ndarray:
+            path = self.simulated.simulate(joint_path(command), loads, "dynamic")
+            columns = path.deviation_from(fine)[0].T
+            return np.stack([np.interp(times, fine.time, column) for column in columns], axis=1)
+
+        motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
+        command = Polish(motion, limits, deviation, watched, goal).run(found.command)
+        joints = self.moving.model.gear_joint
+        changes = [
+            FlankChange(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
+            for c in found.crossings
+        ]
+        return Inverse(joint_path(command), tuple(changes))

@@ -1,0 +1,182 @@
+"""Method "inverse": one evaluation of the process, the moving robot inverted, and validated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from coupling.errors import ProcessError
+from coupling.files.toml_file import Positive, Schema
+from coupling.path.controller import on_cycle
+from coupling.path.deviation import measure
+from coupling.path.histories import JointPath, ToolPath
+from coupling.path.interpolation import refined
+from coupling.process.base import Answer
+from coupling.robot.robot import Inverse as RobotInverse
+from coupling.robot.robot import Robot
+from coupling.solve.correction import Before, Correction, How, Pass, Refined
+from coupling.solve.fixed_point import Evaluated, Evaluation, Loop, couple, unloaded_path
+from coupling.solve.outcome import Outcome
+
+# Part of the tolerance that the robot alone is to keep; the rest is the process's.
+_SHARE_OF_ROBOT = 0.5
+# A round that lowers the deviation by less is the last one.
+_IMPROVED = 0.9
+
+
+@dataclass(frozen=True)
+class _Times:
+    """Desired paths on the times at which the tools are watched.
+
+    Attributes:
+        path: The paths.
+        rows: Rows of the process's samples in them.
+    """
+
+    path: ToolPath
+    rows: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Round:
+    """A command, and what it leads to.
+
+    Attributes:
+        inverse: The command.
+        achieved: Paths of the TCPs under it and `answer`.
+        answer: The process's answer to the path under the wrench before.
+        consistency: Distance of that path from `achieved` [m].
+        report: Its figures.
+    """
+
+    inverse: RobotInverse
+    achieved: ToolPath
+    answer: Answer
+    consistency: float
+    report: Pass
+
+
+class Inverse(Schema):
+    """The moving robot inverted along the whole path; docs/inverse.md tells how.
+
+    If the tool reaches its path, the wrench is that on the desired path: the process is evaluated once
+    there, the robots are inverted under that wrench, and what they then do is validated with the
+    process on the path that they really take.  These are the keys of its table.
+
+    Attributes:
+        tolerance_m: Largest deviation from the desired path, in the validation.
+        max_rounds: Rounds of inverse and validation at most; from the second on the wrench is that of
+            the path really taken.
+        before: How the path under the uncorrected command is found: "one-way", under the wrench on the
+            desired path, which costs no evaluation, or "coupled".
+    """
+
+    method: Literal["inverse"] = "inverse"
+    tolerance_m: Positive = 1e-5
+    max_rounds: Annotated[int, Field(ge=1)] = 3
+    before: How = "one-way"
+
+    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+        """Return the command for the desired paths of all tools, validated.
+
+        Raises:
+            PlanningError: If the desired path cannot be followed.
+            SimulationError: If the robot cannot be simulated.
+            ProcessError: If the process has no answer to the desired path.
+        """
+        times = _Times(*refined(desired, loop.controller.cycle))
+        loop.watch(Refined(times.path))
+        plain = on_cycle(loop.robot.plan(desired), loop.controller)
+        unloaded = unloaded_path(loop, plain, times.path.time)
+        answer = loop.process.evaluate(desired)
+        before, spent = self._before(loop, plain, desired, times, answer)
+        rounds: list[_Round] = []
+        verdict: tuple[Outcome, str] | None = None
+        while verdict is None:
+            try:
+                rounds.append(self._round(loop, desired, times, answer, rounds))
+            except ProcessError as error:
+                if not rounds:
+                    raise
+                verdict = (
+                    Outcome.PROCESS_FAILED,
+                    f"the process failed in round {len(rounds) + 1}: {error}",
+                )
+                break
+            answer = rounds[-1].answer
+            verdict = self._verdict(rounds)
+        best = min(rounds, key=lambda entry: entry.report.deviation.maximum)
+        outcome, reason = verdict
+        joints = best.inverse.joints
+        return Correction(
+            outcome=outcome,
+            reason=reason,
+            desired=times.path,
+            unloaded=unloaded,
+            before=before,
+            joints=joints,
+            command=loop.robot.forward(joints, joints.time),
+            correction=loop.robot.forward(joints, times.path.time).deviation_from(times.path),
+            achieved=best.achieved,
+            answer=replace(best.answer, wrench=best.answer.wrench.held(times.path.time)),
+            consistency=best.consistency,
+            passes=tuple(entry.report for entry in rounds),
+            evaluations=1 + spent + len(rounds),
+            flank_changes=best.inverse.flank_changes,
+        )
+
+    def _before(
+        self, loop: Loop[Robot], plain: JointPath, desired: ToolPath, times: _Times, answer: Answer
+    ) -> tuple[Before, int]:
+        """Return what the uncorrected command leads to, and the evaluations that it took."""
+        if self.before == "one-way":
+            loads = answer.wrench.held(times.path.time)
+            return Before(loop.robot.simulate(plain, loads, loop.mode), None, "one-way"), 0
+        coupling = couple(loop, plain, unloaded_path(loop, plain, desired.time))
+        loads = coupling.answer.wrench.held(times.path.time)
+        path = loop.robot.simulate(plain, loads, loop.mode)
+        return Before(path, coupling.answer, "coupled"), len(coupling.evaluations)
+
+    def _round(
+        self,
+        loop: Loop[Robot],
+        desired: ToolPath,
+        times: _Times,
+        answer: Answer,
+        rounds: list[_Round],
+    ) -> _Round:
+        """Invert the robots under a wrench and validate the command."""
+        goal = _SHARE_OF_ROBOT * self.tolerance_m
+        inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
+        time = times.path.time
+        seen = loop.robot.simulate(inverse.joints, answer.wrench.held(time), loop.mode)
+        first = () if rounds else (Evaluation.of(1, times.path, seen, answer, None),)
+        for entry in first:
+            loop.watch(Evaluated(entry, seen))
+        checked = loop.process.evaluate(seen.at_rows(times.rows))
+        achieved = loop.robot.simulate(inverse.joints, checked.wrench.held(time), loop.mode)
+        last = Evaluation.of(len(rounds) + 2, seen, achieved, checked, answer)
+        loop.watch(Evaluated(last, achieved))
+        report = Pass(len(rounds) + 1, measure(achieved, times.path), (*first, last))
+        loop.watch(report)
+        return _Round(inverse, achieved, checked, last.path_change, report)
+
+    def _verdict(self, rounds: list[_Round]) -> tuple[Outcome, str] | None:
+        """Return how and why the rounds end, if they do."""
+        sizes = [entry.report.deviation.maximum for entry in rounds]
+        if sizes[-1] <= self.tolerance_m:
+            count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"
+            return Outcome.CONVERGED, f"converged with {count} of the moving robot"
+        worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
+        left = f"{1e6 * min(sizes):.4g} um are left, most at t = {worst:.3f} s"
+        if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):
+            return Outcome.STAGNATED, (
+                f"another inverse does not help: {left}; see which limit or cycle holds it back"
+                " (docs/inverse.md)"
+            )
+        if len(sizes) >= self.max_rounds:
+            return Outcome.EXHAUSTED, f"{left} after {len(sizes)} inverses of the moving robot"
+        return None
