@@ -139,8 +139,9 @@ def judge(folder: Path, fmus: list[Path], settings: Settings) -> dict[str, objec
     file = folder / "case.toml"
     case = tomllib.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     names = ("forming", "support") if (folder / "forming").is_dir() else ("",)
+    robots = {fmu: Robot(fmu) for fmu in fmus}  # one in a process: Python's would share modules
     tools, answer = [], {}
-    for i, name in enumerate(names):
+    for name, fmu in zip(names, [*fmus, fmus[-1]], strict=False):
         table = case.get("support" if name == "support" else "robot", {})
         curve = settings.curve or table.get("torque_curve", "")
         own = Settings(curve, settings.tolerance, settings.every, settings.values, settings.scale)
@@ -148,7 +149,7 @@ def judge(folder: Path, fmus: list[Path], settings: Settings) -> dict[str, objec
             np.array(table.get("base_position_m", [0.0, 0.0, 0.0])),
             Rotation.from_euler("xyz", table.get("base_rpy_deg", [0.0, 0.0, 0.0]), degrees=True),
         )
-        run = replay(folder / name, Robot(fmus[min(i, len(fmus) - 1)]), own, base)
+        run = replay(folder / name, robots[fmu], own, base)
         tools.append(run)
         command = command_figures(read_table(folder / name / "command.csv"))
         answer[name] = figures(run) | {"torque_curve": curve, "command": command}
