@@ -113,6 +113,15 @@ def figures(run: Replay) -> dict[str, float]:
     }
 
 
+def difference_from_claim(run: Replay, file: Path) -> dict[str, float]:
+    """Return how far the path that the run folder claims to be achieved is from the one found here."""
+    if not file.exists():
+        return {}
+    claimed = columns(read_table(file), POSITION)
+    distance = np.linalg.norm(run.actual[run.sample] - claimed, axis=1)
+    return {"max_from_achieved_um": 1e6 * distance.max()}
+
+
 def gap_figures(tools: list[Replay], diameters: tuple[float, float]) -> dict[str, float]:
     """Return the gap between the spheres of two tools that approach along their x axes."""
 
@@ -152,7 +161,8 @@ def judge(folder: Path, fmus: list[Path], settings: Settings) -> dict[str, objec
         run = replay(folder / name, robots[fmu], own, base)
         tools.append(run)
         command = command_figures(read_table(folder / name / "command.csv"))
-        answer[name] = figures(run) | {"torque_curve": curve, "command": command}
+        claimed = difference_from_claim(run, folder / name / "achieved.csv")
+        answer[name] = figures(run) | claimed | {"torque_curve": curve, "command": command}
     if len(tools) == 1:
         return answer[""]
     diameters = case["process"]["tool_diameter_m"], case["support"]["tool_diameter_m"]
