@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import solveh_banded
 
 from coupling.inverse.rows import Layout, Rows
@@ -80,6 +81,7 @@ class Condition:
 
 def end_conditions(rows: Rows, start: float) -> list[Condition]:
     """Return the conditions of a command that starts at an angle [rad], and rests where its path does."""
+
     def at(side: int, order: int, value: float) -> Condition:
         first = 0 if side == 0 else rows.count - 1
         return Condition(first, stencil(np.array([float(side)]), rows.degree, order)[0], value)
@@ -116,7 +118,7 @@ class Fit:
         layout = self.drive.layout
         drive = self.drive.part(begin, end)
         inner = drive.layout
-        degree, parts = layout.degree, layout.parts
+        degree = layout.degree
         left, right = begin > 0, end < layout.count
         free = np.zeros(inner.size, dtype=bool)
         coefficients = slice(degree + 1 if left else 0, inner.count - 1 if right else None)
@@ -128,7 +130,6 @@ class Fit:
             for c in self.conditions
             if begin <= c.first and c.first + 1 <= end
         ]
-        del parts
         return Fit(drive, here, free)
 
     @cached_property
@@ -182,6 +183,27 @@ class Fit:
         gradient[~self.free] = 0.0
         step: np.ndarray = solveh_banded(band, -gradient, lower=True, check_finite=False)
         return step
+
+    def equations(
+        self, coefficients: np.ndarray, misses: np.ndarray
+    ) -> tuple[sparse.csr_array, np.ndarray]:
+        """Return the derivatives of all equations, end conditions last, by all unknowns; and their errors."""
+        layout = self.drive.layout
+        blocks = self.drive.gradient(coefficients, misses)
+        row, column = np.nonzero(blocks.reshape(-1, layout.width))
+        entries = [blocks.reshape(-1, layout.width)[row, column]]
+        columns = [row // layout.parts * layout.stride + column]
+        rows, count = [row], layout.count * layout.parts
+        for k, condition in enumerate(self.conditions):
+            columns.append(layout.coefficient[condition.first :][: layout.degree + 1])
+            rows.append(np.full(layout.degree + 1, count + k))
+            entries.append(condition.weights)
+        shape = (count + len(self.conditions), layout.size)
+        place = np.concatenate(rows), np.concatenate(columns)
+        equations = sparse.csr_array((np.concatenate(entries), place), shape=shape)
+        equations.eliminate_zeros()
+        errors = [condition.error(coefficients) for condition in self.conditions]
+        return equations, np.append(self.drive.defects(coefficients, misses), errors)
 
     def solve(
         self,
