@@ -1,4 +1,4 @@
-"""Least squares over a command's coefficients and the misses of its link: a band, solved by damped steps."""
+"""Least squares over a command's coefficients and the misses of its link: a band, by damped steps."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.linalg import solveh_banded
 
 from coupling.inverse.rows import Layout, Rows
-from coupling.inverse.spline import stencil
+from coupling.inverse.spline import UniformSpline, stencil
 
 # Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
 # 10 rad/s^2 weigh like 0.1 microrad.  It keeps a command from ringing between its rows.
@@ -43,7 +43,7 @@ class Drive(Protocol):
 
     @property
     def bend(self) -> np.ndarray:
-        """phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
+        """Wanted phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
         ...
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
@@ -80,7 +80,7 @@ class Condition:
 
 
 def end_conditions(rows: Rows, start: float) -> list[Condition]:
-    """Return the conditions of a command that starts at an angle [rad], and rests where its path does."""
+    """Return the conditions of a command that starts at an angle [rad] and rests as its path does."""
 
     def at(side: int, order: int, value: float) -> Condition:
         first = 0 if side == 0 else rows.count - 1
@@ -92,7 +92,7 @@ def end_conditions(rows: Rows, start: float) -> list[Condition]:
 
 @dataclass(frozen=True)
 class Fit:
-    """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under the drive's equations.
+    """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under a drive's equations.
 
     Attributes:
         drive: Equations between command and miss.
@@ -131,6 +131,10 @@ class Fit:
             if begin <= c.first and c.first + 1 <= end
         ]
         return Fit(drive, here, free)
+
+    def command(self, coefficients: np.ndarray) -> UniformSpline:
+        """Return the command of coefficients, from time 0 here."""
+        return UniformSpline(0.0, self.drive.cycle, coefficients[:, None], self.drive.layout.degree)
 
     @cached_property
     def _bend_weights(self) -> np.ndarray:
@@ -187,7 +191,7 @@ class Fit:
     def equations(
         self, coefficients: np.ndarray, misses: np.ndarray
     ) -> tuple[sparse.csr_array, np.ndarray]:
-        """Return the derivatives of all equations, end conditions last, by all unknowns; and their errors."""
+        """Return the derivatives of all equations, end conditions last, by all unknowns; and errors."""
         layout = self.drive.layout
         blocks = self.drive.gradient(coefficients, misses)
         row, column = np.nonzero(blocks.reshape(-1, layout.width))

@@ -150,7 +150,15 @@ class GearDrive:
         return stencil(np.zeros(1), self.layout.degree, 1)[0] / self.cycle
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return by how much the equation is missed from every node on, as an angle [rad], (n, parts)."""
+        """Return by how much the equation is missed at every node but the last, as angles [rad].
+
+        Args:
+            coefficients: Of the command, (count + degree,).
+            misses: At the nodes [rad], (nodes,).
+
+        Returns:
+            (count, parts).
+        """
         halves = self._impulses(coefficients, misses)
         momentum = self.inertia / self.step * np.diff(misses)
         impulse = momentum + halves[..., 0].ravel()

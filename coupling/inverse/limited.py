@@ -42,7 +42,7 @@ def keep_within(
     margin = max(ceil(_MARGIN / cycle), 2 * layout.degree)
     coefficients, misses = coefficients.copy(), misses.copy()
     while True:
-        over = limits.excess(coefficients, cycle) > 0.0
+        over = limits.excess(fit.command(coefficients)) > 0.0
         if not over.any():
             return coefficients, misses
         for begin, end in _stretches(over, margin, layout.count, layout.degree):
@@ -64,7 +64,7 @@ def _stretches(over: np.ndarray, margin: int, count: int, degree: int) -> list[t
     ends = np.zeros(count + 1, dtype=int)
     places = np.flatnonzero(over)
     np.add.at(ends, np.maximum(places - degree - margin, 0), 1)
-    np.add.at(ends, np.minimum(places + 2 + margin, count), -1)
+    np.add.at(ends, np.minimum(places + 3 + margin, count), -1)
     inside = np.concatenate([[0], np.cumsum(ends[:-1]) > 0, [0]])
     change = np.diff(inside)
     begins, stops = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
@@ -111,7 +111,7 @@ class LimitedFit:
         band, gradient = self.fit.objective(coefficients, misses, damping)
         lower = sparse.dia_array((band, -np.arange(len(band))), shape=(layout.size,) * 2).tocsc()
         equations, errors = self.fit.equations(coefficients, misses)
-        rows, low, high = self.limits.rows(coefficients, self.fit.drive.cycle)
+        rows, low, high = self.limits.rows(self.fit.command(coefficients))
         place = sparse.csr_array(
             (np.ones(len(coefficients)), (np.arange(len(coefficients)), layout.coefficient)),
             shape=(len(coefficients), layout.size),

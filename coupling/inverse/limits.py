@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,10 +34,10 @@ class DriveLimits:
         acceleration: Largest |q''| [rad/s^2].
 
     Example:
-        >>> limits = DriveLimits(2, acceleration=5.0)
-        >>> limits.excess(np.array([0.0, 1.0, 2.0, 4.0]), cycle=1.0).tolist()
-        [0.0, 0.0, 0.0, 0.0]
-        >>> limits.excess(np.array([0.0, 1.0, 2.0, 4.0]), cycle=0.1).tolist()  # 100 rad/s^2
+        >>> bend = UniformSpline(0.0, 0.1, np.array([[0.0], [1.0], [2.0], [4.0]]), degree=3)
+        >>> bend.at(np.array([0.1]), order=2).item()
+        100.00...
+        >>> DriveLimits(2, acceleration=5.0).excess(bend).tolist()  # times 0.1 s squared
         [0.0, 0.95, 0.0, 0.0]
     """
 
@@ -46,46 +47,47 @@ class DriveLimits:
     rate: float = np.inf
     acceleration: float = np.inf
 
-    def bounds(self, order: int, cycle: float) -> tuple[float, float]:
-        """Return what the differences of that order of a command's coefficients may be [rad].
-
-        They are the control points of its derivative, times the cycle to that power: the derivative
-        lies between the least and the largest of those nearby, at all times.
-        """
-        if order == 0:
-            return self.lower, self.upper
-        most = (self.rate, self.acceleration)[order - 1] * cycle**order
-        return -most, most
-
-    def excess(self, coefficients: np.ndarray, cycle: float) -> np.ndarray:
-        """Return the most by which differences from each coefficient on pass their bounds [rad]."""
-        worst = np.zeros(len(coefficients))
-        for order in range(3):
-            low, high = self.bounds(order, cycle)
-            values = np.diff(coefficients, order)
-            beyond = np.maximum(values - high, low - values)
-            worst[: len(values)] = np.maximum(worst[: len(values)], beyond)
+    def excess(self, command: UniformSpline) -> np.ndarray:
+        """Return by how much a command passes its limits, from each coefficient on [rad]."""
+        worst = np.zeros(len(command.coefficients))
+        for rows, low, high in self._each(len(worst), command.degree, command.spacing):
+            points = rows @ command.coefficients[:, 0]
+            beyond = np.maximum(points - high, low - points)
+            np.maximum.at(worst, rows.indices[rows.indptr[:-1]], beyond)
         return worst
 
-    def rows(
-        self, coefficients: np.ndarray, cycle: float
-    ) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+    def rows(self, command: UniformSpline) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
         """Return D and what a change c of the coefficients has to keep:  low <= D c <= high [rad]."""
-        count = len(coefficients)
-        blocks, lows, highs = [], [], []
-        for order in range(3):
-            low, high = self.bounds(order, cycle)
+        size = len(command.coefficients)
+        each = list(self._each(size, command.degree, command.spacing))
+        rows = sparse.vstack(
+            [sparse.csr_array((0, size)), *(rows for rows, _, _ in each)], format="csr"
+        )
+        # Of the span of a difference, for an angle has no size of its own.
+        hair = _HAIR * command.spacing**2
+        count = [rows.shape[0] for rows, _, _ in each]
+        low = np.repeat([low + min(hair, _HAIR * abs(low)) for _, low, _ in each], count)
+        high = np.repeat([high - min(hair, _HAIR * abs(high)) for _, _, high in each], count)
+        now = rows @ command.coefficients[:, 0]
+        return rows, low - now, high - now
+
+    def _each(
+        self, size: int, degree: int, cycle: float
+    ) -> Iterator[tuple[sparse.csr_array, float, float]]:
+        """Yield control points of angle, rate and acceleration as rows, and their bounds [rad].
+
+        A derivative of order m lies between its control points, here times the cycle to the power m.
+        For angle and rate those are its coefficients; the acceleration of a quintic would be
+        held to a third of its limit by them where it alternates: it has Bezier's, interval by interval.
+        """
+        bounds = ((self.lower, self.upper), (-self.rate, self.rate))
+        for order, (low, high) in enumerate((*bounds, (-self.acceleration, self.acceleration))):
             if np.isinf(low) and np.isinf(high):
                 continue
-            binomial = [np.ones(1), np.array([-1.0, 1.0]), np.array([1.0, -2.0, 1.0])][order]
-            offsets = list(range(order + 1))
-            shape = (count - order, count)
-            blocks.append(sparse.diags_array(binomial, offsets=offsets, shape=shape, format="csr"))
-            now = np.diff(coefficients, order)
-            hair = _HAIR * cycle**2 if order == 0 else _HAIR * high
-            lows.append(low + hair - now)
-            highs.append(high - hair - now)
-        return sparse.vstack(blocks, format="csr"), np.concatenate(lows), np.concatenate(highs)
+            rows = _differences(size, order)
+            if order == 2 and degree == 5:
+                rows = sparse.csr_array(_bezier(size - 2) @ rows)
+            yield rows, low * cycle**order, high * cycle**order
 
     def require_reach(self, times: np.ndarray, angles: np.ndarray) -> None:
         """Refuse angles that the path needs (k,) at times (k,) [s] and the drive does not reach.
@@ -132,3 +134,20 @@ class DriveLimits:
                 )
         text = text or f"no command from {self.lower:.6g} to {self.upper:.6g} rad joins its ends"
         return PlanningError(f"joint {self.joint}: {text}: slow down the path")
+
+
+def _differences(size: int, order: int) -> sparse.csr_array:
+    """Return the differences of an order of coefficients."""
+    weights = ([1.0], [-1.0, 1.0], [1.0, -2.0, 1.0])[order]
+    shape = (size - order, size)
+    return sparse.diags_array(weights, offsets=range(order + 1), shape=shape, format="csr")
+
+
+def _bezier(size: int) -> sparse.csr_array:
+    """Return Bezier's control points of the pieces of a uniform cubic B-spline, ends once."""
+    ends = sparse.diags_array([1 / 6, 4 / 6, 1 / 6], offsets=range(3), shape=(size - 2, size))
+    inner = [
+        sparse.diags_array(pair, offsets=(1, 2), shape=(size - 3, size))
+        for pair in ([2 / 3, 1 / 3], [1 / 3, 2 / 3])
+    ]
+    return sparse.vstack([ends, *inner], format="csr")
