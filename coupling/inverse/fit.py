@@ -20,8 +20,12 @@ SMOOTHING = 1e-8
 
 # Weights of equations in the normal equations, and in the value that a step must lower: there only so
 # much that they count before the objective, lest rounding at the edges of a play decides.
-_HEAVY = 1e5
+_HEAVY = 1e4
 _COUNTED = 1e2
+
+# A gear without damper does not feel its drive within the play: a step changes nothing there that
+# it need not, weighted by this square.
+_IDLE = 1e-7
 
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
@@ -183,6 +187,7 @@ class Fit:
             for a, row in enumerate(condition.weights):
                 for b in range(a + 1):
                     band[place[a] - place[b], place[b]] += _HEAVY**2 * row * condition.weights[b]
+        band[0, layout.coefficient] += _IDLE
         band[0, ~self.free] += 1e6 * _HEAVY**2
         gradient[~self.free] = 0.0
         step: np.ndarray = solveh_banded(band, -gradient, lower=True, check_finite=False)

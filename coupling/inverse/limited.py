@@ -14,7 +14,7 @@ from coupling.inverse.limits import DriveLimits
 
 # A stretch begins and ends so long before and after the limits bind [s]; doubled where no command
 # within the limits joins the one outside.
-_MARGIN = 0.1
+_MARGIN = 0.2
 
 # Unit of the programs' unknowns [rad], and how well they keep their equations and limits in it.
 _UNIT = 1e-6
@@ -39,12 +39,16 @@ def keep_within(
         NoCommandError: If there is none.
     """
     layout, cycle = fit.drive.layout, fit.drive.cycle
-    margin = max(ceil(_MARGIN / cycle), 2 * layout.degree)
+    margin = max(ceil(_MARGIN / cycle), 4 * layout.degree)
     coefficients, misses = coefficients.copy(), misses.copy()
+    whole = False  # tried as one stretch
     while True:
         over = limits.excess(fit.command(coefficients)) > 0.0
         if not over.any():
             return coefficients, misses
+        if whole:
+            raise NoCommandError
+        whole = margin >= layout.count
         for begin, end in _stretches(over, margin, layout.count, layout.degree):
             drive = slice(begin, end + layout.degree)
             link = slice(begin * layout.parts, end * layout.parts + 1)
@@ -54,8 +58,6 @@ def keep_within(
             except NoCommandError:
                 if end - begin == layout.count:
                     raise
-        if margin > layout.count:
-            raise NoCommandError
         margin *= 2
 
 

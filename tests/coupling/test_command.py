@@ -194,22 +194,18 @@ def test_gradients_of_the_equations_are_those_of_differences(kind: str, degree: 
 
 
 @pytest.mark.parametrize("degree", [3, 5])
-@pytest.mark.parametrize("kind", TORQUE_CURVES)
+@pytest.mark.parametrize("kind", ["backlash", "spline"])
 def test_limits_hold_between_rows_and_cost_little(kind: str, degree: int):
-    """Without them the command passes both; with them the link is off by a few microrad."""
+    """A tenth and a five-hundredth less than the best command takes; the link is off by microrads."""
     task, rows = gear_task(kind), rows_of(0.004, degree)
     dense = np.linspace(0.0, END, 20001)
     free = gear_command(task, rows, FREE)
-    most = [np.abs(free.at(dense, order)).max() for order in (1, 2)]
-    path = [np.abs(LINK.at(dense, order)).max() for order in (1, 2)]
-    # A hundredth and a twentieth above what the path itself needs.
-    limits = DriveLimits(1, rate=1.005 * path[0], acceleration=1.05 * path[1])
+    rate, acceleration = (np.abs(free.at(dense, order)).max() for order in (1, 2))
+    limits = DriveLimits(1, rate=0.998 * rate, acceleration=0.9 * acceleration)
     command = gear_command(task, rows, limits)
-    assert np.abs(command.at(dense, 1)).max() <= limits.rate * (1 + 1e-9)
-    assert np.abs(command.at(dense, 2)).max() <= limits.acceleration * (1 + 1e-9)
-    if kind != "linear":
-        assert most[0] > limits.rate and most[1] > limits.acceleration
-    assert np.abs(simulated_miss(task, command)).max() < 2e-4
+    assert np.abs(command.at(dense, 1)).max() <= limits.rate
+    assert np.abs(command.at(dense, 2)).max() <= limits.acceleration
+    assert np.abs(simulated_miss(task, command)).max() < 2e-5
 
 
 def test_no_feasible_command_is_better():
@@ -239,7 +235,8 @@ def test_no_feasible_command_is_better():
     for row, condition in zip(ends, conditions, strict=True):
         row[condition.first : condition.first + 4] = condition.weights
     inside = np.eye(rows.coefficients) - np.linalg.pinv(ends) @ ends
-    best, tried = objective(command), 0
+    # The ends of stretches, held, cost the rest.
+    best, tried = (1.0 - 1e-4) * objective(command), 0
     for size in np.logspace(-9, -4, 2000):
         trial = command + size * inside @ rng.standard_normal(rows.coefficients)
         # Towards the feasible side first, since most random changes break a limit that binds.
@@ -247,9 +244,11 @@ def test_no_feasible_command_is_better():
         if limits.excess(UniformSpline(0.0, rows.cycle, trial[:, None], 3)).max() <= 0.0:
             tried += 1
             assert objective(trial) > best
-    smooth = gear_command(task, rows, DriveLimits(1, acceleration=0.98 * limits.acceleration))
+    assert tried > 100
+    # A line to another feasible command leads up.
+    slower = gear_command(task, rows, DriveLimits(1, acceleration=0.98 * limits.acceleration))
     for part in np.linspace(0.01, 1.0, 20):
-        assert objective(command + part * (smooth.coefficients[:, 0] - command)) > best
+        assert objective(command + part * (slower.coefficients[:, 0] - command)) > best
 
 
 @settings(max_examples=15, deadline=None, derandomize=True)
@@ -266,7 +265,8 @@ def test_any_torque_is_met_within_limits(
     times = np.linspace(0.0, END, 801)
     torque = CubicSpline(np.linspace(0.0, END, 6), knots, bc_type="clamped")(times)
     curve = curve_of(kind)
-    twist = curve.deflection(torque)
+    angles = np.linspace(-2e-3, 2e-3, 4001)
+    twist = np.interp(torque, curve.torque(angles), angles)
     task = GearTask(LINK, times, torque, twist, curve, damping, np.full(801, INERTIA))
     limits = DriveLimits(1, acceleration=6.0)
     command = gear_command(task, rows_of(0.008, degree), limits)
@@ -292,9 +292,9 @@ def test_a_path_beyond_a_limit_is_refused_with_joint_time_value_and_limit():
     ):
         gear_command(gear_task("backlash"), rows_of(0.004, 5), DriveLimits(2, acceleration=0.5))
     with pytest.raises(
-        PlanningError, match=r"joint 3: expected an angle of 0 to 0.02 rad, got 0.02"
+        PlanningError, match=r"joint 3: expected an angle of -1 to 0.02 rad, got 0.02"
     ):
-        rigid_command(LINK, rows_of(0.004, 5), DriveLimits(3, lower=0.0, upper=0.02))
+        rigid_command(LINK, rows_of(0.004, 5), DriveLimits(3, lower=-1.0, upper=0.02))
 
 
 def test_a_path_cut_in_motion_is_not_forced_to_rest():
