@@ -226,10 +226,9 @@ class GearDrive:
         before = np.zeros((n * m, 2))
         before[1:, 0] = flat[:-1, 1, 0] + g[:-1]
         before[1:, 1] = flat[:-1, 1, 1] - g[:-1]
-        now, before = now.reshape(n, m, 2), before.reshape(n, m, 2)
         for j in range(m):
-            rows[:, j, of_miss[j : j + 2]] += before[:, j]
-            rows[:, j, of_miss[j + 1 : j + 3]] += now[:, j]
+            rows[:, j, of_miss[j : j + 2]] += before[j::m]
+            rows[:, j, of_miss[j + 1 : j + 3]] += now[j::m]
         if self.first:
             rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start_row
         else:
