@@ -8,14 +8,13 @@ confirms it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import piqp
 
-from coupling.inverse.limited import DriveLimits
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.links import Weights
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
@@ -113,10 +112,11 @@ class Polish:
     def _cost(self, deviation: np.ndarray, window: _Window) -> float:
         """Return the weighted sum of squares over what a window can change."""
         rows = self.watched.rows(window.begin, window.end + _WATCHED)
-        return float(np.sum((self._scale * deviation[rows.start : rows.stop]) ** 2))
+        return float(np.sum((self.scale * deviation[rows.start : rows.stop]) ** 2))
 
     @property
-    def _scale(self) -> np.ndarray:
+    def scale(self) -> np.ndarray:
+        """Weights of position and rotation, (6,)."""
         return np.repeat([self.weights.position, self.weights.rotation], 3)
 
     def _windows(self, deviation: np.ndarray) -> list[_Window]:
@@ -212,8 +212,8 @@ class _Step:
         here = deviation[rows.start : rows.stop]
         response = polish.motion.response(command, free, polish.watched.times(rows), here)
         joints = command.coefficients.shape[1]
-        promised = (polish._scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (polish._scale * here).ravel()
+        promised = (polish.scale[:, None, None] * response).reshape(-1, len(free) * joints)
+        missing = (polish.scale * here).ravel()
         differences = _differences(command, free, 2)
         weight = _SMOOTH * polish.weights.acceleration / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))
@@ -236,33 +236,38 @@ class _Step:
         return self._bounded(damped).reshape(len(self.free), -1)
 
     def _within(self, change: np.ndarray) -> bool:
-        """Return whether the changed command keeps the limits that it kept before."""
-        command = self.command
-        coefficients = command.coefficients.copy()
-        coefficients[self.free.start : self.free.stop] += change
-        return all(
-            not np.any(limits.excess(coefficients[:, joint], command.spacing) > 0.0)
-            for joint, limits in enumerate(self._drives())
-        )
+        """Return whether the changed command keeps the limits."""
+        drives = enumerate(self._drives(change))
+        return all(not np.any(self.limits.of_joint(k).excess(drive) > 0.0) for k, drive in drives)
 
-    def _drives(self) -> list[DriveLimits]:
-        return [self.limits.of_joint(k) for k in range(self.command.coefficients.shape[1])]
+    def _drives(self, change: np.ndarray) -> Iterator[UniformSpline]:
+        """Yield the motion of every drive around the window, changed."""
+        command = self.command
+        margin = self._margin
+        around = slice(self.free.start - margin, self.free.stop + command.degree)
+        coefficients = command.coefficients[around].copy()
+        coefficients[margin : margin + len(self.free)] += change
+        start = command.start + command.spacing * around.start
+        for column in coefficients.T:
+            yield UniformSpline(start, command.spacing, column[:, None], command.degree)
+
+    @property
+    def _margin(self) -> int:
+        """Number of coefficients before the window that share intervals with it."""
+        return min(self.command.degree, self.free.start)
 
     def _bounded(self, damped: np.ndarray) -> np.ndarray:
         """Return the best change within the limits of the drives: a quadratic program."""
         rows, lower, upper = [], [], []
-        joints = self.command.coefficients.shape[1]
-        for order in range(3):
-            differences = _differences(self.command, self.free, order)
-            for joint, limits in enumerate(self._drives()):
-                low, high = limits.bounds(order, self.command.spacing)
-                if not (np.isfinite(low) or np.isfinite(high)):
-                    continue
-                now = differences.present[:, joint]
-                rows.append(np.kron(differences.change, np.eye(joints)[joint]))
-                # The command as it is keeps the limits but for rounding: no change is always allowed.
-                lower.append(np.minimum(low - now, 0.0))
-                upper.append(np.maximum(high - now, 0.0))
+        joints, margin = self.command.coefficients.shape[1], self._margin
+        for joint, drive in enumerate(self._drives(np.zeros((len(self.free), joints)))):
+            changes, low, high = self.limits.of_joint(joint).rows(drive)
+            own = changes[:, margin : margin + len(self.free)].toarray()
+            touched = np.any(own != 0.0, axis=1)
+            rows.append(np.kron(own[touched], np.eye(joints)[joint]))
+            # The command as it is keeps the limits but for rounding: no change is always allowed.
+            lower.append(np.minimum(low[touched], 0.0))
+            upper.append(np.maximum(high[touched], 0.0))
         scale = self.hessian.diagonal().max()
         solver = piqp.DenseSolver()
         solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
