@@ -8,10 +8,9 @@ from math import ceil
 
 import numpy as np
 
-# Longest interval over which the torque errors of a link may cancel [s], however long the cycle; a
-# cycle of up to 4 ms is held to half of it, which leaves the robot a quarter of the deviation.
-_LONGEST_STEP = 0.004
-_SHORT_STEP = 0.002
+# Longest interval over which the torque errors of a link may cancel [s], however long the cycle: with
+# twice that, an 8 ms command leaves the robot several times the deviation.
+_LONGEST_STEP = 0.002
 
 
 @dataclass(frozen=True)
@@ -84,9 +83,8 @@ class Layout:
 
     @classmethod
     def of(cls, rows: Rows) -> Layout:
-        """Return the layout of rows: even steps of 4 ms at most, two in a cycle longer than 2 ms."""
-        fewest = 2 if rows.cycle > _SHORT_STEP * (1 + 1e-9) else 1
-        return cls(rows.count, rows.degree, max(fewest, ceil(rows.cycle / _LONGEST_STEP - 1e-9)))
+        """Return the layout of rows, in even steps of 2 ms at most."""
+        return cls(rows.count, rows.degree, max(1, ceil(rows.cycle / _LONGEST_STEP - 1e-9)))
 
     @property
     def nodes(self) -> int:
