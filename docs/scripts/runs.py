@@ -21,7 +21,7 @@ def example(name: str, **changes: Mapping[str, Any]) -> Case:
     """Return a case of the examples with keys of its tables changed."""
     data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
     for section, keys in changes.items():
-        data[section].update(keys)
+        data.setdefault(section, {}).update(keys)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
         file.write_text(tomli_w.dumps(data), encoding="utf-8")
