@@ -13,7 +13,7 @@ from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
 from coupling.inverse.gears import Crossing, Twist, gears_of, solve_twist
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.links import End, LinkMotion, LinkTask
 from coupling.inverse.loads import MeanWrench
