@@ -10,7 +10,7 @@ from plotly.subplots import make_subplots
 
 from coupling.case import Case
 from coupling.inverse.inversion import MovingRobot, Wanted
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import WrenchHistory
 from coupling.report.figures import AFTER, BEFORE, DESIRED
 from coupling.robot.inverse_kinematics import InverseKinematics

@@ -26,6 +26,7 @@ from docs.scripts.pictures import save
 from docs.scripts.runs import example
 
 JUDGE = Path(__file__).parents[2] / "tests" / "helpers" / "replay.py"
+ONE_ROUND = {"max_rounds": 1}
 CYCLES = (1, 2, 4, 8, 12, 20)  # [ms]
 
 
@@ -46,6 +47,7 @@ class Motion:
     limits: tuple[float | None, ...]
 
 
+ISO = Motion("ISO 9283, 0.1 m/s", "iso9283", {}, ())
 CONE = Motion("cone, 0.05 m/s", "cone", {}, (None, 5, 2, 1.3, 1))
 SLOW = Motion("ISO 9283, 0.25 m/s", "iso9283", {"feed_m_s": 0.25}, (None, 25, 12, 9, 5))
 # Samples of 20 ms leave 14 um at this speed between two ways to lay a path through them.
@@ -61,28 +63,31 @@ class Judged:
     Attributes:
         maximum, rms: Deviation of the tool every 4 ms [um].
         acceleration: Largest one of any drive, between the rows too [rad/s^2].
+        evaluations: Of the process, to find it.
+        converged: Whether its method is content with it.
     """
 
     maximum: float
     rms: float
     acceleration: float
+    evaluations: int
+    converged: bool
 
     def __str__(self) -> str:
         return f"{_figure(self.maximum)} / {_figure(self.rms)}"
 
 
-def judged(motion: Motion, **controller: Any) -> Judged:
-    """Invert a path, and replay the command.
+def judged(motion: Motion, **tables: Mapping[str, Any]) -> Judged:
+    """Correct a command and replay it.
+
+    Args:
+        motion: Path.
+        tables: Keys of the case's tables that are changed.
 
     Raises:
         PlanningError: If the path asks for more than the drives can do.
     """
-    case = example(
-        motion.example,
-        tool_path=motion.keys,
-        controller=controller,
-        compensation={"max_rounds": 1},
-    )
+    case = example(motion.example, tool_path=motion.keys, **tables)
     run = run_compensation(case)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -93,10 +98,30 @@ def judged(motion: Motion, **controller: Any) -> Judged:
         )
     answer = json.loads(done.stdout)
     found = Judged(
-        answer["max_um"], answer["rms_um"], max(answer["command"]["max_acceleration_rad_s2"])
+        answer["max_um"],
+        answer["rms_um"],
+        max(answer["command"]["max_acceleration_rad_s2"]),
+        run.correction.evaluations,
+        run.correction.converged,
     )
-    print(motion.title, controller, found, f"{found.acceleration:.3g} rad/s^2", flush=True)
+    print(motion.title, tables, found, f"{found.acceleration:.3g} rad/s^2", flush=True)
     return found
+
+
+def methods() -> str:
+    """Return what the commands of both methods leave on the moving robot."""
+    rows = []
+    for motion in (CONE, ISO, SLOW, FAST):
+        inverse = judged(motion)
+        mirror = judged(
+            motion, robot={"mode": "quasistatic"}, compensation={"method": "mirror"}
+        )
+        row = [motion.title]
+        for found in (inverse, mirror):
+            row += [str(found), f"{found.evaluations}{'' if found.converged else ', not converged'}"]
+        rows.append(row)
+    head = ("path", "`inverse`, max / rms [um]", "evaluations", "`mirror`, max / rms [um]")
+    return table((*head, "evaluations"), rows)
 
 
 def cycles() -> str:
@@ -105,7 +130,11 @@ def cycles() -> str:
     for cycle in CYCLES:
         cells = [f"{cycle} ms"]
         for interpolation in ("quintic", "cubic"):
-            found = judged(SLOW, cycle_s=1e-3 * cycle, interpolation=interpolation)
+            found = judged(
+                SLOW,
+                controller={"cycle_s": 1e-3 * cycle, "interpolation": interpolation},
+                compensation=ONE_ROUND,
+            )
             cells += [str(found), f"{found.acceleration:.0f}"]
         rows.append(cells)
     head = ("cycle", "quintic, max / rms [um]", "[rad/s²]", "cubic, max / rms [um]", "[rad/s²]")
@@ -120,7 +149,7 @@ def limits() -> str:
             keys = {} if limit is None else {"max_acceleration_rad_s2": float(limit)}
             asked = "none" if limit is None else f"{limit:g}"
             try:
-                found = judged(motion, **keys)
+                found = judged(motion, controller=keys, compensation=ONE_ROUND)
                 cells = [str(found), f"{found.acceleration:.3g}"]
             except PlanningError as refusal:
                 print(motion.title, limit, refusal, flush=True)
@@ -140,7 +169,12 @@ def _figure(value: float) -> str:
     return f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
 
 
-PARTS: dict[str, Callable[[], str]] = {"cycles": cycles, "limits": limits, "crossing": crossing}
+PARTS: dict[str, Callable[[], str]] = {
+    "crossing": crossing,
+    "cycles": cycles,
+    "limits": limits,
+    "methods": methods,
+}
 
 
 def write(parts: list[str]) -> None:

@@ -23,7 +23,7 @@ def cone() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
     case = example("cone_fem")
     run = compensated(case)
-    _draw(run)
+    _draw(case, run)
     return _verdict(run) + "\n" + _contours(case, run)
 
 
@@ -66,9 +66,9 @@ def _contours(case: Case, run: Run) -> str:
     )
 
 
-def _draw(run: Run) -> None:
+def _draw(case: Case, run: Run) -> None:
     """Draw the formed sheet before and after compensation."""
-    pieces = workpieces(run)
+    pieces = workpieces(case, run)
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
     cut.update_layout(width=500, height=420)
     fields.update_layout(width=900, height=420)

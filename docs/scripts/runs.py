@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from coupling.case import Case, load_case
@@ -68,8 +69,12 @@ def gap_ranges(run: Run) -> tuple[str, str]:
     return before, after
 
 
-def workpieces(run: Run) -> dict[str, Workpiece]:
-    """Return the workpieces of a corrected run."""
+def workpieces(case: Case, run: Run) -> dict[str, Workpiece]:
+    """Return the workpieces of a corrected run; that before takes an evaluation where it had none."""
     found = run.correction
-    answers = {"before": found.before.answer, "after": found.answer}
-    return {stage: a.workpiece for stage, a in answers.items() if a and a.workpiece is not None}
+    before = found.before.answer
+    if before is None:
+        samples = np.searchsorted(found.desired.time, case.desired.time)
+        before = case.process.evaluate(found.before.path.at_rows(samples))
+    answers = {"before": before, "after": found.answer}
+    return {stage: a.workpiece for stage, a in answers.items() if a.workpiece is not None}
