@@ -105,7 +105,9 @@ class Polish:
                 continue
             before = [self._cost(deviation, window) for window in windows]
             command, deviation = self._improved(command, deviation, windows)
-            gains = [1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)]
+            gains = [
+                1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)
+            ]
             if _largest(deviation) < least:
                 best, least = command, _largest(deviation)
             tried += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]

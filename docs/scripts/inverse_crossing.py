@@ -115,9 +115,7 @@ def _first_change(run: Run) -> FlankChange:
     return next(
         change
         for change in run.correction.flank_changes
-        if change.joint == JOINT
-        and change.begins > AFTER_TIME
-        and change.before * change.after < 0
+        if change.joint == JOINT and change.begins > AFTER_TIME and change.before * change.after < 0
     )
 
 

@@ -113,12 +113,13 @@ def methods() -> str:
     rows = []
     for motion in (CONE, ISO, SLOW, FAST):
         inverse = judged(motion)
-        mirror = judged(
-            motion, robot={"mode": "quasistatic"}, compensation={"method": "mirror"}
-        )
+        mirror = judged(motion, robot={"mode": "quasistatic"}, compensation={"method": "mirror"})
         row = [motion.title]
         for found in (inverse, mirror):
-            row += [str(found), f"{found.evaluations}{'' if found.converged else ', not converged'}"]
+            row += [
+                str(found),
+                f"{found.evaluations}{'' if found.converged else ', not converged'}",
+            ]
         rows.append(row)
     head = ("path", "`inverse`, max / rms [um]", "evaluations", "`mirror`, max / rms [um]")
     return table((*head, "evaluations"), rows)
