@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour, one is make milling.
-PAGES = figures comparison milling two-robots sheet-fem masters-table performance
+PAGES = figures inverse comparison milling two-robots sheet-fem masters-table performance
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 

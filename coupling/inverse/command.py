@@ -7,59 +7,73 @@ from scipy.linalg import solve_banded
 
 from coupling.inverse.fit import Drive, Fit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
-from coupling.inverse.limited import DriveLimits, keep_within
+from coupling.inverse.limited import NoCommandError, keep_within
+from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rigid_drive import RigidDrive
 from coupling.inverse.rows import Rows
-from coupling.inverse.spline import UniformSpline
+from coupling.inverse.spline import UniformSpline, stencil
 
 
 def gear_command(task: GearTask, rows: Rows, limits: DriveLimits) -> UniformSpline:
-    """Return the angle q of an elastic joint's drive, one column.
+    """Return the command of an elastic joint under which its link moves best as wanted.
+
+    It starts where the link is in equilibrium, q = phi - e0, and minimises the miss of the link as
+    the scalar robot of its gear (`GearDrive`) moves under it, not the distance from the exact drive:
+    between its rows a command cannot follow that, but what it gives too much in one place it can take
+    back in the next before the link has moved.
+
+    Args:
+        task: What the gear has to carry.
+        rows: Those of the controller; `task.link` covers them.
+        limits: Kept at all times, between rows as well.
+
+    Returns:
+        Angle q of the drive [rad], one column, of the rows' degree: at 5 its rows of angle, rate and
+        acceleration give it back, at 3 its rows of angles.
 
     Raises:
-        PlanningError: If the path itself asks for more than the limits allow.
+        PlanningError: If the path itself passes a limit; with joint, time, value and limit.
     """
-    exact = RigidDrive.of(task.link, rows)
-    nodes = rows.start + rows.cycle / exact.layout.parts * np.arange(exact.layout.nodes)
-    twist = np.interp(nodes, task.time, task.twist)
-    drive = GearDrive.of(task, rows)
-    return _command(drive, rows, exact.link - twist, limits)
+    exact = RigidDrive.of(task.link, rows).link
+    times = np.linspace(rows.start, rows.end, len(exact))
+    exact = exact - np.interp(times, task.time, task.twist)
+    return _command(GearDrive.of(task, rows), task.link, rows, exact, limits)
 
 
 def rigid_command(link: UniformSpline, rows: Rows, limits: DriveLimits) -> UniformSpline:
-    """Return the angle q of a rigid joint's drive, one column; errors as in `gear_command`."""
+    """Return the command of a rigid joint that is nearest to its link; the rest as in `gear_command`."""
     drive = RigidDrive.of(link, rows)
-    return _command(drive, rows, drive.link, limits)
+    return _command(drive, link, rows, drive.link, limits)
 
 
-def _command(drive: Drive, rows: Rows, exact: np.ndarray, limits: DriveLimits) -> UniformSpline:
+def _command(
+    drive: Drive, link: UniformSpline, rows: Rows, exact: np.ndarray, limits: DriveLimits
+) -> UniformSpline:
+    """Return the best command; `exact` is the drive's motion without rows at the nodes [rad]."""
+    limits.require_reach(np.linspace(rows.start, rows.end, len(exact)), exact)
     fit = Fit.whole(drive, end_conditions(rows, float(exact[0])))
     start = _through(exact[:: drive.layout.parts], rows)
     coefficients, misses = fit.solve(start, np.zeros(drive.layout.nodes), fit.band_step)
-    coefficients, misses = keep_within(fit, rows, limits, coefficients, misses)
+    try:
+        coefficients, misses = keep_within(fit, limits, coefficients, misses)
+    except NoCommandError as error:
+        raise limits.lost(link, rows) from error
+    limits.require_followed(link, rows, misses)
     return UniformSpline(rows.start, rows.cycle, coefficients[:, None], rows.degree)
 
 
 def _through(values: np.ndarray, rows: Rows) -> np.ndarray:
-    """Return coefficients of a spline through the rows, at rest at both ends: a first guess."""
-    from coupling.inverse.spline import stencil
-
-    k, n = rows.degree, rows.count
-    size = n + k
-    outer = (k - 1) // 2
-    at = [stencil(np.zeros(1), k, order)[0][:k] for order in range(outer + 1)]
-    band = np.zeros((2 * k + 1, size))
-    right = np.zeros(size)
-
-    def put(row: int, first: int, weights: np.ndarray) -> None:
-        for j, w in enumerate(weights):
-            band[k + row - (first + j), first + j] = w
-
-    for order in range(1, outer + 1):
-        put(order - 1, 0, at[order])
-        put(size - order, n, at[order])
-    i = np.arange(n + 1)
-    for j, w in enumerate(at[0]):
-        band[k + outer - j, i + j] = w
-    right[outer : outer + n + 1] = values
-    return solve_banded((k, k), band, right)
+    """Return the coefficients of the spline through values at the rows, at rest at both ends."""
+    degree, still = rows.degree, (rows.degree - 1) // 2
+    weights = [stencil(np.zeros(1), degree, order)[0][:degree] for order in range(still + 1)]
+    size = rows.count + degree
+    band, right = np.zeros((2 * degree + 1, size)), np.zeros(size)
+    right[still : size - still] = values
+    columns = np.arange(rows.count + 1)
+    for j, weight in enumerate(weights[0]):
+        band[degree + still - j, columns + j] = weight
+        for order in range(1, still + 1):
+            band[degree + order - 1 - j, j] = weights[order][j]
+            band[2 * degree - order - j, rows.count + j] = weights[order][j]
+    coefficients: np.ndarray = solve_banded((degree, degree), band, right)
+    return coefficients

@@ -1,4 +1,4 @@
-"""Least squares over a command's coefficients and the misses of its link: a band, solved by damped steps."""
+"""Least squares over a command's coefficients and the misses of its link: a band, by damped steps."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import solveh_banded
 
 from coupling.inverse.rows import Layout, Rows
-from coupling.inverse.spline import stencil
+from coupling.inverse.spline import UniformSpline, stencil
 
 # Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
 # 10 rad/s^2 weigh like 0.1 microrad.  It keeps a command from ringing between its rows.
@@ -19,8 +20,12 @@ SMOOTHING = 1e-8
 
 # Weights of equations in the normal equations, and in the value that a step must lower: there only so
 # much that they count before the objective, lest rounding at the edges of a play decides.
-_HEAVY = 1e5
+_HEAVY = 1e4
 _COUNTED = 1e2
+
+# A gear without damper does not feel its drive within the play: a step changes nothing there that
+# it need not, weighted by this square.
+_IDLE = 1e-7
 
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
@@ -42,7 +47,7 @@ class Drive(Protocol):
 
     @property
     def bend(self) -> np.ndarray:
-        """Phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
+        """Wanted phi'' where the coefficients of the command's acceleration stand [rad/s^2]."""
         ...
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
@@ -79,7 +84,7 @@ class Condition:
 
 
 def end_conditions(rows: Rows, start: float) -> list[Condition]:
-    """Return the conditions of a command that starts at an angle [rad], and rests where its path does."""
+    """Return the conditions of a command that starts at an angle [rad] and rests as its path does."""
 
     def at(side: int, order: int, value: float) -> Condition:
         first = 0 if side == 0 else rows.count - 1
@@ -91,7 +96,7 @@ def end_conditions(rows: Rows, start: float) -> list[Condition]:
 
 @dataclass(frozen=True)
 class Fit:
-    """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under the drive's equations.
+    """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under a drive's equations.
 
     Attributes:
         drive: Equations between command and miss.
@@ -117,7 +122,7 @@ class Fit:
         layout = self.drive.layout
         drive = self.drive.part(begin, end)
         inner = drive.layout
-        degree, parts = layout.degree, layout.parts
+        degree = layout.degree
         left, right = begin > 0, end < layout.count
         free = np.zeros(inner.size, dtype=bool)
         coefficients = slice(degree + 1 if left else 0, inner.count - 1 if right else None)
@@ -129,8 +134,11 @@ class Fit:
             for c in self.conditions
             if begin <= c.first and c.first + 1 <= end
         ]
-        del parts
         return Fit(drive, here, free)
+
+    def command(self, coefficients: np.ndarray) -> UniformSpline:
+        """Return the command of coefficients, from time 0 here."""
+        return UniformSpline(0.0, self.drive.cycle, coefficients[:, None], self.drive.layout.degree)
 
     @cached_property
     def _bend_weights(self) -> np.ndarray:
@@ -179,10 +187,32 @@ class Fit:
             for a, row in enumerate(condition.weights):
                 for b in range(a + 1):
                     band[place[a] - place[b], place[b]] += _HEAVY**2 * row * condition.weights[b]
+        band[0, layout.coefficient] += _IDLE
         band[0, ~self.free] += 1e6 * _HEAVY**2
         gradient[~self.free] = 0.0
         step: np.ndarray = solveh_banded(band, -gradient, lower=True, check_finite=False)
         return step
+
+    def equations(
+        self, coefficients: np.ndarray, misses: np.ndarray
+    ) -> tuple[sparse.csr_array, np.ndarray]:
+        """Return the derivatives of all equations, end conditions last, by all unknowns; and errors."""
+        layout = self.drive.layout
+        blocks = self.drive.gradient(coefficients, misses)
+        row, column = np.nonzero(blocks.reshape(-1, layout.width))
+        entries = [blocks.reshape(-1, layout.width)[row, column]]
+        columns = [row // layout.parts * layout.stride + column]
+        rows, count = [row], layout.count * layout.parts
+        for k, condition in enumerate(self.conditions):
+            columns.append(layout.coefficient[condition.first :][: layout.degree + 1])
+            rows.append(np.full(layout.degree + 1, count + k))
+            entries.append(condition.weights)
+        shape = (count + len(self.conditions), layout.size)
+        place = np.concatenate(rows), np.concatenate(columns)
+        equations = sparse.csr_array((np.concatenate(entries), place), shape=shape)
+        equations.eliminate_zeros()
+        errors = [condition.error(coefficients) for condition in self.conditions]
+        return equations, np.append(self.drive.defects(coefficients, misses), errors)
 
     def solve(
         self,

@@ -12,11 +12,17 @@ from coupling.inverse.rows import Layout, Rows
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.torque_curves import TorqueCurve
 
-# Where the slope of the curve changes within half a step, the torque is integrated over so many points.
-FINE_POINTS = 32
-
-_SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
+# The twist is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
+# and, where the slope of the torque curve changes, the polynomial through them at many points.
 _QUARTERS = 0.25 * np.arange(5)
+_SIMPSON = np.array([[1.0, 4.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 4.0, 1.0]]) / 6.0
+_RISE = np.array([[-1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0, 1.0]])
+_FINE = np.array(
+    [
+        np.linalg.solve(np.vander(_QUARTERS, 5).T, np.vander(places, 5).T).T
+        for places in np.split((np.arange(32) + 0.5) / 32, 2)
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -140,21 +146,20 @@ class GearDrive:
         return stencil(place, self.layout.degree, 0)
 
     @cached_property
-    def _fine(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points in the halves of a step (2, points), and the coefficients' weights there."""
-        parts = self.layout.parts
-        inner = (np.arange(FINE_POINTS) + 0.5) / FINE_POINTS
-        place = 0.5 * (np.arange(2)[:, None] + inner)
-        weights = stencil((np.arange(parts)[:, None, None] + place) / parts, self.layout.degree, 0)
-        return place, weights
-
-    @cached_property
     def _start_row(self) -> np.ndarray:
         return stencil(np.zeros(1), self.layout.degree, 1)[0] / self.cycle
 
     def defects(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return by how much the equation is missed from every node on, as an angle [rad], (n, parts)."""
-        _, halves, _, _ = self._halves(coefficients, misses)
+        """Return by how much the equation is missed at every node but the last, as angles [rad].
+
+        Args:
+            coefficients: Of the command, (count + degree,).
+            misses: At the nodes [rad], (nodes,).
+
+        Returns:
+            (count, parts).
+        """
+        halves = self._impulses(coefficients, misses)
         momentum = self.inertia / self.step * np.diff(misses)
         impulse = momentum + halves[..., 0].ravel()
         impulse[1:] += halves[..., 1].ravel()[:-1] - momentum[:-1]
@@ -166,55 +171,50 @@ class GearDrive:
             impulse[0] = 0.0  # the step before is not here
         return (self.scale * impulse).reshape(-1, self.layout.parts)
 
-    def _halves(self, coefficients: np.ndarray, misses: np.ndarray):  # type: ignore[no-untyped-def]
-        """Return what integrals over half steps need: slopes, impulse errors, the fine places and slopes."""
-        n, m, k = self.layout.count, self.layout.parts, self.layout.degree
-        task = self.task
-        local = np.lib.stride_tricks.sliding_window_view(coefficients, k + 1)
-        drive = (local @ self._value.reshape(-1, k + 1).T).reshape(n, m, 5)
-        before, after = misses[:-1].reshape(n, m, 1), misses[1:].reshape(n, m, 1)
-        link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4].reshape(n, m, 5)
-        twist = link - drive + before + (after - before) * _QUARTERS
-        torque, slope = task.curve.torque(twist), task.curve.slope(twist)
-        half = 0.5 * self.step
-        error = half * np.stack([torque[..., :3] @ _SIMPSON, torque[..., 2:] @ _SIMPSON], axis=-1)
-        bends = np.stack(
-            [
-                (slope[..., 0] != slope[..., 1]) | (slope[..., 1] != slope[..., 2]),
-                (slope[..., 2] != slope[..., 3]) | (slope[..., 3] != slope[..., 4]),
-            ],
-            axis=-1,
-        )
-        where = np.nonzero(bends)
-        i, j, side = where
-        places, weights = self._fine
-        right, basis = places[side], weights[j, side]
-        times = self.start + ((i * m + j)[:, None] + right) * self.step
-        fine = _values(task.link, times.ravel()).reshape(times.shape)
-        fine -= np.einsum("pfk,pk->pf", basis, local[i])
-        fine += before[i, j] + (after - before)[i, j] * right
-        error[where] = half / FINE_POINTS * task.curve.torque(fine).sum(axis=1)
-        error += task.damping * np.diff(twist[..., ::2], axis=-1)
-        error -= self.impulse.reshape(n, m, 2)
-        return slope, error, where, half / FINE_POINTS * task.curve.slope(fine)
+    def _twists(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Return x at the quarters of the steps, (n, parts, 5)."""
+        shape = self.layout.count, self.layout.parts, 5
+        local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
+        drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
+        link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
+        miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
+        twists: np.ndarray = (link + miss).reshape(shape) - drive.reshape(shape)
+        return twists
+
+    def _impulses(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Return the integrals of d x' + S(x) - T over half steps [N m s], (n, parts, 2)."""
+        curve, half = self.task.curve, 0.5 * self.step
+        twist = self._twists(coefficients, misses)
+        impulse = half * curve.torque(twist) @ _SIMPSON.T
+        bends = _bends(curve.slope(twist))
+        fine = np.einsum("bp,bfp->bf", twist[bends[:2]], _FINE[bends[2]])
+        impulse[bends] = half * curve.torque(fine).mean(axis=1)
+        impulse += self.task.damping * np.diff(twist[..., ::2], axis=-1)
+        impulse -= self.impulse.reshape(impulse.shape)
+        return impulse
+
+    def _by_twist(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `_impulses` by the twists at the quarters, (n, parts, 2, 5)."""
+        curve, half = self.task.curve, 0.5 * self.step
+        twist = self._twists(coefficients, misses)
+        slope = curve.slope(twist)
+        by_twist = half * slope[:, :, None] * _SIMPSON
+        bends = _bends(slope)
+        places = _FINE[bends[2]]
+        fine = curve.slope(np.einsum("bp,bfp->bf", twist[bends[:2]], places))
+        by_twist[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
+        by_twist += self.task.damping * _RISE
+        return by_twist
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by the unknowns of their blocks, (n, parts, width)."""
-        layout, d = self.layout, self.task.damping
+        layout = self.layout
         n, m, k = layout.count, layout.parts, layout.degree
-        slope, _, where, fine = self._halves(coefficients, misses)
-        half = 0.5 * self.step
-        weighted = half * np.stack([slope[..., :3] * _SIMPSON, slope[..., 2:] * _SIMPSON], axis=2)
-        hats = np.stack([_QUARTERS[:3], _QUARTERS[2:]])
-        spots = np.stack([self._value[:, :3], self._value[:, 2:]], axis=1)
-        total, after = weighted.sum(axis=-1), (weighted * hats).sum(axis=-1)
-        by_drive = -np.einsum("nmhp,mhpk->nmhk", weighted, spots, optimize=True)
-        places, weights = self._fine
-        total[where] = fine.sum(axis=1)
-        after[where] = (fine * places[where[2]]).sum(axis=1)
-        by_drive[where] = -np.einsum("pf,pfk->pk", fine, weights[where[1:]])
-        by_drive -= d * np.diff(self._value[:, ::2], axis=1)
-        by_miss = np.stack([total - after - 0.5 * d, after + 0.5 * d], axis=-1)
+        by_twist = self._by_twist(coefficients, misses)
+        by_drive = np.empty((n, m, 2, k + 1))
+        for j in range(m):
+            by_drive[:, j] = -(by_twist[:, j].reshape(-1, 5) @ self._value[j]).reshape(n, 2, k + 1)
+        by_miss = by_twist @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
         rows = np.zeros((n, m, layout.width))
         of_drive, of_miss = layout.block_coefficient, layout.block_miss
         rows[:, :, of_drive[1:]] += by_drive[:, :, 0]
@@ -226,16 +226,21 @@ class GearDrive:
         before = np.zeros((n * m, 2))
         before[1:, 0] = flat[:-1, 1, 0] + g[:-1]
         before[1:, 1] = flat[:-1, 1, 1] - g[:-1]
-        now, before = now.reshape(n, m, 2), before.reshape(n, m, 2)
         for j in range(m):
-            rows[:, j, of_miss[j : j + 2]] += before[:, j]
-            rows[:, j, of_miss[j + 1 : j + 3]] += now[:, j]
+            rows[:, j, of_miss[j : j + 2]] += before[j::m]
+            rows[:, j, of_miss[j + 1 : j + 3]] += now[j::m]
         if self.first:
             rows[0, 0, of_drive[1:]] -= self.inertia[0] * self._start_row
         else:
             rows[0, 0] = 0.0
         rows *= self.scale.reshape(n, m, 1)
         return rows
+
+
+def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return which half steps have several slopes, as indices (interval, part, half)."""
+    change = np.diff(slope, axis=-1) != 0.0
+    return np.nonzero(change[..., ::2] | change[..., 1::2])
 
 
 def wanted_bend(link: UniformSpline, rows: Rows) -> np.ndarray:

@@ -8,12 +8,13 @@ confirms it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import piqp
 
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.links import Weights
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
@@ -21,16 +22,22 @@ from coupling.inverse.spline import UniformSpline
 # A window begins so long before the first sample that is too far off and ends so long after the last
 # one [s]: what a gear's crossing costs is best prepared before it.
 _BEFORE, _AFTER = 0.12, 0.06
-# How long the tool is watched after the last change [s]: most of a period of the slowest mode.
-_RINGING = 0.1
-# Windows that are closer are joined, longer ones are cut [s].
-_LONGEST = 0.6
-# A step is halved at most so often.
-_HALVINGS = 5
-# A pass that lowers the sum of squares by less is the last one.
-_WORTH = 0.05
+# How long the tool is watched after the last change [s].  A link whose gear floats in its play drifts on
+# for longer than the robot rings.
+_WATCHED = 0.4
+# Windows that are closer are joined unless the result is longer [s].
+_NEAR, _LONGEST = 0.1, 0.6
+# Damping of a step, as part of the largest curvature of its sum of squares: at first, where a step has
+# not helped, by how much it grows each time, and how often.
+_DAMPING, _STRONGER, _TRIES = 1e-6, 10.0, 6
+# A pass that lowers the sum of squares of its windows by less is no gain; after so many the polish ends.
+_WORTH, _PATIENCE = 0.1, 3
+# Unit of the quadratic programs' unknowns [rad].
+_UNIT = 1e-6
+# Weight of the command's acceleration beside that of the links'.
+_SMOOTH = 0.1
 
-# Deviation of position [m] and rotation [rad] of the tool under a command at evenly spaced times, (k, 6).
+# Deviation [m], [rad] of the tool under a command at evenly spaced times, (k, 6).
 Simulate = Callable[[UniformSpline], np.ndarray]
 
 
@@ -77,119 +84,231 @@ class Polish:
     simulate: Simulate
     watched: Watched
     goal: float
-    weights: Weights = Weights()
+    weights: Weights = field(default_factory=Weights)
 
-    def run(self, command: UniformSpline, passes: int = 8) -> UniformSpline:
+    def run(self, command: UniformSpline, passes: int = 20) -> UniformSpline:
         """Return the command improved, or as it was.
 
         Args:
             command: Command within the limits.
             passes: Linearisations at most.
         """
-        deviation = self.simulate(command)
-        before = self._cost(deviation).sum()
-        for number in range(passes):
-            windows = self._windows(deviation)
+        deviation, idle = self.simulate(command), 0
+        best, least = command, _largest(deviation)
+        tried: list[_Window] = []
+        for _ in range(passes):
+            windows = [w for w in self._windows(deviation) if not any(w.meets(t) for t in tried)]
             if not windows:
+                if not tried:
+                    break
+                tried = []  # what happens elsewhere may have changed them
+                continue
+            before = [self._cost(deviation, window) for window in windows]
+            command, deviation = self._improved(command, deviation, windows)
+            gains = [
+                1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)
+            ]
+            if _largest(deviation) < least:
+                best, least = command, _largest(deviation)
+            tried += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
+            idle = idle + 1 if max(gains) < _WORTH else 0
+            if idle == _PATIENCE:
                 break
-            # Neighbours wait for each other: the tool still rings from one where the next begins.
-            command, deviation = self._improved(
-                command, deviation, windows[number % 2 :: 2] or windows
-            )
-            after = self._cost(deviation).sum()
-            if number % 2 and after > (1.0 - _WORTH) * before:
-                break
-            if number % 2:
-                before = after
-        return command
+        return best
 
-    def _cost(self, deviation: np.ndarray) -> np.ndarray:
-        """Return the weighted sum of squares at each time."""
-        weights = self._scale()
-        cost: np.ndarray = np.sum((weights * deviation) ** 2, axis=1)
-        return cost
+    def _cost(self, deviation: np.ndarray, window: _Window) -> float:
+        """Return the weighted sum of squares over what a window can change."""
+        rows = self.watched.rows(window.begin, window.end + _WATCHED)
+        return float(np.sum((self.scale * deviation[rows.start : rows.stop]) ** 2))
 
-    def _scale(self) -> np.ndarray:
+    @property
+    def scale(self) -> np.ndarray:
+        """Weights of position and rotation, (6,)."""
         return np.repeat([self.weights.position, self.weights.rotation], 3)
 
-    def _windows(self, deviation: np.ndarray) -> list[tuple[float, float]]:
-        """Return the stretches in which the command is to change [s]."""
-        off = np.linalg.norm(deviation[:, :3], axis=1) > self.goal
-        times = self.watched.times(range(self.watched.count))[off]
-        windows: list[tuple[float, float]] = []
-        for time in times.tolist():
-            begin, end = time - _BEFORE, time + _AFTER
-            if windows and begin < windows[-1][1] + _RINGING and end - windows[-1][0] < _LONGEST:
-                windows[-1] = windows[-1][0], end
-            elif not windows or end > windows[-1][1]:
-                windows.append((max(begin, windows[-1][1]) if windows else begin, end))
-        return windows
+    def _windows(self, deviation: np.ndarray) -> list[_Window]:
+        """Return stretches in which the command is to change, the worst first and apart from another."""
+        distance = np.linalg.norm(deviation[:, :3], axis=1)
+        windows: list[_Window] = []
+        for k in np.flatnonzero(distance > self.goal):
+            time, size = self.watched.start + self.watched.spacing * float(k), float(distance[k])
+            last = windows[-1] if windows else None
+            if last and time - last.end < _NEAR and time - last.begin < _LONGEST:
+                windows[-1] = _Window(last.begin, time + _AFTER, max(last.worst, size))
+            elif last is None or time > last.end:
+                windows.append(_Window(time - _BEFORE, time + _AFTER, size))
+        chosen: list[_Window] = []
+        for window in sorted(windows, key=lambda w: -w.worst):
+            if not any(window.meets(other) for other in chosen):
+                chosen.append(window)
+        return chosen
 
     def _improved(
-        self, command: UniformSpline, deviation: np.ndarray, windows: list[tuple[float, float]]
+        self, command: UniformSpline, deviation: np.ndarray, windows: list[_Window]
     ) -> tuple[UniformSpline, np.ndarray]:
-        """Return a better command and its deviation; windows that promise but do not keep stay."""
-        steps = [self._step(command, deviation, window) for window in windows]
-        gains = np.ones(len(windows))
-        rows = [self.watched.rows(a, b + _RINGING) for a, b in windows]
-        cost = self._cost(deviation)
-        best, found = command, deviation
-        for _ in range(_HALVINGS):
+        """Return a better command and its deviation; where nothing helps it stays as it is."""
+        steps = [_Step.of(self, command, deviation, window) for window in windows]
+        before = [self._cost(deviation, window) for window in windows]
+        damping = np.full(len(windows), _DAMPING)
+        taken = np.ones(len(windows), dtype=bool)
+        for attempt in range(_TRIES + 1):
             trial = command.coefficients.copy()
-            for gain, (free, step) in zip(gains, steps, strict=True):
-                trial[free.start : free.stop] += gain * step
-            candidate = UniformSpline(command.start, command.spacing, trial, command.degree)
-            answer = self.simulate(candidate)
-            changed = self._cost(answer)
-            worse = [changed[r].sum() > cost[r].sum() for r in rows]
-            if changed.sum() < self._cost(found).sum():
-                best, found = candidate, answer
-            if not any(worse):
-                break
-            gains[worse] *= 0.25
-        return best, found
+            for step, strength, use in zip(steps, damping, taken, strict=True):
+                if use:
+                    trial[step.free.start : step.free.stop] += step.change(strength)
+            candidate = replace(command, coefficients=trial)
+            found = self.simulate(candidate)
+            after = [self._cost(found, window) for window in windows]
+            worse = taken & (np.array(after) >= before)
+            if not worse.any():
+                return candidate, found
+            damping[worse] *= _STRONGER
+            if attempt == _TRIES - 1:
+                taken &= ~worse
+        return command, deviation
 
-    def _step(
-        self, command: UniformSpline, deviation: np.ndarray, window: tuple[float, float]
-    ) -> tuple[range, np.ndarray]:
-        """Return the coefficients of a window and their change that the linear robot asks for."""
-        begin, end = window
-        first = int(np.ceil((begin - command.start) / command.spacing)) + command.degree
-        last = int(np.floor((end - command.start) / command.spacing)) - 1
-        last = min(last, command.intervals - 1)
-        free = range(max(first, command.degree), max(last, first) + 1)
-        rows = self.watched.rows(begin, end + _RINGING)
-        response = self.motion.response(command, free, self.watched.times(rows))
-        joints = command.coefficients.shape[1]
-        scale = self._scale()
-        promised = (scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (scale * deviation[rows.start : rows.stop]).ravel()
-        differences = _second_differences(command, free)
-        curvature = self.weights.acceleration * 0.1 * np.kron(differences.change, np.eye(joints))
-        bent = self.weights.acceleration * 0.1 * differences.present.ravel()
-        hessian = promised.T @ promised + curvature.T @ curvature
-        gradient = promised.T @ missing + curvature.T @ bent
-        step = -np.linalg.solve(
-            hessian + 1e-12 * np.trace(hessian) * np.eye(len(hessian)), gradient
+
+def _largest(deviation: np.ndarray) -> float:
+    """Return the largest distance from the path [m]."""
+    return float(np.linalg.norm(deviation[:, :3], axis=1).max())
+
+
+@dataclass(frozen=True)
+class _Window:
+    """A stretch in which the command may change.
+
+    Attributes:
+        begin, end: [s].
+        worst: Largest distance from the path that it is to lower [m].
+    """
+
+    begin: float
+    end: float
+    worst: float
+
+    def meets(self, other: _Window) -> bool:
+        """Return whether one of two windows changes what the other watches."""
+        return self.begin < other.end + _WATCHED and other.begin < self.end + _WATCHED
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Quadratic model of a window's sum of squares, in the changes of its coefficients.
+
+    Attributes:
+        free: Numbers of the coefficients that change.
+        hessian: (free joints, free joints).
+        gradient: (free joints,).
+        limits: What the drives can do.
+        command: The command as it is.
+    """
+
+    free: range
+    hessian: np.ndarray
+    gradient: np.ndarray
+    limits: JointLimits
+    command: UniformSpline
+
+    @classmethod
+    def of(
+        cls, polish: Polish, command: UniformSpline, deviation: np.ndarray, window: _Window
+    ) -> _Step:
+        """Return the model that the robot linearised about its motion gives."""
+        first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
+        last = int(np.floor((window.end - command.start) / command.spacing)) - 1
+        first, last = max(first, command.degree), min(last, command.intervals - 1)
+        free = range(first, max(last, first) + 1)
+        rows = polish.watched.rows(
+            command.start + command.spacing * (free.start - command.degree), window.end + _WATCHED
         )
-        return free, step.reshape(len(free), joints)
+        here = deviation[rows.start : rows.stop]
+        response = polish.motion.response(command, free, polish.watched.times(rows), here)
+        joints = command.coefficients.shape[1]
+        promised = (polish.scale[:, None, None] * response).reshape(-1, len(free) * joints)
+        missing = (polish.scale * here).ravel()
+        differences = _differences(command, free, 2)
+        weight = _SMOOTH * polish.weights.acceleration / command.spacing**2
+        curvature = weight * np.kron(differences.change, np.eye(joints))
+        bent = weight * differences.present.ravel()
+        return cls(
+            free,
+            promised.T @ promised + curvature.T @ curvature,
+            promised.T @ missing + curvature.T @ bent,
+            polish.limits,
+            command,
+        )
+
+    def change(self, damping: float) -> np.ndarray:
+        """Return the change of the coefficients that lowers the model most, (free, joints)."""
+        size = len(self.gradient)
+        damped = self.hessian + damping * self.hessian.diagonal().max() * np.eye(size)
+        change = -np.linalg.solve(damped, self.gradient).reshape(len(self.free), -1)
+        if self._within(change):
+            return change
+        return self._bounded(damped).reshape(len(self.free), -1)
+
+    def _within(self, change: np.ndarray) -> bool:
+        """Return whether the changed command keeps the limits."""
+        drives = enumerate(self._drives(change))
+        return all(not np.any(self.limits.of_joint(k).excess(drive) > 0.0) for k, drive in drives)
+
+    def _drives(self, change: np.ndarray) -> Iterator[UniformSpline]:
+        """Yield the motion of every drive around the window, changed."""
+        command = self.command
+        margin = self._margin
+        around = slice(self.free.start - margin, self.free.stop + command.degree)
+        coefficients = command.coefficients[around].copy()
+        coefficients[margin : margin + len(self.free)] += change
+        start = command.start + command.spacing * around.start
+        for column in coefficients.T:
+            yield UniformSpline(start, command.spacing, column[:, None], command.degree)
+
+    @property
+    def _margin(self) -> int:
+        """Number of coefficients before the window that share intervals with it."""
+        return min(self.command.degree, self.free.start)
+
+    def _bounded(self, damped: np.ndarray) -> np.ndarray:
+        """Return the best change within the limits of the drives: a quadratic program."""
+        rows, lower, upper = [], [], []
+        joints, margin = self.command.coefficients.shape[1], self._margin
+        for joint, drive in enumerate(self._drives(np.zeros((len(self.free), joints)))):
+            changes, low, high = self.limits.of_joint(joint).rows(drive)
+            own = changes[:, margin : margin + len(self.free)].toarray()
+            touched = np.any(own != 0.0, axis=1)
+            rows.append(np.kron(own[touched], np.eye(joints)[joint]))
+            # The command as it is keeps the limits but for rounding: no change is always allowed.
+            lower.append(np.minimum(low[touched], 0.0))
+            upper.append(np.maximum(high[touched], 0.0))
+        scale = self.hessian.diagonal().max()
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
+        solver.setup(
+            damped / scale,
+            self.gradient / (scale * _UNIT),
+            None,
+            None,
+            np.vstack(rows),
+            np.concatenate(lower) / _UNIT,
+            np.concatenate(upper) / _UNIT,
+        )
+        if solver.solve() != piqp.PIQP_SOLVED:
+            return np.zeros(len(self.gradient))
+        change: np.ndarray = _UNIT * solver.result.x
+        return change
 
 
 @dataclass(frozen=True)
 class _Differences:
-    """Second derivatives' control points that some coefficients change, and how: (k, free)."""
+    """Differences of coefficients, (k, joints), and how some coefficients change them, (k, free)."""
 
     present: np.ndarray
     change: np.ndarray
 
 
-def _second_differences(command: UniformSpline, free: range) -> _Differences:
-    first, last = max(free.start - 2, 0), min(free.stop, len(command.coefficients) - 2)
-    count = last - first
-    rows = np.zeros((count, len(command.coefficients[first : last + 2])))
-    for k in range(count):
-        rows[k, k : k + 3] = 1.0, -2.0, 1.0
-    rows /= command.spacing**2
-    present = rows @ command.coefficients[first : last + 2]
-    change = rows[:, free.start - first : free.stop - first]
-    return _Differences(present, change)
+def _differences(command: UniformSpline, free: range, order: int) -> _Differences:
+    """Return the differences of an order that some coefficients change."""
+    first, stop = max(free.start - order, 0), min(free.stop + order, len(command.coefficients))
+    rows = np.diff(np.eye(stop - first), order, axis=0)
+    present = np.diff(command.coefficients[first:stop], order, axis=0)
+    return _Differences(present, rows[:, free.start - first : free.stop - first])

@@ -8,9 +8,9 @@ from math import ceil
 
 import numpy as np
 
-# Longest interval over which the torque errors of a link may cancel [s]; it moves by less than a
-# tenth of a micrometre within, and a command on longer cycles is held to it as well.
-LONGEST_STEP = 0.002
+# Longest interval over which the torque errors of a link may cancel [s], however long the cycle: with
+# twice that, an 8 ms command leaves the robot several times the deviation.
+_LONGEST_STEP = 0.002
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class Layout:
 
     @classmethod
     def of(cls, rows: Rows) -> Layout:
-        """Return the layout of rows, with steps of at most `LONGEST_STEP`."""
-        return cls(rows.count, rows.degree, max(1, ceil(rows.cycle / LONGEST_STEP - 1e-9)))
+        """Return the layout of rows, in even steps of 2 ms at most."""
+        return cls(rows.count, rows.degree, max(1, ceil(rows.cycle / _LONGEST_STEP - 1e-9)))
 
     @property
     def nodes(self) -> int:

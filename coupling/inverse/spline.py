@@ -4,30 +4,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from math import factorial
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 
 @cache
-def _basis(degree: int) -> tuple[tuple[BSpline, ...], ...]:
-    """Return the B-splines on the interval [0, 1] of integer knots, and their derivatives by order."""
+def _powers(degree: int, order: int) -> np.ndarray:
+    """Return the powers (rows, from 0) of the B-splines' derivatives on [0, 1] of integer knots."""
     knots = np.arange(-degree, degree + 2, dtype=float)
     unit = [BSpline(knots, row, degree) for row in np.eye(degree + 1)]
-    return tuple(
-        tuple(b.derivative(order) if order else b for b in unit) for order in range(degree + 1)
-    )
+    counts = range(degree + 1 - order)
+    return np.array([[b(0.0, nu=order + p) / factorial(p) for b in unit] for p in counts])
 
 
 def stencil(place: np.ndarray, degree: int, order: int) -> np.ndarray:
     """Return the weights of the coefficients at places inside an interval, (k, degree + 1).
 
     Args:
-        place: Parts of the interval, 0 to 1, (k,).
+        place: Parts of the interval, 0 to 1, (k,) or any shape before the weights'.
         degree: Degree of the spline.
         order: Order of the derivative, by the interval's length.
     """
-    return np.stack([b(place) for b in _basis(degree)[order]], axis=-1)
+    powers = _powers(degree, order)
+    return np.asarray(place)[..., None] ** np.arange(len(powers)) @ powers
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.events import Progress, Watch
 from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.polish import Polish, Watched
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline

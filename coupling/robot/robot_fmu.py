@@ -30,6 +30,9 @@ SIGNALS = {
     ),
     "3": (("force", "moment"), ("tcp.position", "tcp.orientation")),
 }
+# Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
+# wrong by tens of micrometres.
+_TOLERANCE = 1e-8
 # PythonFMU's binary crashes on other characters in the path of the unpacked FMU.
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 # A path shorter than this many steps is not worth a second process.
@@ -116,7 +119,7 @@ class RobotFmu:
         processes = self._started(len(parts))
         inputs, outputs = SIGNALS[processes[0].version]
         jobs = [
-            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, len(POSE))
+            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, len(POSE), _TOLERANCE)
             for rows in parts
         ]
 

@@ -14,6 +14,7 @@ from coupling.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.study import Deviations, Run
+from docs.scripts.milling_parts import Parts
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, coupled, example
@@ -23,16 +24,16 @@ COLORS = {20000: "#D55E00", 40000: "#0072B2"}
 MEAN = "#333333"
 # Samples of the static run [s]: the mean force has no ripple to resolve.
 STATIC_SAMPLE = 0.005
-# Above half the rate of these samples nothing is left to cut off [Hz].
-HIGHEST = 0.5 / STATIC_SAMPLE
 # Shown of the forces, in the middle of the slot [s]: two turns of the slower spindle.
 SHOWN = 6e-3
+# Shown of what is left after compensation [s].
+SHOWN_AFTER = 0.048
 _UM = 1e6
 
 
 @dataclass(frozen=True)
 class Milled:
-    """A case and its run, coupled and not corrected."""
+    """A case and its run."""
 
     case: Case
     run: Run
@@ -53,24 +54,29 @@ class Milled:
 
 
 def dynamic(speed: int) -> Case:
-    """Return the case of a speed as it stands: the dynamic robot under the force of every tooth."""
-    return example(f"milling_{speed}")
+    """Return the case of a speed with linear joints: the moving robot under the force of every tooth."""
+    return example(f"milling_{speed}", robot={"torque_curve": "linear"})
 
 
 def quasistatic(speed: int) -> Case:
-    """Return the case of a speed for the quasi-static robot under the mean force."""
+    """Return the case of a speed for the quasi-static robot under the mean force, linear joints."""
     return example(
         f"milling_{speed}",
-        robot={"mode": "quasistatic"},
+        robot={"mode": "quasistatic", "torque_curve": "linear"},
         process={"force": "mean"},
         tool_path={"sample_s": STATIC_SAMPLE},
-        compensation={"tolerance_m": 1e-5, "cutoff_Hz": HIGHEST},
     )
 
 
 def milled(case: Case) -> Milled:
     """Couple a case with its process."""
     return Milled(case, coupled(case))
+
+
+def whole(speed: int) -> Milled:
+    """Correct the case of a speed as it stands: with backlash, under the force of every tooth."""
+    case = example(f"milling_{speed}")
+    return Milled(case, compensated(case))
 
 
 def rigid_forces(speed: int) -> tuple[ToolPath, np.ndarray, np.ndarray]:
@@ -177,14 +183,62 @@ def _spindle(speed: int) -> str:
     return f"{speed:,} 1/min"
 
 
-def of_whole_case(speed: int) -> str:
-    """Return what compensation does for the dynamic robot under the force of every tooth."""
-    run = compensated(dynamic(speed))
-    deviations = Deviations.of(run)
-    return (
-        f"from {_UM * deviations.before.maximum:.0f} to {_UM * deviations.after.maximum:.0f} um"
-        f" at {_spindle(speed)} ({run.correction.evaluations} evaluations)"
-    )
+def teeth_apart(case: Case) -> float:
+    """Return the time between two teeth [s]."""
+    table = case.resolved["process"]
+    return 60.0 / (table["teeth"] * table["spindle_speed_rpm"])
+
+
+def left(run: Milled) -> Parts:
+    """Return the parts of the deviation after compensation, part axes."""
+    found = run.run.correction
+    off = found.achieved.position[0] - found.desired.position[0]
+    off = run.case.task.part.rotation.inv().apply(off)
+    return Parts.of(found.desired.time, off, teeth_apart(run.case))
+
+
+def compensation_table(corrected: Mapping[int, Milled]) -> str:
+    """Return what the inverse of the moving robot leaves, as Markdown."""
+    rows = []
+    for speed, run in corrected.items():
+        deviations, parts = Deviations.of(run.run), left(run)
+        slot = run.in_cut
+        across = parts.highest[slot, 1].max(), parts.lowest[slot, 1].min()
+        rows.append(
+            (
+                _spindle(speed),
+                f"{_UM * deviations.before.maximum:.0f}",
+                f"{_UM * deviations.after.maximum:.2f}",
+                f"{_UM * np.linalg.norm(parts.slow, axis=1).max():.2f}",
+                f"{_UM * np.linalg.norm(parts.ripple, axis=1).max():.2f}",
+                f"{_UM * across[1]:+.2f} to {_UM * across[0]:+.2f}",
+                f"{_UM * parts.lowest[slot, 2].min():+.2f}",
+                str(run.run.correction.evaluations),
+            )
+        )
+    head = ("spindle", "before [um]", "after [um]", "of it slow [um]", "ripple [um]")
+    return table((*head, "walls [um]", "floor [um]", "evaluations"), rows)
+
+
+def after(corrected: Mapping[int, Milled]) -> go.Figure:
+    """Draw what is left across the feed in the middle of the slot, and its slow part."""
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05)
+    for row, (speed, run) in enumerate(corrected.items(), start=1):
+        parts, time = left(run), 1e3 * run.run.correction.desired.time
+        begin = np.searchsorted(time, 0.5 * time[-1])
+        rows = slice(begin, np.searchsorted(time, time[begin] + 1e3 * SHOWN_AFTER))
+        for values, name, color, width in (
+            (parts.slow + parts.ripple, "tooth by tooth", COLORS[speed], 1),
+            (parts.slow, "slow part", MEAN, 2),
+        ):
+            figure.add_scatter(
+                x=time[rows] - time[begin], y=_UM * values[rows, 1], mode="lines",
+                line={"color": color, "width": width}, name=f"{_spindle(speed)}, {name}",
+                row=row, col=1,
+            )  # fmt: skip
+        figure.update_yaxes(title="across the feed [um]", row=row, col=1)
+    figure.update_xaxes(title="time [ms]", row=2, col=1)
+    return styled(figure, 1000, 560)
 
 
 def write() -> None:
@@ -200,20 +254,15 @@ def write() -> None:
         _, _, mean = rigid_forces(speed)
         across[speed] = mean[moving[speed].in_cut, 1].mean()
         pushed[speed] = still[speed].given_way[still[speed].in_cut, 1].mean()
+    corrected = {speed: whole(speed) for speed in SPEEDS}
+    save("milling_after", after(corrected))
     slow, fast = SPEEDS
-    corrected = compensated(quasistatic(slow))
-    left = Deviations.of(corrected)
-    assert left.dynamic is not None
     fill(
         "milling",
         forces=force_table(moving),
         deviations=deviation_table(still, moving),
         fall=100.0 * (1.0 - across[fast] / across[slow]),
-        before=_UM * left.before.maximum,
-        after=_UM * left.after.maximum,
-        after_dynamic=_UM * left.dynamic.maximum,
-        corrected_evaluations=corrected.correction.evaluations,
-        whole=" and ".join(of_whole_case(speed) for speed in SPEEDS),
+        compensation=compensation_table(corrected),
         fall_of_deviation=100.0 * (1.0 - pushed[fast] / pushed[slow]),
     )
 

@@ -23,7 +23,7 @@ def cone() -> str:
     """Run the example, draw its sheet, and return what its section says of the run."""
     case = example("cone_fem")
     run = compensated(case)
-    _draw(run)
+    _draw(case, run)
     return _verdict(run) + "\n" + _contours(case, run)
 
 
@@ -34,7 +34,7 @@ def _verdict(run: Run) -> str:
     gravity, process = 1e6 * deviations.gravity.maximum, 1e6 * deviations.process.maximum
     return (
         f"Verdict: {found.reason}; {found.evaluations} evaluations of the process, {each:.0f} s"
-        f" each on average.\nDeviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
+        f" each with what the robot takes.\nDeviation at most {before:.0f} um before (gravity {gravity:.0f} um, the"
         f" process {process:.0f} um)\nand {after:.1f} um after, the process evaluated on the path really"
         f" taken. Peak force {found.answer.wrench.peak_force:.0f} N.\n"
     )
@@ -66,9 +66,9 @@ def _contours(case: Case, run: Run) -> str:
     )
 
 
-def _draw(run: Run) -> None:
+def _draw(case: Case, run: Run) -> None:
     """Draw the formed sheet before and after compensation."""
-    pieces = workpieces(run)
+    pieces = workpieces(case, run)
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
     cut.update_layout(width=500, height=420)
     fields.update_layout(width=900, height=420)
@@ -90,7 +90,7 @@ def cell() -> str:
     each = run.durations["compensate"] / found.evaluations
     return (
         table(("", "before, max", "after, max", "peak force"), rows)
-        + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each."
+        + f"\n\nVerdict: {found.reason}; {found.evaluations} evaluations, {each:.0f} s each with what the\nrobots take."
     )
 
 

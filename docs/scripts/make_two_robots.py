@@ -86,16 +86,10 @@ def figure_table(run: Run) -> str:
     rows = []
     for tool, name in enumerate(run.robots):
         own = Deviations.of(run, tool)
-        assert own.dynamic is not None
-        dynamic = f"{_UM * own.dynamic.maximum:.0f} um"
-        figures = (
-            f"{_UM * own.before.maximum:.0f} um",
-            f"{_UM * own.after.maximum:.1f} um",
-            dynamic,
-        )
+        figures = (f"{_UM * own.before.maximum:.0f} um", f"{_UM * own.after.maximum:.1f} um")
         rows.append((f"{name} tool", *figures, f"{peak_force(run, tool):.0f} N"))
-    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), "", ""))
-    return table(("", "before, max", "after, max", "after, dynamic, max", "peak force"), rows)
+    rows.append((f"gap, commanded {_MM * run.gap.commanded:.3f} mm", *gap_ranges(run), ""))
+    return table(("", "before, max", "after, max", "peak force"), rows)
 
 
 def write() -> None:
@@ -108,7 +102,6 @@ def write() -> None:
         "two_robots",
         share=case.resolved["process"]["support_share"],
         stiffness=1e-3 * case.resolved["process"]["pinch_stiffness_N_m"],
-        curve=case.resolved["robot"]["torque_curve"],
         evaluations=run.correction.evaluations,
         table=figure_table(run),
         verdict=f"Verdict: {run.correction.reason}.",

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from coupling.case import Case, load_case
@@ -21,7 +22,7 @@ def example(name: str, **changes: Mapping[str, Any]) -> Case:
     """Return a case of the examples with keys of its tables changed."""
     data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
     for section, keys in changes.items():
-        data[section].update(keys)
+        data.setdefault(section, {}).update(keys)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
         file.write_text(tomli_w.dumps(data), encoding="utf-8")
@@ -68,8 +69,12 @@ def gap_ranges(run: Run) -> tuple[str, str]:
     return before, after
 
 
-def workpieces(run: Run) -> dict[str, Workpiece]:
-    """Return the workpieces of a corrected run."""
+def workpieces(case: Case, run: Run) -> dict[str, Workpiece]:
+    """Return the workpieces of a corrected run; that before takes an evaluation where it had none."""
     found = run.correction
-    answers = {"before": found.before.answer, "after": found.answer}
-    return {stage: a.workpiece for stage, a in answers.items() if a and a.workpiece is not None}
+    before = found.before.answer
+    if before is None:
+        samples = np.searchsorted(found.desired.time, case.desired.time)
+        before = case.process.evaluate(found.before.path.at_rows(samples))
+    answers = {"before": before, "after": found.answer}
+    return {stage: a.workpiece for stage, a in answers.items() if a.workpiece is not None}

@@ -17,7 +17,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.case import load_case
 from coupling.errors import BuildError
 from coupling.fmu_export import build, compiler
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Answer

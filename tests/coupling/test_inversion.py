@@ -1,0 +1,193 @@
+"""The inverse of the moving robot, run on the simulated one: order, closed form, hard robots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.inverse.gears import gears_of, solve_twist
+from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
+from coupling.inverse.joint_limits import JointLimits
+from coupling.inverse.links import LinkTask
+from coupling.inverse.windows import solve_links
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.description import Body, Joint, Robot
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.torque_curves import TORQUE_CURVES
+from elastic_robot.trajectory import Trajectory
+
+HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot(shipped_robots()["icme2008"])
+
+
+def stroke(time, end):
+    """From rest to rest, 0 to 1, with four continuous derivatives."""
+    u = np.clip(time / end, 0.0, 1.0)
+    return u**5 * (126.0 - 420.0 * u + 540.0 * u**2 - 315.0 * u**3 + 70.0 * u**4)
+
+
+def simulated(robot, curve, command, time, wrench, tolerance=1e-9):
+    """TCP positions of the model itself, [m], (k, 3)."""
+    (q,), qd, qdd = command.q, command.qd or (None,), command.qdd or (None,)
+    drives = Trajectory(command.time, q, qd[0], qdd[0])
+    moving = ElasticRobot(robot, curve, tolerance=tolerance)
+    moving.reset(time[0], drives, wrench[0])
+    positions = [moving.tcp()[:3]]
+    for end, load in zip(time[1:], wrench[1:], strict=True):
+        moving.step(end, drives, load)
+        positions.append(moving.tcp()[:3])
+    return np.array(positions)
+
+
+def wanted(robot, end=1.2, sample=0.004, length=0.1, force=300.0):
+    """A straight stroke under a force that rises and falls."""
+    model = MovingRobot(robot, "linear").model
+    home = HOME[: model.chain.joint_count]
+    placed = model.base_from_tool(model.chain.theta(home))
+    time = sample * np.arange(round(end / sample) + 1)
+    along = length * np.array([0.3, 0.8, -0.5])
+    position = placed.translation + np.outer(stroke(time, 0.9 * end), along)
+    turned = Rotation.from_matrix(np.tile(placed.rotation, (len(time), 1, 1)))
+    path = ToolPath(time, poses(position, turned))
+    loads = np.zeros((len(time), 6))
+    loads[:, :3] = np.outer(np.sin(np.pi * time / end) ** 4, force * np.array([0.5, -0.3, 1.0]))
+    return Wanted(path, InverseKinematics(robot, home).plan(path), WrenchHistory(time, loads))
+
+
+def inverted(robot, curve, task, controller=Controller(), cap=None):  # noqa: B008
+    inverse = MovingRobot(robot, curve).invert(
+        task, controller, JointLimits.of(robot, cap), lambda what, done, total: None
+    )
+    return joint_path(inverse.command), inverse
+
+
+def missed(robot, curve, task, command):
+    """Largest distance of the model's tool from the path [m]."""
+    loads = task.wrench.wrench[0]
+    found = simulated(robot, curve, command, task.path.time, loads)
+    return np.linalg.norm(found - task.path.position[0], axis=1).max()
+
+
+@pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
+@pytest.mark.parametrize("interpolation", ["quintic", "cubic"])
+def test_the_moving_robot_stays_on_its_path(robot, curve, interpolation):
+    """Uncorrected it sags by more than a millimetre; the command leaves less than 2 um."""
+    task = wanted(robot)
+    command, _ = inverted(robot, curve, task, Controller(interpolation=interpolation))
+    assert missed(robot, curve, task, command) < 2e-6
+    assert missed(robot, curve, task, task.rigid) > 5e-4
+
+
+def test_the_error_falls_with_the_nodes_distance(robot):
+    """Links on nodes 16 and 8 ms apart, exact drives of linear gears at 1 kHz: third order at least."""
+    task, errors = wanted(robot, end=0.8, length=0.15, force=0.0), []
+    moving = MovingRobot(robot, "linear")
+    model, tor = moving.model, moving.model.chain.torsions
+    path = task.path
+    for spacing in (0.016, 0.008):
+        nodes = spacing * np.arange(round(0.8 / spacing) + 1)
+        rows = np.searchsorted(path.time, nodes - 1e-9)
+
+        def position(t):
+            along = path.position[0, -1] - path.position[0, 0]
+            return path.position[0, 0] + np.outer(stroke(t, 0.72), along)
+
+        links = solve_links(
+            model,
+            LinkTask(
+                0.0,
+                spacing,
+                len(nodes) - 1,
+                position,
+                lambda t: Rotation.from_quat(np.tile(path.pose[0, 0, 3:], (len(t), 1))),
+                lambda t: np.zeros((len(t), 6)),
+                task.rigid.q[0][rows],
+            ),
+        ).theta
+        t = np.linspace(0.0, 0.8, 801)
+        load = model.state(*(links.at(t, m) for m in range(3)), np.zeros((801, 6))).load
+        torque = -load[:, model.gears]
+        gears = gears_of(model.parameters, model.chain)
+        curve = TORQUE_CURVES["linear"].build(gears)
+        twist = solve_twist(t, torque, curve, gears.damping, torque[0] / gears.stiffness)
+        q, qd, qdd = (links.at(t, m)[:, model.chain.drive] for m in range(3))
+        joints = model.chain.elastic_joint[tor]
+        q[:, joints] -= twist.angle
+        qd[:, joints] -= twist.rate
+        qdd[:, joints] -= twist.acceleration
+        found = simulated(
+            robot, "linear", JointPath(t, (q,), (qd,), (qdd,)), path.time, np.zeros((201, 6)), 1e-10
+        )
+        errors.append(np.linalg.norm(found - position(path.time), axis=1).max())
+    assert errors[0] / errors[1] > 2.0**3
+
+
+def test_one_gear_with_play_has_its_closed_form():
+    """A flywheel on a vertical axis swings sideways as cos; the twist solves d e' + S(e) = -J phi''.
+
+    Torque J a w^2 cos(w t): on a flank e = B sign + k-d-filtered cosine, in the play its integral; the
+    steady part on a flank, long after the last crossing, is known to the last digit.
+    """
+    inertia, k, d, backlash, amplitude, w = 20.0, 2e5, 1e3, 5e-4, 2e-2, 2.0
+    wheel = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(inertia, inertia, inertia))
+    joint = Joint((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), wheel, k, d, backlash)
+    moving = MovingRobot(Robot("wheel", (joint,), tcp_position=(1.0, 0.0, 0.0)), "backlash")
+    t = np.linspace(0.0, np.pi, 20_001)
+    torque = inertia * amplitude * w**2 * np.cos(w * t)
+    gears = gears_of(moving.model.parameters, moving.model.chain)
+    curve = TORQUE_CURVES["backlash"].build(gears)
+    lag = np.arctan(d * w / k)
+    size = inertia * amplitude * w**2 / np.hypot(k, d * w)
+    start = backlash + size * np.cos(lag)
+    twist = solve_twist(t, torque[:, None], curve, np.array([d]), np.array([start]))
+    first = twist.crossings[0]
+    on_flank = t < first.begins
+    expected = backlash + size * np.cos(w * t - lag)
+    np.testing.assert_allclose(twist.angle[on_flank, 0], expected[on_flank], rtol=0.0, atol=1e-9)
+    # In the play nothing but the damper holds: d e' = T, from the flank on.
+    inside = (t > first.begins) & (t < first.ends)
+    rise = inertia * amplitude * w / d * (np.sin(w * t) - np.sin(w * first.begins))
+    np.testing.assert_allclose(twist.angle[inside, 0], backlash + rise[inside], rtol=0.0, atol=1e-9)
+    # The flank is left where the spring's torque is gone.
+    assert first.begins == pytest.approx((np.pi / 2.0 + lag) / w, abs=1e-9)
+    assert (first.side_before, first.side_after) == (1, -1)
+
+
+@pytest.mark.parametrize("damping", [0.05, 1.0])
+def test_gears_with_little_damping_cross_as_well(robot, damping):
+    """A small damper makes a crossing violent: rates of T/d in the play."""
+    joints = tuple(
+        replace(joint, damping=damping * joint.damping) if joint.stiffness else joint
+        for joint in robot.joints
+    )
+    soft = replace(robot, joints=joints)
+    task = wanted(soft)
+    command, inverse = inverted(soft, "backlash", task)
+    assert len(inverse.crossings) > 0
+    assert missed(soft, "backlash", task, command) < 1e-5
+
+
+def test_a_path_cut_in_mid_motion_is_not_forced_to_rest(robot):
+    """After the first tenth of a second, in which no command can help, the tool is on its path."""
+    task = wanted(robot)
+    keep = np.flatnonzero((task.path.time >= 0.3) & (task.path.time <= 0.8))
+    cut = Wanted(
+        task.path.at_rows(keep),
+        JointPath(task.rigid.time[keep], (task.rigid.q[0][keep],)),
+        WrenchHistory(task.path.time[keep], task.wrench.wrench[:, keep]),
+    )
+    command, _ = inverted(robot, "backlash", cut)
+    found = simulated(robot, "backlash", command, cut.path.time, cut.wrench.wrench[0])
+    distance = np.linalg.norm(found - cut.path.position[0], axis=1)
+    assert distance[26:].max() < 5e-6
+    assert distance.max() < 2e-4

@@ -1,0 +1,165 @@
+"""The judge of run folders (tests/helpers/replay.py) against solutions made with other engines."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import reference
+from places import REFERENCE, TESTS
+from replay_tables import command_spline
+from scipy.spatial.transform import Rotation
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+
+CURVES = {"linear": "nobacklash", "backlash": "backlash"}
+POSE = ("time", "x", "y", "z", "qx", "qy", "qz", "qw")
+LOADS = ("time", "fx", "fy", "fz", "mx", "my", "mz")
+POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
+
+
+@pytest.fixture(scope="session")
+def fmu(example, tmp_path_factory) -> Path:
+    return build_fmu(example, tmp_path_factory.mktemp("judge") / "R.fmu", BuildOptions("native"))
+
+
+def judged(folder: Path, fmu: Path, *options: object) -> dict:
+    """Run the judge where the project has not been imported."""
+    program = [sys.executable, TESTS / "helpers" / "replay.py", folder, fmu, *options]
+    done = subprocess.run([*map(str, program)], capture_output=True, text=True, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def write(folder: Path, name: str, columns: tuple[str, ...], rows: np.ndarray) -> None:
+    folder.mkdir(exist_ok=True)
+    header = ",".join(columns)
+    np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=header, comments="", fmt="%.17g")
+
+
+def write_step(folder: Path, curve: str, base: tuple[np.ndarray, Rotation] | None = None) -> None:
+    """A robot that stands under -2000 N on 0.1 <= t < 0.3 s; `base`: its place in the files' frame."""
+    table = reference(f"c_step_{CURVES[curve]}")
+    position, rotation = base or (np.zeros(3), Rotation.identity())
+    time = table[:, 0]
+    loads = np.zeros((len(time), 6))
+    loads[(time > 0.1005) & (time < 0.3005), 2] = -2000.0
+    turned = (rotation * Rotation.from_quat(table[:, 4:8])).as_quat()
+    pose = np.hstack([time[:, None], position + rotation.apply(table[:, 1:4]), turned])
+    forces = rotation.apply(loads.reshape(-1, 3)).reshape(-1, 6)
+    write(folder, "desired", POSE, pose)
+    write(folder, "wrench", LOADS, np.column_stack([time, forces]))
+    rows = np.array([[t, *POSTURE] for t in (0.0, 0.3, time[-1])])
+    write(folder, "command", ("time", *(f"q{i + 1}" for i in range(6))), rows)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_a_standing_robot_under_a_force_that_steps(fmu, tmp_path, curve):
+    """The path desired is the reference's, exact to 3e-14 m: what is left is the tolerance.
+
+    Between its samples it is a cubic spline, to which a force that steps is a kink.
+    """
+    write_step(tmp_path, curve)
+    answer = judged(tmp_path, fmu, "--curve", curve, "--every", 0.00025)
+    assert answer["max_um"] < 1.0
+    answer = judged(tmp_path, fmu, "--curve", curve, "--every", 0.001)
+    assert answer["max_um"] < 0.01
+    assert answer["max_angle_urad"] < 0.01
+    assert answer["command"]["max_acceleration_rad_s2"] == [0.0] * 6
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_a_command_with_rates_on_rows_of_its_own(fmu, tmp_path, curve):
+    """Rows every 1 ms with rates and accelerations; the path every 10 ms and between."""
+    with np.load(REFERENCE / "iso_path_joints.npz") as archive:
+        write(tmp_path, "command", tuple(archive["columns"]), archive["data"])
+        acceleration = np.abs(archive["data"][:, 13:]).max(axis=0)
+    path = reference(f"d_iso_{CURVES[curve]}_10ms")[:, :8]
+    write(tmp_path, "desired", POSE, path)
+    write(tmp_path, "wrench", LOADS, np.column_stack([path[:, 0], np.zeros((len(path), 6))]))
+    answer = judged(tmp_path, fmu, "--curve", curve, "--every", 0.01)
+    assert answer["max_um"] < 0.1
+    np.testing.assert_allclose(
+        answer["command"]["max_acceleration_rad_s2"], acceleration, rtol=1e-3
+    )
+    looser = judged(tmp_path, fmu, "--curve", curve, "--every", 0.01, "--tolerance", 1e-5)
+    assert looser["rms_um"] > 2.0 * answer["rms_um"]
+
+
+def test_a_path_that_is_moved_aside_is_missed_by_as_much(fmu, tmp_path):
+    write_step(tmp_path, "linear")
+    rows = np.loadtxt(tmp_path / "desired.csv", delimiter=",", skiprows=1)
+    rows[:, 2] += 10e-6
+    rows[137, 1] += 30e-6
+    write(tmp_path, "desired", POSE, rows)
+    answer = judged(tmp_path, fmu, "--curve", "linear", "--every", 0.001)
+    assert answer["max_um"] == pytest.approx(np.hypot(10.0, 30.0), abs=1e-3)
+    assert answer["time_of_max_s"] == pytest.approx(rows[137, 0])
+    assert answer["rms_um"] == pytest.approx(np.sqrt(100.0 + 900.0 / len(rows)), abs=1e-3)
+
+
+def test_robots_of_a_cell_stand_in_one_frame(fmu, tmp_path):
+    """The support is the same robot somewhere else; the gap is missed by what the tools miss it by."""
+    at, rpy = np.array([3.8, 0.2, -0.1]), [10.0, -20.0, 170.0]
+    base = at, Rotation.from_euler("xyz", rpy, degrees=True)
+    (tmp_path / "case.toml").write_text(
+        f"""robot.torque_curve = "backlash"
+process.tool_diameter_m = 0.01
+[support]
+torque_curve = "linear"
+tool_diameter_m = 0.012
+base_position_m = {at.tolist()}
+base_rpy_deg = {rpy}
+"""
+    )
+    write_step(tmp_path / "forming", "backlash")
+    write_step(tmp_path / "support", "linear", base)
+    answer = judged(tmp_path, fmu, "--every", 0.001)
+    assert max(answer[name]["max_um"] for name in ("forming", "support", "gap")) < 0.01
+    desired = {
+        name: np.loadtxt(tmp_path / name / "desired.csv", delimiter=",", skiprows=1)
+        for name in ("forming", "support")
+    }
+    line = desired["support"][0, 1:4] - desired["forming"][0, 1:4]
+    desired["forming"][:, 1:4] += 10e-6 * line / np.linalg.norm(line)
+    write(tmp_path / "forming", "desired", POSE, desired["forming"])
+    assert judged(tmp_path, fmu, "--every", 0.001)["gap"]["max_um"] == pytest.approx(10.0, rel=1e-3)
+
+
+def test_parameters_are_set_by_name_and_scaled_by_kind(fmu, tmp_path):
+    """Without weight a constant force bends the robot, a thousandth as much where it is stiffer."""
+    posture, pose = reference("poses")[0, 1:], reference("a_fk")[0, 1:8]
+    time = np.array([0.0, 0.01, 0.02, 0.03])
+    forces = np.tile([0.0, 100.0, -200.0, 300.0, 0.0, 0.0, 0.0], (4, 1))
+    still = {"desired": (POSE, pose), "wrench": (LOADS, forces[0, 1:])}
+    still["command"] = ("time", *(f"q{i + 1}" for i in range(6))), posture
+    for name, (columns, values) in still.items():
+        write(tmp_path, name, columns, np.column_stack([time, np.tile(values, (4, 1))]))
+
+    def bent(**scale: float) -> float:
+        factors = ",".join(f"{name}={factor}" for name, factor in scale.items())
+        options = "--curve", "linear", "--set", "gravity.z=0", "--scale", factors
+        return judged(tmp_path, fmu, *options)["max_um"]
+
+    assert bent(wrench=1.0) > 50.0
+    assert bent(wrench=0.0) < 1e-3
+    assert bent(stiffness=1e3) == pytest.approx(1e-3 * bent(stiffness=1.0), rel=1e-2)
+
+
+def test_rows_with_rates_stand_for_the_quintic_through_them():
+    """A polynomial of degree 5 comes back, between uneven rows too."""
+    rng = np.random.default_rng(5)
+    wanted = [np.polynomial.Polynomial(rng.normal(size=6)) for _ in range(2)]
+    time = np.array([0.0, 0.3, 0.4, 1.0])
+    table = {"time": time}
+    for i, polynomial in enumerate(wanted, start=1):
+        for order, name in enumerate(("q", "qd", "qdd")):
+            table[f"{name}{i}"] = polynomial.deriv(order)(time)
+    dense = np.linspace(0.0, 1.0, 37)
+    for order in range(3):
+        expected = np.column_stack([polynomial.deriv(order)(dense) for polynomial in wanted])
+        np.testing.assert_allclose(command_spline(table)(dense, order), expected, atol=1e-10)
