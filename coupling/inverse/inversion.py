@@ -38,7 +38,7 @@ _FINE = 4
 # Nodes between two evaluations of the mass matrix.
 _SELDOM = 25
 
-# Tries to find the equilibrium that the motion begins in, and the difference of twists that is none [rad].
+# Tries to find the equilibrium that the motion begins in; a smaller change of twist is none [rad].
 _STARTS, _SAME = 4, 1e-9
 
 Progress = Callable[[str, int, int], None]

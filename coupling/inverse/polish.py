@@ -24,14 +24,14 @@ from coupling.inverse.spline import UniformSpline
 _BEFORE, _AFTER = 0.12, 0.06
 # How long the tool is watched after the last change [s].  A link whose gear floats in its play drifts on
 # for longer than the robot rings.
-_WATCHED = 0.4
+_WATCHED = 0.8
 # Windows that are closer are joined unless the result is longer [s].
 _NEAR, _LONGEST = 0.1, 0.6
 # Damping of a step, as part of the largest curvature of its sum of squares: at first, where a step has
 # not helped, by how much it grows each time, and how often.
-_DAMPING, _STRONGER, _TRIES = 1e-6, 10.0, 6
+_DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 8
 # A pass that lowers the sum of squares of its windows by less is no gain; after so many the polish ends.
-_WORTH, _PATIENCE = 0.1, 3
+_WORTH, _PATIENCE = 0.05, 3
 # Unit of the quadratic programs' unknowns [rad].
 _UNIT = 1e-6
 # Weight of the command's acceleration beside that of the links'.
@@ -71,6 +71,11 @@ class Watched:
     start: float
     spacing: float
     count: int
+
+    @property
+    def end(self) -> float:
+        """Last time [s]."""
+        return self.start + self.spacing * (self.count - 1)
 
     def rows(self, begin: float, end: float) -> range:
         """Return the numbers of the times in a stretch."""
@@ -118,23 +123,28 @@ class Polish:
             windows = [w for w in self._windows(seen) if not any(w.meets(t) for t in tried)]
             if not windows:
                 break
-            before = [self._cost(seen, window) for window in windows]
+            before = self._costs(seen, windows)
             command, seen = self._improved(command, seen, windows)
-            gains = [1.0 - self._cost(seen, w) / c for w, c in zip(windows, before, strict=True)]
+            gains = 1.0 - self._costs(seen, windows) / before
             if seen.largest < least:
                 best, least = command, seen.largest
             # Once the command has changed elsewhere, what did not help may help.
-            kept = [] if max(gains) >= _WORTH else tried
+            kept = [] if gains.max() >= _WORTH else tried
             tried = kept + [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
-            idle = idle + 1 if max(gains) < _WORTH else 0
+            idle = idle + 1 if gains.max() < _WORTH else 0
             if idle == _PATIENCE:
                 break
         return best
 
-    def _cost(self, seen: Seen, window: _Window) -> float:
-        """Return the weighted sum of squares over what a window can change."""
-        rows = self.watched.rows(window.begin, window.end + _WATCHED)
-        return float(np.sum((self.scale * seen.deviation[rows.start : rows.stop]) ** 2))
+    def _costs(self, seen: Seen, windows: list[_Window]) -> np.ndarray:
+        """Return the weighted sums of squares from each window until the next, or the end."""
+        begins = sorted(window.begin for window in windows)
+        costs = []
+        for window in windows:
+            until = min((begin for begin in begins if begin > window.begin), default=np.inf)
+            rows = self.watched.rows(window.begin, min(until, self.watched.end))
+            costs.append(np.sum((self.scale * seen.deviation[rows.start : rows.stop]) ** 2))
+        return np.array(costs)
 
     @property
     def scale(self) -> np.ndarray:
@@ -163,7 +173,7 @@ class Polish:
     ) -> tuple[UniformSpline, Seen]:
         """Return a better command and what it does; where nothing helps it stays as it is."""
         steps = [_Step.of(self, command, seen, window) for window in windows]
-        before = [self._cost(seen, window) for window in windows]
+        before = self._costs(seen, windows)
         damping = np.full(len(windows), _DAMPING)
         taken = np.ones(len(windows), dtype=bool)
         for attempt in range(_TRIES + 1):
@@ -173,8 +183,7 @@ class Polish:
                     trial[step.free.start : step.free.stop] += step.change(strength)
             candidate = replace(command, coefficients=trial)
             found = self.simulate(candidate)
-            after = [self._cost(found, window) for window in windows]
-            worse = taken & (np.array(after) >= before)
+            worse = taken & (self._costs(found, windows) >= before)
             if not worse.any():
                 return candidate, found
             damping[worse] *= _STRONGER
