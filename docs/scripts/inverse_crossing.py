@@ -88,7 +88,6 @@ def seen() -> Seen:
     time = np.arange(begin, begin + WINDOW, STEP)
     torque, link, half_width = _gear(case, time)
     joints = run.correction.joints
-    assert joints.qd is not None and joints.qdd is not None
     drive = Trajectory(joints.time, joints.q[0], joints.qd[0], joints.qdd[0]).at(time)[0]
     deviations = []
     for path, desired in (
@@ -106,8 +105,9 @@ def seen() -> Seen:
         link,
         drive[:, JOINT - 1],
         watched,
-        *(np.interp(watched, *deviation) for deviation in deviations),
-        largest=(deviations[0][1].max(), deviations[1][1].max()),
+        np.interp(watched, *deviations[0]),
+        np.interp(watched, *deviations[1]),
+        (deviations[0][1].max(), deviations[1][1].max()),
     )
 
 
@@ -115,9 +115,7 @@ def _first_change(run: Run) -> FlankChange:
     return next(
         change
         for change in run.correction.flank_changes
-        if change.joint == JOINT
-        and change.begins > AFTER_TIME
-        and change.before * change.after < 0
+        if change.joint == JOINT and change.begins > AFTER_TIME and change.before * change.after < 0
     )
 
 
@@ -130,12 +128,12 @@ def _gear(case: Case, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     found = moving.invert(
         wanted, case.controller, JointLimits.of(placed.description), lambda *_: None
     )
-    motion = [found.links.theta.at(time, order) for order in range(3)]
-    load = moving.model.state(*motion, np.zeros((len(time), 6))).load
+    theta, rate, acceleration = (found.links.theta.at(time, order) for order in range(3))
+    load = moving.model.state(theta, rate, acceleration, np.zeros((len(time), 6))).load
     gear = int(np.flatnonzero(moving.model.gear_joint == JOINT - 1)[0])
     row = int(moving.model.gears[gear])
     backlash = moving.model.parameters.backlash[moving.model.chain.torsions[gear]]
-    return -load[:, row], motion[0][:, row], float(backlash)
+    return -load[:, row], theta[:, row], float(backlash)
 
 
 def drawn(found: Seen) -> go.Figure:

@@ -31,7 +31,9 @@ def cone() -> list[go.Figure]:
         (run.achieved, "after", figures.AFTER),
     ):
         distance = path.distance_to(run.desired)
-        along.add_scatter(x=path.time, y=1e6 * distance, name=name, line={"color": color, "width": 1})
+        along.add_scatter(
+            x=path.time, y=1e6 * distance, name=name, line={"color": color, "width": 1}
+        )
     along.update_yaxes(title="deviation of the tool [um]", type="log", range=[-3.6, 3.8], dtick=1)
     along.update_xaxes(title="time [s]")
     along.update_layout(template="plotly_white", height=HEIGHT, width=560)
