@@ -17,7 +17,7 @@ from rich.console import Console
 
 from coupling.case import Case, load_case
 from coupling.errors import CouplingError
-from coupling.events import Watch
+from coupling.events import Progress, Watch
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu, platform_names, remark
 from coupling.report import write_report
@@ -101,11 +101,12 @@ def _run(
     file: Path, output: Path | None, overwrite: bool, work: Callable[[Case, Watch], Run]
 ) -> None:
     folder = output or Path("results", file.stem)
-    with new_run_folder(folder, overwrite) as scratch:
-        with RunView(Console()) as view:
-            case = load_case(file, scratch, view.watch)
-            run = work(case, view.watch)
+    with new_run_folder(folder, overwrite) as scratch, RunView(Console()) as view:
+        case = load_case(file, scratch, view.watch)
+        run = work(case, view.watch)
+        view.watch(Progress("writing the run folder", 0, 2))
         write_run(scratch, case, run)
+        view.watch(Progress("writing the report", 1, 2))
         write_report(scratch)
     print_summary(Console(), case, run, folder)
     if not run.correction.converged:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
@@ -22,7 +21,7 @@ from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.path.interpolation import InterpolatedPath
+from coupling.path.interpolation import InterpolatedPath, spline_through
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 from elastic_robot.settings import SETTINGS
@@ -129,11 +128,7 @@ class MovingRobot:
         ends: End = "rest" if between.at_rest[1] else "free"
         # Behind its end the path stands still, or goes on as it did.
         until = last if ends == "rest" else np.inf
-        conditions = tuple(
-            (1, np.zeros(wanted.rigid.q[0].shape[1])) if rest else "not-a-knot"
-            for rest in between.at_rest
-        )
-        rigid = CubicSpline(wanted.rigid.time, wanted.rigid.q[0], bc_type=conditions)
+        rigid = spline_through(wanted.rigid.time, wanted.rigid.q[0], between.at_rest)
 
         def position(time: np.ndarray) -> np.ndarray:
             return between.position(np.minimum(time, until))

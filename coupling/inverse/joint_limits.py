@@ -30,18 +30,17 @@ class JointLimits:
         """Return the limits of a robot's joints.
 
         Args:
-                    robot: The robot.
-                    max_acceleration: Highest acceleration of any joint [rad/s^2], which lowers the joints' own;
-                        None leaves these.
+            robot: The robot.
+            max_acceleration: Highest acceleration of any joint [rad/s^2], which lowers the joints'
+                own; None leaves these.
 
         Example:
-                    >>> from coupling.inverse.limits import DriveLimits
-        from elastic_robot.description import Body, Joint
-                    >>> link = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(0.1, 0.1, 0.1))
-                    >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), link, limits=(-1.0, 2.0))
-                    >>> limits = JointLimits.of(Robot("arm", (joint,)), max_acceleration=5.0)
-                    >>> limits.upper, limits.rate, limits.acceleration
-                    (array([2.]), array([inf]), array([5.]))
+            >>> from elastic_robot.description import Body, Joint
+            >>> link = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(0.1, 0.1, 0.1))
+            >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), link, limits=(-1.0, 2.0))
+            >>> limits = JointLimits.of(Robot("arm", (joint,)), max_acceleration=5.0)
+            >>> limits.upper, limits.rate, limits.acceleration
+            (array([2.]), array([inf]), array([5.]))
         """
         ranges = [joint.limits or (-np.inf, np.inf) for joint in robot.joints]
         lower, upper = np.array(ranges, dtype=float).T

@@ -29,7 +29,7 @@ _WATCHED = 0.4
 _NEAR, _LONGEST = 0.1, 0.6
 # Damping of a step, as part of the largest curvature of its sum of squares: at first, where a step has
 # not helped, by how much it grows each time, and how often.
-_DAMPING, _STRONGER, _TRIES = 1e-7, 30.0, 4
+_DAMPING, _STRONGER, _TRIES = 1e-6, 10.0, 6
 # A pass that lowers the sum of squares of its windows by less is no gain; after so many the polish ends.
 _WORTH, _PATIENCE = 0.1, 3
 # Unit of the quadratic programs' unknowns [rad].
@@ -94,20 +94,27 @@ class Polish:
             passes: Linearisations at most.
         """
         deviation, idle = self.simulate(command), 0
+        best, least = command, _largest(deviation)
         tried: list[_Window] = []
         for _ in range(passes):
             windows = [w for w in self._windows(deviation) if not any(w.meets(t) for t in tried)]
             if not windows:
-                break
+                if not tried:
+                    break
+                tried = []  # what happens elsewhere may have changed them
+                continue
             before = [self._cost(deviation, window) for window in windows]
-            better, found = self._improved(command, deviation, windows)
-            gains = [1.0 - self._cost(found, w) / c for w, c in zip(windows, before, strict=True)]
-            command, deviation = better, found
-            tried = [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
+            command, deviation = self._improved(command, deviation, windows)
+            gains = [
+                1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)
+            ]
+            if _largest(deviation) < least:
+                best, least = command, _largest(deviation)
+            tried += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
             idle = idle + 1 if max(gains) < _WORTH else 0
             if idle == _PATIENCE:
                 break
-        return command
+        return best
 
     def _cost(self, deviation: np.ndarray, window: _Window) -> float:
         """Return the weighted sum of squares over what a window can change."""
@@ -159,6 +166,11 @@ class Polish:
             if attempt == _TRIES - 1:
                 taken &= ~worse
         return command, deviation
+
+
+def _largest(deviation: np.ndarray) -> float:
+    """Return the largest distance from the path [m]."""
+    return float(np.linalg.norm(deviation[:, :3], axis=1).max())
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.path.histories import ToolPath, poses
@@ -13,38 +13,62 @@ from coupling.path.histories import ToolPath, poses
 # A path is at rest at an end where its speed there is below this part of its largest one: what a
 # spline that knows nothing of the end makes of a standstill.
 _AT_REST = 0.05
+# Fewest samples of a quintic spline, and the largest ratio of its steps: uneven ones make it ring.
+_FEWEST, _UNEVEN = 12, 3.0
+
+Rest = tuple[bool, bool]
+
+
+def spline_through(time: np.ndarray, values: np.ndarray, at_rest: Rest) -> BSpline:
+    """Return the smooth curve through samples of a motion: a C4 quintic spline.
+
+    Where samples are few or uneven it is the C2 cubic one.  At an end at rest rate and acceleration are
+    zero; at others they are those of the spline that knows nothing of the end ("not a knot").
+
+    Args:
+        time: Rising [s], (n,), n >= 2.
+        values: (n, k).
+        at_rest: Whether the motion begins and ends at rest.
+    """
+    steps = np.diff(time)
+    even = len(time) >= _FEWEST and steps.max() <= _UNEVEN * steps.min()
+    degree, orders = (5, (1, 2)) if even else (3, (1,))
+    free = make_interp_spline(time, values, degree) if len(time) > degree else None
+    zero = np.zeros(values.shape[1])
+
+    def conditions(end: int) -> list[tuple[int, np.ndarray]]:
+        if at_rest[end] or free is None:
+            return [(order, zero) for order in orders]
+        return [(order, free(time[-end], order)) for order in orders]
+
+    return make_interp_spline(time, values, degree, bc_type=(conditions(0), conditions(1)))
 
 
 class InterpolatedPath:
-    """Path of one tool at any time: C2 cubic splines through the samples.
-
-    Positions have zero speed at an end where the path is at rest; where it is cut in mid-motion the
-    spline's third derivative is continuous at the sample next to the end.
+    """Path of one tool at any time: `spline_through` its positions, C2 splines of its rotations.
 
     Args:
         path: Path of one tool.
 
+    Attributes:
+        at_rest: Whether it begins and ends at rest, or is cut in mid-motion.
+
     Example:
-        >>> time = np.linspace(0.0, 1.0, 11)
-        >>> pose = np.zeros((11, 7)); pose[:, 0] = time**2; pose[:, 6] = 1.0
-        >>> InterpolatedPath(ToolPath(time, pose)).position(np.array([0.25]), order=1).round(9)
-        array([[0.5, 0. , 0. ]])
+        >>> time = np.linspace(0.0, 1.0, 21)
+        >>> pose = np.zeros((21, 7)); pose[:, 0] = time**4; pose[:, 6] = 1.0
+        >>> path = InterpolatedPath(ToolPath(time, pose))
+        >>> path.position(np.array([0.5]), order=1).round(6), path.at_rest
+        (array([[0.5, 0. , 0. ]]), (True, False))
     """
 
     def __init__(self, path: ToolPath) -> None:
         self._path = path
-        ends, speeds = self._ends_and_speeds()
-        self.at_rest = (ends[0] <= _AT_REST * speeds, ends[1] <= _AT_REST * speeds)
-        standing = (1, np.zeros(3))
-        condition = tuple(standing if rest else "not-a-knot" for rest in self.at_rest)
-        self._position = CubicSpline(path.time, path.position[0], bc_type=condition)
-
-    def _ends_and_speeds(self) -> tuple[tuple[float, float], float]:
-        """Return the speeds at both ends and the largest one [m/s], of a spline free at its ends."""
-        free = CubicSpline(self._path.time, self._path.position[0])
-        first, last = (float(np.linalg.norm(free(self._path.time[k], 1))) for k in (0, -1))
-        steps = np.linalg.norm(np.diff(self._path.position[0], axis=0), axis=1)
-        return (first, last), float((steps / np.diff(self._path.time)).max())
+        time, position = path.time, path.position[0]
+        largest = np.max(np.linalg.norm(np.diff(position, axis=0), axis=1) / np.diff(time))
+        free = CubicSpline(time, position)
+        ends = [float(np.linalg.norm(free(time[k], 1))) for k in (0, -1)]
+        self.at_rest: Rest = (ends[0] <= _AT_REST * largest, ends[1] <= _AT_REST * largest)
+        self._position = spline_through(time, position, self.at_rest)
 
     def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
         """Return positions [m] or their derivatives, (k, 3)."""

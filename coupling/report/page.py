@@ -14,9 +14,9 @@ from plotly.offline import get_plotlyjs
 
 from coupling.errors import ResultError
 from coupling.path.workpiece import Workpiece
-from coupling.report import figures, workpiece_figures
+from coupling.report import figures, tables, workpiece_figures
+from coupling.report.thinning import PARTS
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run, stages
-from coupling.solve.correction import HOW
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -67,8 +67,13 @@ def robot_page(
         ("Deviation along the path", "deviation", figures.deviation(robot), _deviation_text(robot)),
         ("Wrench along the path", "wrench", figures.wrench(robot), _wrench_text(robot)),
     ]
+    changes = robot.figures["flank_changes"]
+    if changes:
+        text = _FLANKS_TEXT + tables.gears(changes)
+        sections.insert(3, ("Gears in their play", "flanks", figures.flanks(robot), text))
     sections += _of_workpieces(workpieces)
-    return _page(robot.figures, _table(robot.figures), sections)
+    head = (tables.deviations, tables.robustness, tables.drives)
+    return _page(robot.figures, "".join(part(robot.figures) for part in head), sections)
 
 
 def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
@@ -83,17 +88,19 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[tuple[str, str, 
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
-    rows = "".join(
-        f'<tr><td><a href="{name}/report.html">{name}</a></td>'
-        + "".join(f"<td>{1e6 * value:.2f}</td>" for value in _deviations(run.figures).values())
-        + f"<td>{run.figures['peak_force_N']:.1f}</td></tr>"
+    rows = [
+        (
+            f'<a href="{name}/report.html">{name}</a>',
+            *(f"{1e6 * value:.2f}" for value in _deviations(run.figures).values()),
+            f"{run.figures['peak_force_N']:.1f}",
+        )
         for name, run in cell.robots.items()
-    )
+    ]
+    header = ("deviation, max [um]", *stages(cell.figures), "peak force [N]")
     table = (
-        "<table><tr><th>deviation, max [um]</th>"
-        + "".join(f"<th>{name}</th>" for name in stages(cell.figures))
-        + f"<th>peak force [N]</th></tr>{rows}</table>"
+        f"{tables.table(header, rows)}"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
+        f"{tables.robustness(cell.figures)}"
     )
     sections = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
@@ -115,7 +122,7 @@ def _page(
 ) -> str:
     """Return verdict, table and sections as one self-contained HTML text."""
     body = "".join(
-        f"<h2>{title}</h2><p>{text}</p>"
+        f"<h2>{title}</h2><div>{text}</div>"
         + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
         for title, name, figure, text in sections
     )
@@ -123,7 +130,7 @@ def _page(
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<h1>{title}</h1>{_verdict(figures_)}{table}{_warnings(figures_)}{body}"
+        f"<h1>{title}</h1>{_verdict(figures_)}{table}{_warnings(figures_)}{body}{_THINNED_TEXT}"
         "</body></html>"
     )
 
@@ -131,6 +138,14 @@ def _page(
 _CONVERGENCE_TEXT = (
     "Thin lines: how far the robot's answer is from the path that the process saw, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
+)
+_FLANKS_TEXT = (
+    "A bar while a gear is in its play, a mark where it reaches a flank. The command leads it through"
+    " the play as the model says: a wrong backlash would show there."
+)
+_THINNED_TEXT = (
+    f"<p>A curve over time is drawn through its smallest and largest value in each of {PARTS} equal"
+    " parts of the time, so that no peak is lost; the CSV files hold every sample.</p>"
 )
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
@@ -166,28 +181,6 @@ def _verdict(figures_: dict[str, Any]) -> str:
     state = "yes" if figures_["converged"] else "no"
     word = "Converged" if figures_["converged"] else "Not converged"
     return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(figures_["reason"])}</p>'
-
-
-def _table(figures_: dict[str, Any]) -> str:
-    shares = figures_["shares_m"]
-    rows = [
-        (f"{stages(figures_)[0]}, {HOW[figures_['before']]}", figures_["deviation_before_m"]),
-        ("&nbsp; of this: gravity alone", shares["gravity"]),
-        ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
-    ]
-    if figures_["kind"] == "compensate":
-        rows.append(("after compensation, validated", figures_["deviation_after_m"]))
-        rows.append(("after compensation, dynamic simulation", shares["dynamic_after"]))
-    cells = "".join(
-        f"<tr><td>{name}</td><td>{1e6 * d['maximum']:.2f}</td><td>{1e6 * d['rms']:.2f}</td>"
-        f"<td>{1e6 * d['normal_maximum']:.2f}</td></tr>"
-        for name, d in rows
-    )
-    return (
-        "<table><tr><th>deviation [um]</th><th>max</th><th>rms</th><th>max across travel</th></tr>"
-        f"{cells}</table><p>{figures_['process_evaluations']} evaluations of the process; peak force"
-        f" {figures_['peak_force_N']:.1f} N.</p>"
-    )
 
 
 def _warnings(figures_: dict[str, Any]) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import PlanningError
+from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import RateWarning
 from elastic_robot.chain import build_chain
@@ -25,6 +26,8 @@ _LARGEST_STEP = 0.3
 _SINGULAR = 1e-3
 # Largest joint motion between samples [rad]; more is a jump to another configuration.
 _LARGEST_JUMP = 0.5
+# Samples between two reports of progress.
+_REPORT_EVERY = 500
 
 
 class InverseKinematics:
@@ -33,12 +36,13 @@ class InverseKinematics:
     Args:
         robot: Its description.
         home: Joint angles near which the path is started [rad], (n,).
+        watch: Function that is told how far the planning is.
 
     Raises:
         PlanningError: If `home` has the wrong length or breaks a limit.
     """
 
-    def __init__(self, robot: Robot, home: np.ndarray) -> None:
+    def __init__(self, robot: Robot, home: np.ndarray, watch: Watch = unwatched) -> None:
         self._robot = robot
         self._chain = build_chain(robot)
         self._data = self._chain.model.createData()
@@ -47,6 +51,7 @@ class InverseKinematics:
                 f"home: expected {self._chain.joint_count} angles, one for each joint, got {len(home)}"
             )
         self._home = home
+        self._watch = watch
         self._reach = float(
             sum(np.linalg.norm(joint.origin) for joint in robot.joints)
             + np.linalg.norm(robot.tcp_position)
@@ -70,6 +75,8 @@ class InverseKinematics:
                 self._require_continuity(angles[k], angles[k - 1], where)
             # Linear extrapolation along the path saves an iteration.
             guess = 2.0 * angles[k] - angles[k - 1] if k > 0 else angles[k]
+            if (k + 1) % _REPORT_EVERY == 0 or k + 1 == len(angles):
+                self._watch(Progress("planning by inverse kinematics", k + 1, len(angles)))
         self._require_limits(path.time, angles)
         return JointPath(path.time, (angles,))
 

@@ -7,6 +7,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import BinaryIO
@@ -88,6 +89,7 @@ class RobotFmu:
         wrench: WrenchHistory,
         mode: Mode,
         changed: Mapping[str, float] = MappingProxyType({}),
+        what: str = "",
     ) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
 
@@ -98,6 +100,7 @@ class RobotFmu:
             wrench: Wrench on the tool; the path is told at its times.
             mode: "dynamic" or "quasistatic".
             changed: Values of the FMU's parameters other than the robot's own, by name.
+            what: Remark on what is simulated, for who watches.
 
         Raises:
             SimulationError: If the FMU refuses a step, with its reason.
@@ -121,8 +124,8 @@ class RobotFmu:
         ]
 
         def progress(done: int, total: int) -> None:
-            what = f"simulating the {mode} robot"
-            self._watch(Progress(what, len(parts) * done, len(parts) * total))
+            work = f"simulating the {mode} robot{f' with {what}' if what else ''}"
+            self._watch(Progress(work, len(parts) * done, len(parts) * total))
 
         try:
             with _simulation_errors():
@@ -144,6 +147,30 @@ class RobotFmu:
     def _end(self) -> None:
         while self._processes:
             self._processes.pop().close()
+
+
+@dataclass(frozen=True)
+class ChangedRobot:
+    """The robot of an FMU with parameters other than its own.
+
+    Attributes:
+        robot: The FMU.
+        changed: Values of parameters by their names in the FMU.
+        what: What is other in it, in words.
+    """
+
+    robot: RobotFmu
+    changed: Mapping[str, float]
+    what: str
+
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        """Return the path that the TCP takes.
+
+        Raises:
+            SimulationError: If the FMU refuses a value or a step.
+            HostError: If the FMU's process has ended.
+        """
+        return self.robot.simulate(command, wrench, mode, self.changed, self.what)
 
 
 def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:

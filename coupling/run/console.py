@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -14,6 +16,8 @@ from coupling.case import Case
 from coupling.events import Event
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
+from coupling.robot.robot import FlankChange
+from coupling.run.robustness import Replay
 from coupling.run.study import Deviations, Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation
@@ -103,13 +107,14 @@ class RunView:
     def _passed(self, finished: Pass) -> None:
         text = f"      pass {finished.number}: deviation max {_um(finished.deviation.maximum)}"
         text += f", rms {_um(finished.deviation.rms)}"
-        if finished.number > 0:
+        correction = finished.correction
+        if correction is not None:
             text += (
-                f"; largest step of the correction {_um(finished.largest_correction_step)} at t ="
-                f" {finished.step_time:.2f} s"
+                f"; largest step of the correction {_um(correction.largest_step)} at t ="
+                f" {correction.step_time:.2f} s"
             )
-        if finished.limited_samples:
-            text += f"; rate limited at {finished.limited_samples} samples"
+            if correction.limited_samples:
+                text += f"; rate limited at {correction.limited_samples} samples"
         self._print(text, "cyan")
 
     def _print(self, text: str, style: str | None = None) -> None:
@@ -129,15 +134,19 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
         f"  process alone (loaded - unloaded):   {_figures(deviations.process)}",
     ]
     if compensated:
-        lines += [
-            f"After compensation, process evaluated on the path really taken ({mode} robot):",
-            f"                                       {_figures(deviations.after)}",
-        ]
-    if deviations.dynamic is not None:
-        lines += [
-            "The corrected command simulated in dynamic mode, under the same wrench:",
-            f"                                       {_figures(deviations.dynamic)}",
-        ]
+        lines.append(
+            f"After compensation the {mode} robot, with the process on the path that it really takes,"
+            f" deviates by {_figures(deviations.after)}"
+        )
+    if compensated and mode != "dynamic" and deviations.dynamic is not None:
+        lines.append(
+            f"The dynamic robot under the same command and wrench deviates by"
+            f" {_figures(deviations.dynamic)}"
+        )
+    if compensated and run.robustness:
+        lines += _of_other_robots(run.robustness)
+    if found.flank_changes:
+        lines.append(_of_gears(found.flank_changes))
     if run.gap is not None:
         lines += _of_cell(run, run.gap, compensated)
     lines += [
@@ -148,6 +157,31 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
     style = None if found.converged else "yellow"
     console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
+
+
+def _of_other_robots(replays: Sequence[Replay]) -> list[str]:
+    """Return what the command leaves on robots that differ from the model."""
+    return [
+        "The command assumes the robot's parameters. As written, on dynamic robots that differ:",
+        *(
+            f"  {replay.name + ':':<37}max {_um(replay.deviation.maximum)},"
+            f" rms {_um(replay.deviation.rms)}"
+            for replay in replays
+        ),
+    ]
+
+
+def _of_gears(changes: Sequence[FlankChange]) -> str:
+    """Return how often which gear passes through its play."""
+    counts = Counter((change.robot, change.joint) for change in changes)
+    each = ", ".join(
+        f"{f'{robot} ' if robot else ''}joint {joint}: {count}"
+        for (robot, joint), count in sorted(counts.items())
+    )
+    return (
+        f"Gears pass through their play {len(changes)} times ({each}): a wrong backlash would show"
+        " there."
+    )
 
 
 def _of_cell(run: Run, gap: ToolGap, compensated: bool) -> list[str]:

@@ -33,6 +33,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
     return {
         "case": case,
         "kind": run.kind,
+        "mode": run.mode,
         "converged": found.converged,
         "outcome": found.outcome.value,
         "reason": found.reason,
@@ -47,6 +48,15 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
             "process": deviations.process.as_dict(),
             "dynamic_after": None if dynamic is None else dynamic.as_dict(),
         },
+        "robustness": [
+            {
+                "name": replay.name,
+                "deviation_m": (replay.deviation if tool is None else replay.tools[tool]).as_dict(),
+            }
+            for replay in run.robustness
+        ],
+        "flank_changes": _flank_changes(run, tool),
+        "command": _command(run, tool),
         **gap,
         "passes": [_pass_figures(entry) for entry in found.passes],
         "rate_warnings": [str(warning) for warning in warnings],
@@ -56,13 +66,61 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
     }
 
 
+def _flank_changes(run: Run, tool: int | None) -> list[dict[str, Any]] | None:
+    """Return the passages of gears through their play; None where the method does not know them."""
+    changes = run.correction.flank_changes
+    if changes is None:
+        return None
+    return [
+        {
+            "robot": change.robot or run.robots[0],
+            "joint": change.joint,
+            "begins_s": change.begins,
+            "ends_s": change.ends,
+            "before": change.before,
+            "after": change.after,
+        }
+        for change in changes
+        if tool is None or change.robot in ("", run.robots[tool])
+    ]
+
+
+def _command(run: Run, tool: int | None) -> dict[str, Any]:
+    """Return what the command asks of the drives."""
+    drives = [
+        {
+            "robot": name,
+            "joint": drive.joint,
+            "range_rad": [drive.lowest, drive.highest],
+            "rate_rad_s": drive.rate,
+            "rate_time_s": drive.rate_time,
+            "rate_limit_rad_s": drive.rate_limit,
+            "acceleration_rad_s2": drive.acceleration,
+            "acceleration_time_s": drive.acceleration_time,
+            "acceleration_limit_rad_s2": drive.acceleration_limit,
+        }
+        for number, (name, own) in enumerate(zip(run.robots, run.drives, strict=True))
+        if tool in (None, number)
+        for drive in own
+    ]
+    return {"rows": len(run.correction.joints.time), "drives": drives}
+
+
 def _pass_figures(entry: Pass) -> dict[str, Any]:
+    correction = entry.correction
+    sampled = (
+        {}
+        if correction is None
+        else {
+            "largest_correction_step_m": correction.largest_step,
+            "largest_correction_step_time_s": correction.step_time,
+            "rate_limited_samples": correction.limited_samples,
+        }
+    )
     return {
         "number": entry.number,
         "deviation_m": entry.deviation.as_dict(),
-        "largest_correction_step_m": entry.largest_correction_step,
-        "largest_correction_step_time_s": entry.step_time,
-        "rate_limited_samples": entry.limited_samples,
+        **sampled,
         "evaluations": [
             {
                 "number": e.number,

@@ -13,6 +13,7 @@ from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.limits import JointLimits
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell, Member
@@ -20,8 +21,11 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from coupling.robot.robot import RateWarning
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.robustness import Replay, SimulatedModel, replayed
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
+from elastic_robot.fmi.interface import Mode
 
 
 @dataclass(frozen=True)
@@ -43,8 +47,11 @@ class Run:
         kind: "couple" or "compensate".
         robots: Names of the robots, in the order of the tools.
         correction: Correction that the method found.
+        mode: Mode in which the robots were simulated.
         dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
             where that was not run.
+        robustness: What the corrected command leaves on robots that differ from the model.
+        drives: What the command asks of the drives of every robot.
         rate_warnings: Joints that would have to move too fast.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
@@ -54,7 +61,10 @@ class Run:
     kind: str
     robots: tuple[str, ...]
     correction: Correction
+    mode: Mode
     dynamic: ToolPath | None
+    robustness: tuple[Replay, ...]
+    drives: tuple[tuple[DriveMotion, ...], ...]
     rate_warnings: tuple[RateWarning, ...]
     fmu_fingerprint: str
     gap: ToolGap | None = None
@@ -131,7 +141,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
     watch(RunBegins(case.desired))
     with ExitStack() as stack:
         with _timed("build", durations):
-            cell, fmus = _cell(case, watch, stack)
+            cell, models = _cell(case, watch, stack)
         loop = Loop(
             cell,
             case.process,
@@ -144,17 +154,26 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         )
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
-        dynamic = None
+        dynamic: ToolPath | None = None
+        replays: tuple[Replay, ...] = ()
         if kind == "compensate":
             with _timed("dynamic", durations):
                 dynamic = _dynamic_path(case, cell, found)
+            with _timed("robustness", durations):
+                replays = replayed(cell, models, found)
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
             correction=found,
+            mode=case.mode,
             dynamic=dynamic,
+            robustness=replays,
+            drives=tuple(
+                drive_motions(own, JointLimits.of(model.robot, case.controller.max_acceleration))
+                for own, model in zip(found.joints.robots, models, strict=True)
+            ),
             rate_warnings=tuple(cell.rate_warnings(found.joints)),
-            fmu_fingerprint="+".join(fmu.fingerprint for fmu in fmus),
+            fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             durations=durations,
         )
@@ -167,17 +186,18 @@ def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
     durations[name] = time.perf_counter() - start
 
 
-def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[RobotFmu]]:
-    """Return the robots of a case with their FMUs, which end with the stack."""
+def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[SimulatedModel]]:
+    """Return the robots of a case with what simulates them, which ends with the stack."""
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-    members, fmus = [], []
+    members, models = [], []
     for placed in case.robots:
-        planner = InverseKinematics(placed.description, placed.home)
+        planner = InverseKinematics(placed.description, placed.home, watch)
         file = build_fmu(placed.description, folder / f"{placed.name}.fmu", BuildOptions(case.fmu))
-        fmus.append(stack.enter_context(RobotFmu(file, placed.torque_curve, watch)))
-        inverter = Inverter(MovingRobot(placed.description, placed.torque_curve), fmus[-1])
-        members.append(Member(placed.name, placed.placement, fmus[-1], planner, inverter))
-    return Cell(tuple(members)), fmus
+        fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, watch))
+        inverter = Inverter(MovingRobot(placed.description, placed.torque_curve), fmu)
+        members.append(Member(placed.name, placed.placement, fmu, planner, inverter))
+        models.append(SimulatedModel(placed.description, placed.torque_curve, fmu))
+    return Cell(tuple(members)), models
 
 
 def _dynamic_path(case: Case, cell: Cell, found: Correction) -> ToolPath:

@@ -18,24 +18,35 @@ from coupling.solve.outcome import Outcome
 
 
 @dataclass(frozen=True)
+class SampledCorrection:
+    """Figures of a correction that was found sample by sample.
+
+    Attributes:
+        largest_step: Largest step between neighbouring samples [m].
+        step_time: Instant of that step [s].
+        limited_samples: Samples at which its rate was limited.
+    """
+
+    largest_step: float
+    step_time: float
+    limited_samples: int
+
+
+@dataclass(frozen=True)
 class Pass(Event):
     """One pass of a correction.
 
     Attributes:
         number: 0 for the uncorrected command.
-        deviation: Deviation of the coupled path from the desired one.
+        deviation: Deviation from the desired path of the path that the pass leads to.
         coupling: Evaluations of the process in this pass.
-        largest_correction_step: Largest step between neighbouring samples of the correction [m].
-        step_time: Instant of that step [s].
-        limited_samples: Samples at which the correction's rate was limited.
+        correction: What the pass has added to the desired path, where it did so sample by sample.
     """
 
     number: int
     deviation: Deviation
     coupling: tuple[Evaluation, ...]
-    largest_correction_step: float = 0.0
-    step_time: float = 0.0
-    limited_samples: int = 0
+    correction: SampledCorrection | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +104,7 @@ class Correction:
         consistency: Largest distance between the path that the process saw and `achieved` [m].
         passes: The way there.
         evaluations: Number of evaluations of the process, in all.
-        flank_changes: Passages of gears through their play, where the method knows them.
+        flank_changes: Passages of gears through their play; None where the method does not know them.
     """
 
     outcome: Outcome
@@ -109,7 +120,7 @@ class Correction:
     consistency: float
     passes: tuple[Pass, ...]
     evaluations: int
-    flank_changes: tuple[FlankChange, ...] = ()
+    flank_changes: tuple[FlankChange, ...] | None = None
 
     @property
     def converged(self) -> bool:

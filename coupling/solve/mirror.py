@@ -14,7 +14,7 @@ from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import Robot
-from coupling.solve.correction import Correction, Pass, Uncorrected
+from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncorrected
 from coupling.solve.filters import limit_rate, low_pass
 from coupling.solve.fixed_point import Coupling, Loop, couple
 from coupling.solve.outcome import Outcome
@@ -78,7 +78,7 @@ class Mirror(Schema):
         verdict = self._verdict(passes, coupling)
         while verdict is None:
             try:
-                last, report = self._mirrored(loop, last, desired)
+                last, correction = self._mirrored(loop, last, desired)
             except ProcessError as error:
                 reason = f"the process failed in pass {len(passes)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
@@ -90,7 +90,8 @@ class Mirror(Schema):
                 verdict = Outcome.ROBOT_FAILED, reason
                 break
             deviation = measure(last.coupling.path, desired)
-            passes.append(Pass(len(passes), deviation, last.coupling.evaluations, *report))
+            evaluations = last.coupling.evaluations
+            passes.append(Pass(len(passes), deviation, evaluations, correction))
             loop.watch(passes[-1])
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
                 best = last
@@ -99,18 +100,16 @@ class Mirror(Schema):
 
     def _mirrored(
         self, loop: Loop[Robot], last: _Attempt, desired: ToolPath
-    ) -> tuple[_Attempt, tuple[float, float, int]]:
+    ) -> tuple[_Attempt, SampledCorrection]:
         """Return the next command, coupled, and the figures of its correction."""
-        corrected, report = self._corrected(last, desired)
+        corrected, figures = self._corrected(last, desired)
         joints = on_cycle(loop.robot.plan(corrected), loop.controller)
         # The process sees at first what it saw last, moved with the command.
         start = last.coupling.path.displaced(corrected.deviation_from(last.command))
-        return _Attempt(corrected, joints, couple(loop, joints, start)), report
+        return _Attempt(corrected, joints, couple(loop, joints, start)), figures
 
-    def _corrected(
-        self, last: _Attempt, desired: ToolPath
-    ) -> tuple[ToolPath, tuple[float, float, int]]:
-        """Return the mirrored command, and largest step, its time and the limited samples."""
+    def _corrected(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, SampledCorrection]:
+        """Return the mirrored command and the figures of its correction."""
         correction = last.command.deviation_from(desired)
         correction -= self.gain * last.coupling.path.deviation_from(desired)
         if self.cutoff_Hz is not None:
@@ -125,7 +124,8 @@ class Mirror(Schema):
         moved = np.diff(corrected.position - desired.position, axis=1)
         steps = np.linalg.norm(moved, axis=2).max(axis=0)
         worst = int(np.argmax(steps))
-        return corrected, (float(steps[worst]), float(desired.time[worst]), count)
+        figures = SampledCorrection(float(steps[worst]), float(desired.time[worst]), count)
+        return corrected, figures
 
     def _verdict(self, passes: list[Pass], coupling: Coupling) -> tuple[Outcome, str] | None:
         """Return how and why the iteration ends, if it does."""
@@ -153,8 +153,9 @@ class Mirror(Schema):
         """Return what kept the correction from being complete."""
         if self.cutoff_Hz is not None:
             return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
-        if last.limited_samples:
-            return f"; {last.limited_samples} samples are held back by max_correction_rate_m_s"
+        limited = last.correction.limited_samples if last.correction is not None else 0
+        if limited:
+            return f"; {limited} samples are held back by max_correction_rate_m_s"
         return "; the robot's answer jumps there, as at a gear that changes its flank"
 
     def _validated(

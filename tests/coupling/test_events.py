@@ -38,10 +38,23 @@ def test_simulations_count_their_steps_up_to_the_end(watched):
     """Each one ends with all steps done, and says which robot it simulates."""
     run, told = watched
     works = [event for event in told if isinstance(event, Progress)]
+    works = [work for work in works if work.what.startswith("simulating")]
     steps = len(run.desired.time) - 1
     assert {work.total for work in works} == {steps}
     whats = [what for what, _ in itertools.groupby(work.what for work in works)]
-    assert whats == ["simulating the quasistatic robot", "simulating the dynamic robot"]
+    assert whats == [
+        "simulating the quasistatic robot",
+        "simulating the dynamic robot",
+        *(f"simulating the dynamic robot with {replay.name}" for replay in run.robustness),
+    ]
     finished = sum(work.done == work.total for work in works)
     # One unloaded, one for each evaluation (the validation among them), one in dynamic mode.
-    assert finished == run.correction.evaluations + 2
+    assert finished == run.correction.evaluations + 2 + len(run.robustness)
+
+
+def test_planning_counts_the_samples(watched):
+    run, told = watched
+    works = [event for event in told if isinstance(event, Progress) and "planning" in event.what]
+    assert {work.total for work in works} == {len(run.desired.time)}
+    finished = sum(work.done == work.total for work in works)
+    assert finished == len(run.correction.passes)  # each commands another path

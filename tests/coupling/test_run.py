@@ -40,7 +40,8 @@ def test_compensation_succeeds_and_says_so(finished):
     assert "path change max" in done.stdout
     assert "gravity alone" in done.stdout
     assert "process alone" in done.stdout
-    assert "dynamic mode" in done.stdout
+    assert "The dynamic robot under the same command and wrench deviates" in done.stdout
+    assert "largest step of the correction" in done.stdout
     assert {file.name for file in folder.iterdir()} == FILES
 
 
@@ -58,6 +59,11 @@ def test_result_holds_the_figures(finished):
     )
     evaluations = sum(len(entry["evaluations"]) for entry in result["passes"])
     assert result["process_evaluations"] == evaluations + 1  # and the validation
+    first, *others = result["passes"]
+    assert "largest_correction_step_m" not in first
+    assert all(entry["largest_correction_step_m"] > 0.0 for entry in others)
+    assert result["flank_changes"] is None  # mirroring does not know them
+    assert len(result["robustness"]) == 6
     assert result["shares_m"]["process"]["maximum"] > 1e-5
     assert len(result["fmu_fingerprint"]) == 16
     assert {"numpy", "pin", "fmpy"} <= set(result["versions"])

@@ -1,0 +1,113 @@
+"""Tables of a run's figures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from coupling.run.stored_run import stages
+from coupling.solve.correction import HOW
+
+_UM = 1e6
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of cells of HTML."""
+    lines = [[f"<th>{cell}</th>" for cell in header]]
+    lines += [[f"<td>{cell}</td>" for cell in row] for row in rows]
+    return f"<table>{''.join(f'<tr>{chr(10).join(line)}</tr>' for line in lines)}</table>"
+
+
+def deviations(figures: dict[str, Any]) -> str:
+    """Return how far the tool is off, before and after, and why."""
+    shares, mode = figures["shares_m"], figures["mode"]
+    rows = [
+        (
+            f"{stages(figures)[0]}, {mode} robot {HOW[figures['before']]}",
+            figures["deviation_before_m"],
+        ),
+        ("&nbsp; of this: gravity alone", shares["gravity"]),
+        ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
+    ]
+    if figures["kind"] == "compensate":
+        what = f"after compensation, {mode} robot, process on the path that it really takes"
+        rows.append((what, figures["deviation_after_m"]))
+        if mode != "dynamic":
+            rows.append(("the same command and wrench, dynamic robot", shares["dynamic_after"]))
+    return _of_deviations(rows) + (
+        f"<p>{figures['process_evaluations']} evaluations of the process; peak force"
+        f" {figures['peak_force_N']:.1f} N.</p>"
+    )
+
+
+def robustness(figures: dict[str, Any]) -> str:
+    """Return what the command leaves on robots that differ from the model, with a heading."""
+    if not figures["robustness"]:
+        return ""
+    rows = [(html.escape(row["name"]), row["deviation_m"]) for row in figures["robustness"]]
+    return (
+        "<h2>On robots that differ from the model</h2><p>The command assumes the robot's parameters."
+        " What it leaves, as written and under the same wrench, on dynamic robots whose gears and tilts"
+        f" all differ:</p>{_of_deviations(rows)}"
+    )
+
+
+def drives(figures: dict[str, Any]) -> str:
+    """Return what the command asks of the drives, with a heading."""
+
+    def limit(value: float | None) -> str:
+        return "none" if value is None else f"{value:.3g}"
+
+    rows = [
+        (
+            f"joint {drive['joint']}",
+            f"{drive['rate_rad_s']:.3g}",
+            limit(drive["rate_limit_rad_s"]),
+            f"{drive['acceleration_rad_s2']:.3g}",
+            limit(drive["acceleration_limit_rad_s2"]),
+            f"{drive['acceleration_time_s']:.3f}",
+        )
+        for drive in figures["command"]["drives"]
+    ]
+    header = (
+        "command",
+        "rate [rad/s]",
+        "limit",
+        "acceleration [rad/s&sup2;]",
+        "limit",
+        "at t = [s]",
+    )
+    return (
+        "<h2>What the command asks of the drives</h2><p>Largest values, between its rows as well.</p>"
+        f"{table(header, rows)}"
+    )
+
+
+def gears(changes: list[dict[str, Any]]) -> str:
+    """Return how often which gear passes through its play.
+
+    Args:
+        changes: `flank_changes` of result.json.
+    """
+    rows = []
+    for joint in sorted({change["joint"] for change in changes}):
+        own = [change for change in changes if change["joint"] == joint]
+        other = sum(change["before"] * change["after"] < 0 for change in own)
+        within = sum(change["ends_s"] - change["begins_s"] for change in own)
+        rows.append((f"joint {joint}", str(len(own)), str(other), f"{within:.2f}"))
+    return table(("gear", "times in its play", "to the other flank", "time in it [s]"), rows)
+
+
+def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:
+    return table(
+        ("deviation [um]", "max", "rms", "max across travel", "at t = [s]"),
+        (
+            (
+                name,
+                *(f"{_UM * own[key]:.2f}" for key in ("maximum", "rms", "normal_maximum")),
+                f"{own['time_of_maximum']:.3f}",
+            )
+            for name, own in rows
+        ),
+    )

@@ -1,0 +1,81 @@
+"""What a command asks of every drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.inverse.limits import JointLimits
+from coupling.path.histories import JointPath
+from elastic_robot.trajectory import Trajectory
+
+# Times per row at which a command is looked at.
+_BETWEEN = 8
+
+
+@dataclass(frozen=True)
+class DriveMotion:
+    """What a command asks of one drive, between its rows as well.
+
+    Attributes:
+        joint: Number, from 1.
+        lowest, highest: Range of the angle [rad].
+        rate: Largest |q'| [rad/s].
+        rate_time: Instant of it [s].
+        rate_limit: Highest rate that the joint allows [rad/s], or None.
+        acceleration: Largest |q''| [rad/s^2].
+        acceleration_time: Instant of it [s].
+        acceleration_limit: Highest acceleration that joint and controller allow [rad/s^2], or None.
+    """
+
+    joint: int
+    lowest: float
+    highest: float
+    rate: float
+    rate_time: float
+    rate_limit: float | None
+    acceleration: float
+    acceleration_time: float
+    acceleration_limit: float | None
+
+
+def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion, ...]:
+    """Return what the command of one robot asks of its drives.
+
+    Args:
+        command: Motion of the drives.
+        limits: What they can do.
+
+    Example:
+        >>> rows, none = np.array([0.0, 1.0]), np.array([np.inf])
+        >>> turn = JointPath(rows, (np.array([[0.0], [1.0]]),))
+        >>> (drive,) = drive_motions(turn, JointLimits(-none, none, none, none))
+        >>> drive.rate, drive.rate_time, drive.acceleration
+        (1.5, 0.5, 6.0)
+    """
+    rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
+    motion = Trajectory(command.time, command.q[0], rates, accelerations)
+    rows = len(command.time) - 1
+    time = np.interp(np.arange(_BETWEEN * rows + 1) / _BETWEEN, np.arange(rows + 1), command.time)
+    q, qd, qdd = motion.at(time)
+    qd, qdd = np.abs(qd), np.abs(qdd)
+    return tuple(
+        DriveMotion(
+            joint=i + 1,
+            lowest=float(q[:, i].min()),
+            highest=float(q[:, i].max()),
+            rate=float(qd[:, i].max()),
+            rate_time=float(time[qd[:, i].argmax()]),
+            rate_limit=_limit(limits.rate[i]),
+            acceleration=float(qdd[:, i].max()),
+            acceleration_time=float(time[qdd[:, i].argmax()]),
+            acceleration_limit=_limit(limits.acceleration[i]),
+        )
+        for i in range(q.shape[1])
+    )
+
+
+def _limit(value: float) -> float | None:
+    """Return a limit, None where there is none."""
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,263 @@
+"""What a run says of its command: on other robots, at the gears' play, of the drives; its curves."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import LINE_CASE
+from rich.console import Console
+from scipy.interpolate import BPoly
+
+from coupling.case import Case, load_case
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.inverse.limits import JointLimits
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.report import figures as report_figures
+from coupling.report import write_report
+from coupling.report.page import robot_page
+from coupling.report.thinning import extremes
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.console import RunView, print_summary
+from coupling.run.drive_motion import drive_motions
+from coupling.run.folder import write_run
+from coupling.run.robustness import VARIATIONS, Variation
+from coupling.run.stored_run import StoredRobot, read_run
+from coupling.run.study import Run, run_compensation
+from elastic_robot.description import Robot
+
+NAMES = [variation.name for variation in VARIATIONS]
+
+
+def line_case(folder: Path, kind: str, *changes: tuple[str, str]) -> Case:
+    """The small case on the moving robot with backlash, by method inverse."""
+    text = LINE_CASE.read_text()
+    for old, new in (
+        ('"linear"', '"backlash"'),
+        ('"quasistatic"', '"dynamic"'),
+        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
+        ("[robot]", f'[robot]\nfmu = "{kind}"'),
+        *changes,
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / f"{kind}.toml"
+    file.write_text(text)
+    return load_case(file)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def finished(request, tmp_path_factory) -> tuple[Case, Run, Path, str]:
+    """Case, run, run folder and what the terminal showed."""
+    folder = tmp_path_factory.mktemp(request.param)
+    said = Console(record=True, file=StringIO(), width=200)
+    case = line_case(folder, request.param)
+    with RunView(said) as view:
+        run = run_compensation(case, view.watch)
+    out = folder / "out"
+    out.mkdir()
+    write_run(out, case, run)
+    write_report(out)
+    print_summary(said, case, run, out)
+    return case, run, out, said.export_text()
+
+
+def changed_by_hand(robot: Robot, key: str, factor: float) -> dict[str, float]:
+    """Parameters of all gears and tilts, counted joint by joint."""
+    changed = {}
+    for i, joint in enumerate(robot.joints, start=1):
+        if joint.stiffness is not None:
+            changed[f"joint[{i}].{key}"] = factor * getattr(joint, key)
+        if key != "backlash":
+            for k, tilt in enumerate(joint.tilt, start=1):
+                changed[f"joint[{i}].tilt[{k}].{key}"] = factor * getattr(tilt, key)
+    return changed
+
+
+def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, example, tmp_path):
+    """Command and wrench as written, the largest distance over all samples; to 1e-12 m.
+
+    Without any change the same loop gives the achieved path.
+    """
+    case, _, out, _ = finished
+    stored = read_run(out).first
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions(case.fmu))
+    changes = {name: (*name.split()[:1], 1.0 + float(name.split()[1]) / 100.0) for name in NAMES}
+    with RobotFmu(file, "backlash") as fmu:
+
+        def left(wrench: WrenchHistory, changed: dict[str, float]) -> tuple[float, float]:
+            path = fmu.simulate(stored.joints, wrench, "dynamic", changed)
+            distance = np.linalg.norm(path.position[0] - stored.desired.position[0], axis=1)
+            return distance.max(), np.sqrt(np.mean(distance**2))
+
+        after = stored.figures["deviation_after_m"]
+        assert left(stored.wrench, {}) == pytest.approx((after["maximum"], after["rms"]), abs=1e-12)
+        for row in stored.figures["robustness"]:
+            key, factor = changes[row["name"]]
+            if key == "force":
+                wrench = WrenchHistory(stored.wrench.time, factor * stored.wrench.wrench)
+                found = left(wrench, {})
+            else:
+                found = left(stored.wrench, changed_by_hand(example, key, factor))
+            told = row["deviation_m"]
+            assert found == pytest.approx((told["maximum"], told["rms"]), abs=1e-12), row["name"]
+            assert found[0] > 5.0 * after["maximum"]
+    assert [row["name"] for row in stored.figures["robustness"]] == NAMES
+
+
+def test_fmus_of_both_kinds_agree_on_other_robots(tmp_path):
+    """To 1 % of what is left: a gear in its play carries their last digits on."""
+    found = [run_compensation(line_case(tmp_path, kind)).robustness for kind in KINDS]
+    for one, two in zip(*found, strict=True):
+        assert one.name == two.name
+        assert one.deviation.maximum == pytest.approx(two.deviation.maximum, rel=1e-2)
+
+
+def test_what_means_nothing_is_left_out(tmp_path, example):
+    linear = line_case(
+        tmp_path,
+        "native",
+        ('"backlash"', '"linear"'),
+        ("[0.0, 0.0, 0.002], [0.0, 0.0, -0.002], ", ""),  # a path that stays above the wall
+        ("[[0.06, 0.0, -0.002], [0.06, 0.0, 0.002]]", "[[0.0, 0.0, 0.02], [0.06, 0.0, 0.02]]"),
+    )
+    run = run_compensation(linear)
+    assert run.correction.answer.wrench.peak_force == 0.0
+    assert [row.name for row in run.robustness] == [
+        name for name in NAMES if "backlash" not in name and "force" not in name
+    ]
+    tight = replace(example, joints=tuple(replace(joint, backlash=0.0) for joint in example.joints))
+    more = Variation("more", backlash=1.2)
+    assert len(more.parameters(example, "backlash")) == 5
+    assert more.parameters(tight, "backlash") == more.parameters(example, "linear") == {}
+    assert Variation("none").parameters(example, "backlash") == {}
+
+
+def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
+    robot = load_robot(find_robot("icme2008"))
+    points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
+    first = replace(robot.joints[0], torque_table=points)
+    own = replace(robot, joints=(first, *robot.joints[1:]))
+    stiffer = Variation("stiffer", stiffness=1.02)
+    assert "joint[1].stiffness" not in stiffer.parameters(own, "spline")
+    assert "joint[1].tilt[1].stiffness" in stiffer.parameters(own, "spline")
+    assert "joint[1].stiffness" in stiffer.parameters(own, "backlash")
+
+
+def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished):
+    _, run, _, said = finished
+    after = f"max {1e6 * run.correction.passes[-1].deviation.maximum:.2f} um at t"
+    assert said.count(after) == 1
+    assert "largest step of the correction" not in said
+    assert "dynamic robot, under the wrench on the desired path, deviates" in said
+    assert "The command assumes the robot's parameters." in said
+    for replay in run.robustness:
+        assert re.search(
+            rf"{re.escape(replay.name)}: +max {1e6 * replay.deviation.maximum:.2f}", said
+        )
+
+
+def test_passages_through_the_play_are_counted_and_named(finished):
+    _, run, out, said = finished
+    changes = run.correction.flank_changes
+    told = json.loads((out / "result.json").read_text())["flank_changes"]
+    assert [(c["joint"], c["begins_s"], c["after"]) for c in told] == [
+        (c.joint, c.begins, c.after) for c in changes
+    ]
+    assert {c["robot"] for c in told} == {"forming"}
+    assert f"Gears pass through their play {len(changes)} times" in said
+    first = sum(c.joint == 1 for c in changes)
+    assert f"(joint 1: {first}," in said
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert f"<td>joint 1</td>\n<td>{first}</td>" in page
+    assert 'id="flanks"' in page
+    stored = read_run(out).first
+    drawn = report_figures.flanks(stored).data
+    ends = sorted(c.ends for c in changes if c.after)
+    assert sorted(t for trace in drawn[1:] for t in trace.x) == ends
+    marks = next(t for t in report_figures.deviation(stored).data if "flank" in t.name)
+    assert len(marks.x) == len(changes)
+
+
+def test_drives_of_a_sine_move_as_fast_as_it_does():
+    """Its rate and acceleration, also where no row is; limits are given where there are any."""
+    time, omega = np.arange(0.0, 1.0, 0.011), 2.0 * np.pi
+    q, qd, qdd = (
+        (a * np.stack([f(omega * time), np.zeros(len(time))], axis=1),)
+        for a, f in ((0.1, np.sin), (0.1 * omega, np.cos), (-0.1 * omega**2, np.sin))
+    )
+    wide = np.full(2, np.inf)
+    limits = JointLimits(-wide, wide, np.array([2.0, np.inf]), np.array([np.inf, 7.0]))
+    moving, still = drive_motions(JointPath(time, q, qd, qdd), limits)
+    assert moving.rate == pytest.approx(0.1 * omega, rel=1e-9)
+    assert moving.acceleration == pytest.approx(0.1 * omega**2, rel=1e-5)
+    assert min(abs(moving.acceleration_time - t) for t in (0.25, 0.75)) < 0.002
+    assert (moving.lowest, moving.highest) == pytest.approx((-0.1, 0.1), rel=1e-4)
+    assert (moving.rate_limit, moving.acceleration_limit) == (2.0, None)
+    assert (still.joint, still.rate, still.acceleration) == (2, 0.0, 0.0)
+    assert (still.rate_limit, still.acceleration_limit) == (None, 7.0)
+
+
+def test_drives_of_the_written_command_are_in_result_and_report(finished):
+    """Against SciPy's polynomials through the rows of command.csv, at other times."""
+    _, _, out, _ = finished
+    stored = read_run(out).first
+    joints = stored.joints
+    rows = np.stack([joints.q[0], joints.qd[0], joints.qdd[0]], axis=1)
+    motion = BPoly.from_derivatives(joints.time, rows)
+    dense = np.linspace(joints.time[0], joints.time[-1], 30_011)
+    rates, accelerations = (np.abs(motion(dense, nu=order)).max(axis=0) for order in (1, 2))
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for i, drive in enumerate(stored.figures["command"]["drives"]):
+        assert drive["rate_rad_s"] == pytest.approx(rates[i], rel=1e-2)
+        assert drive["acceleration_rad_s2"] == pytest.approx(accelerations[i], rel=3e-2)
+        assert f"<td>{drive['acceleration_rad_s2']:.3g}</td>" in page
+    assert stored.figures["command"]["rows"] == len(stored.joints.time)
+
+
+def test_extremes_of_every_part_survive():
+    rng = np.random.default_rng(5)
+    time = np.cumsum(rng.uniform(0.5, 1.5, 20_000))
+    values = rng.normal(size=len(time))
+    rows = extremes(time, values, parts=100)
+    assert len(rows) <= 202
+    assert np.all(np.diff(rows) > 0)
+    part = np.minimum(100 * (time - time[0]) / np.ptp(time), 99).astype(int)
+    for number in range(100):
+        inside, kept = values[part == number], values[rows][part[rows] == number]
+        assert (kept.min(), kept.max()) == (inside.min(), inside.max())
+    assert np.array_equal(extremes(time[:200], values[:200], parts=100), np.arange(200))
+
+
+def test_a_report_of_ten_minutes_is_small_and_keeps_a_peak_of_one_sample(finished):
+    """150 000 samples, one of which is 1 mm off."""
+    stored = read_run(finished[2]).first
+    time = np.linspace(0.0, 600.0, 150_001)
+    rng = np.random.default_rng(1)
+    pose = np.tile([1.6, 0.0, 0.8, 0.0, 0.0, 0.0, 1.0], (len(time), 1))
+    pose[:, :3] += 0.1 * np.sin(np.outer(time, [0.1, 0.2, 0.3]))
+    off = pose.copy()
+    off[:, :3] += 1e-8 * rng.normal(size=(len(time), 3))
+    off[76_543, 2] += 1e-3
+    desired, actual = ToolPath(time, pose), ToolPath(time, off)
+    long = StoredRobot(
+        figures=stored.figures,
+        desired=desired,
+        uncompensated=desired.displaced(np.full(6, 1e-3)),
+        achieved=actual,
+        joints=stored.joints,
+        command=stored.command,
+        correction=np.zeros((len(time), 6)),
+        wrench=WrenchHistory(time, rng.normal(size=(len(time), 6))),
+    )
+    assert len(robot_page(long)) < 8e6
+    after = report_figures.deviation(long).data[1]
+    assert max(after.y) == pytest.approx(1000.0, rel=1e-4)
+    wanted, _, found = report_figures.paths(long, 1).data
+    assert np.abs(found.z - wanted.z).max() == pytest.approx(1.0, rel=1e-3)  # [mm]
