@@ -1,7 +1,8 @@
 """Write the tables and the picture of docs/inverse.md: make inverse.
 
-Each figure is that of a command as it stands in a run folder, replayed through the native FMU by
-tests/helpers/replay.py, a program of its own.  With names, only those parts:
+Deviations are those of a command as it stands in a run folder, replayed through the native FMU by
+tests/helpers/replay.py, a program of its own; on other robots, those of the run.  With names, only those
+parts:
 python docs/scripts/make_inverse.py limits crossing.
 """
 
@@ -166,6 +167,26 @@ def limits() -> str:
     return table(("path", "limit [rad/s²]", "max / rms [um]", "used [rad/s²]"), rows)
 
 
+def robustness() -> str:
+    """Return what a command leaves on robots that are not quite the model, as its run tells."""
+    found = {}
+    for motion in (CONE, SLOW):
+        run = run_compensation(example(motion.example, tool_path=motion.keys))
+        found[motion.title] = {
+            "as in its file": run.correction.passes[-1].deviation.maximum,
+            **{replay.name: replay.deviation.maximum for replay in run.robustness},
+        }
+    names = list(dict.fromkeys(name for column in found.values() for name in column))
+    rows = (
+        [
+            name,
+            *(_figure(1e6 * column[name]) if name in column else "" for column in found.values()),
+        ]
+        for name in names
+    )
+    return table(("robot", *(f"{title}, max [um]" for title in found)), rows)
+
+
 def samples() -> str:
     """Return how far apart two smooth curves through the same samples are."""
     rows = []
@@ -197,6 +218,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "crossing": crossing,
     "cycles": cycles,
     "limits": limits,
+    "robustness": robustness,
     "samples": samples,
     "methods": methods,
 }
