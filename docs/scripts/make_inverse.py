@@ -25,7 +25,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.interpolation import refined
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
-from docs.scripts import inverse_crossing
+from docs.scripts import inverse_crossing, inverse_cut
 from docs.scripts.page import finish, replace, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -219,6 +219,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "cycles": cycles,
     "limits": limits,
     "robustness": robustness,
+    "cut": inverse_cut.sentence,
     "samples": samples,
     "methods": methods,
 }
