@@ -37,8 +37,26 @@ _UNIT = 1e-6
 # Weight of the command's acceleration beside that of the links'.
 _SMOOTH = 0.1
 
-# Deviation [m], [rad] of the tool under a command at evenly spaced times, (k, 6).
-Simulate = Callable[[UniformSpline], np.ndarray]
+
+@dataclass(frozen=True)
+class Seen:
+    """What the moving robot does under a command, at evenly spaced times.
+
+    Attributes:
+        deviation: Of the tool from its path [m], [rad], (k, 6).
+        deflection: Elastic coordinates [rad], (k, m).
+    """
+
+    deviation: np.ndarray
+    deflection: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """Largest distance from the path [m]."""
+        return float(np.linalg.norm(self.deviation[:, :3], axis=1).max())
+
+
+Simulate = Callable[[UniformSpline], Seen]
 
 
 @dataclass(frozen=True)
@@ -93,42 +111,39 @@ class Polish:
             command: Command within the limits.
             passes: Linearisations at most.
         """
-        deviation, idle = self.simulate(command), 0
-        best, least = command, _largest(deviation)
+        seen, idle = self.simulate(command), 0
+        best, least = command, seen.largest
         tried: list[_Window] = []
         for _ in range(passes):
-            windows = [w for w in self._windows(deviation) if not any(w.meets(t) for t in tried)]
+            windows = [w for w in self._windows(seen) if not any(w.meets(t) for t in tried)]
             if not windows:
-                if not tried:
-                    break
-                tried = []  # what happens elsewhere may have changed them
-                continue
-            before = [self._cost(deviation, window) for window in windows]
-            command, deviation = self._improved(command, deviation, windows)
-            gains = [
-                1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)
-            ]
-            if _largest(deviation) < least:
-                best, least = command, _largest(deviation)
-            tried += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
+                break
+            before = [self._cost(seen, window) for window in windows]
+            command, seen = self._improved(command, seen, windows)
+            gains = [1.0 - self._cost(seen, w) / c for w, c in zip(windows, before, strict=True)]
+            if seen.largest < least:
+                best, least = command, seen.largest
+            # Once the command has changed elsewhere, what did not help may help.
+            kept = [] if max(gains) >= _WORTH else tried
+            tried = kept + [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
             idle = idle + 1 if max(gains) < _WORTH else 0
             if idle == _PATIENCE:
                 break
         return best
 
-    def _cost(self, deviation: np.ndarray, window: _Window) -> float:
+    def _cost(self, seen: Seen, window: _Window) -> float:
         """Return the weighted sum of squares over what a window can change."""
         rows = self.watched.rows(window.begin, window.end + _WATCHED)
-        return float(np.sum((self.scale * deviation[rows.start : rows.stop]) ** 2))
+        return float(np.sum((self.scale * seen.deviation[rows.start : rows.stop]) ** 2))
 
     @property
     def scale(self) -> np.ndarray:
         """Weights of position and rotation, (6,)."""
         return np.repeat([self.weights.position, self.weights.rotation], 3)
 
-    def _windows(self, deviation: np.ndarray) -> list[_Window]:
+    def _windows(self, seen: Seen) -> list[_Window]:
         """Return stretches in which the command is to change, the worst first and apart from another."""
-        distance = np.linalg.norm(deviation[:, :3], axis=1)
+        distance = np.linalg.norm(seen.deviation[:, :3], axis=1)
         windows: list[_Window] = []
         for k in np.flatnonzero(distance > self.goal):
             time, size = self.watched.start + self.watched.spacing * float(k), float(distance[k])
@@ -144,11 +159,11 @@ class Polish:
         return chosen
 
     def _improved(
-        self, command: UniformSpline, deviation: np.ndarray, windows: list[_Window]
-    ) -> tuple[UniformSpline, np.ndarray]:
-        """Return a better command and its deviation; where nothing helps it stays as it is."""
-        steps = [_Step.of(self, command, deviation, window) for window in windows]
-        before = [self._cost(deviation, window) for window in windows]
+        self, command: UniformSpline, seen: Seen, windows: list[_Window]
+    ) -> tuple[UniformSpline, Seen]:
+        """Return a better command and what it does; where nothing helps it stays as it is."""
+        steps = [_Step.of(self, command, seen, window) for window in windows]
+        before = [self._cost(seen, window) for window in windows]
         damping = np.full(len(windows), _DAMPING)
         taken = np.ones(len(windows), dtype=bool)
         for attempt in range(_TRIES + 1):
@@ -165,12 +180,7 @@ class Polish:
             damping[worse] *= _STRONGER
             if attempt == _TRIES - 1:
                 taken &= ~worse
-        return command, deviation
-
-
-def _largest(deviation: np.ndarray) -> float:
-    """Return the largest distance from the path [m]."""
-    return float(np.linalg.norm(deviation[:, :3], axis=1).max())
+        return command, seen
 
 
 @dataclass(frozen=True)
@@ -210,9 +220,7 @@ class _Step:
     command: UniformSpline
 
     @classmethod
-    def of(
-        cls, polish: Polish, command: UniformSpline, deviation: np.ndarray, window: _Window
-    ) -> _Step:
+    def of(cls, polish: Polish, command: UniformSpline, seen: Seen, window: _Window) -> _Step:
         """Return the model that the robot linearised about its motion gives."""
         first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
         last = int(np.floor((window.end - command.start) / command.spacing)) - 1
@@ -221,11 +229,13 @@ class _Step:
         rows = polish.watched.rows(
             command.start + command.spacing * (free.start - command.degree), window.end + _WATCHED
         )
-        here = deviation[rows.start : rows.stop]
-        response = polish.motion.response(command, free, polish.watched.times(rows), here)
+        here = slice(rows.start, rows.stop)
+        response = polish.motion.response(
+            command, free, polish.watched.times(rows), seen.deflection[here]
+        )
         joints = command.coefficients.shape[1]
         promised = (polish.scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (polish.scale * here).ravel()
+        missing = (polish.scale * seen.deviation[here]).ravel()
         differences = _differences(command, free, 2)
         weight = _SMOOTH * polish.weights.acceleration / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))
