@@ -61,10 +61,10 @@ class Seen:
         change, (inverted, mirrored) = self.change, self.largest
         bend = np.gradient(np.gradient(self.drive, STEP), STEP)[2:-2]
         return (
-            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: gear {change.joint} leaves one flank at"
-            f" {change.begins:.3f} s and\nreaches the other"
-            f" {1e3 * (change.ends - change.begins):.0f} ms later, where its torque passes zero. Link"
-            " and drive less a line;\nshaded the play. The drive goes the other way by 2 B while the"
+            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: its torque passes zero, and gear {change.joint}"
+            f" leaves one flank at {change.begins:.3f} s and\nreaches the other"
+            f" {1e3 * (change.ends - change.begins):.0f} ms later. Link and drive less a line; shaded"
+            " the play. The drive goes the other way by 2 B while the"
             f" link moves on, with up to {np.abs(bend).max():.0f} rad/s². Over the\nwhole path the tool"
             f" stays within {_UM * inverted:.1f} um; under the mirrored command of the quasi-static"
             f" robot it\nleaves it by up to {_UM * mirrored:.0f} um.*"
