@@ -114,7 +114,7 @@ def seen() -> Seen:
 def _first_change(run: Run) -> FlankChange:
     return next(
         change
-        for change in run.correction.flank_changes
+        for change in run.correction.flank_changes or ()
         if change.joint == JOINT and change.begins > AFTER_TIME and change.before * change.after < 0
     )
 

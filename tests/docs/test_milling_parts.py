@@ -12,7 +12,7 @@ TIME = np.linspace(0.0, 0.1, 1001)  # samples of 0.1 ms
 
 @pytest.mark.parametrize("period", [1.5e-3, 7.5e-4])
 def test_the_teeth_are_ripple_and_what_is_slower_is_slow(period):
-    """A straight rise and a sine of the teeth in each of three axes; chords of 0.1 ms at 7.5 a period."""
+    """A straight rise and a sine of the teeth in three axes; chords of 0.1 ms at 7.5 a period."""
     slope, size = np.array([3e-3, 0.0, -1e-3]), np.array([1e-6, 2e-6, 0.0])
     rise = TIME[:, None] * slope
     ripple = np.sin(2.0 * np.pi * TIME / period)[:, None] * size
