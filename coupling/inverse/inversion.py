@@ -154,8 +154,8 @@ class MovingRobot:
         parts = []
         for chunk in np.array_split(time, -(-len(time) // 10_000)):
             motion = [theta.at(chunk, order) for order in range(3)]
-            state = self.model.state(motion[0], motion[1], motion[2], wrench(chunk))
-            parts.append(-state.load[:, self.model.gears])
+            load = self.model.load(motion[0], motion[1], motion[2], wrench(chunk))
+            parts.append(-load[:, self.model.gears])
         return np.vstack(parts)
 
     def _twist(
@@ -164,7 +164,7 @@ class MovingRobot:
         """Return the twist of the gears; at first at rest under their static torque."""
         first = theta.at(time[:1])
         rest = np.zeros_like(first)
-        load = self.model.state(first, rest, rest, wrench.wrench[0, :1]).load
+        load = self.model.load(first, rest, rest, wrench.wrench[0, :1])
         static = -load[0, self.model.gears]
         static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
         start = self._gear_curve.deflection(static)

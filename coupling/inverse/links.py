@@ -181,7 +181,7 @@ class LinkProblem:
         model = self._model
         theta = model.chain.theta(q)
         rest = np.zeros_like(theta)
-        load = model.state(theta, rest, rest, self._task.wrench(times)).load
+        load = model.load(theta, rest, rest, self._task.wrench(times))
         theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
         return theta
 
@@ -206,9 +206,9 @@ class LinkProblem:
         for points in self._groups:
             if points.place == 0.5:
                 continue
-            theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
-            state = self._model.state(theta, rate, acceleration, points.wrench)
-            errors.append(np.linalg.norm(state.position - points.position, axis=1))
+            theta = _derivatives(motion, points.intervals, points.place)[0]
+            position, _ = self._model.placement(theta)
+            errors.append(np.linalg.norm(position - points.position, axis=1))
         return np.concatenate(errors)
 
     def residuals(self, motion: UniformSpline) -> np.ndarray:
