@@ -108,6 +108,7 @@ class MovingRobot:
         mean = MeanWrench(wanted.wrench, task.spacing)
         torque = self._torque(links.theta, time, mean)
         twist = self._twist(links.theta, time, torque, wanted.wrench)
+        progress("gears", 1, 1)
         command = self._command(links.theta, twist, torque, rows, limits, progress)
         return Inverse(command, links, twist.crossings, mean)
 
