@@ -2,7 +2,7 @@
 
     python benchmarks/inverse.py                              about 4 minutes
     python benchmarks/inverse.py --part 0.1                   a quick look at the paths' beginnings
-    python benchmarks/inverse.py --page performance           and write the table into docs/performance.md
+    python benchmarks/inverse.py --page performance           and write the page's table
 
 One run on one core, in time of this process on it, which others on the machine do not lengthen as
 they do wall time.  What is timed is from the path and the wrench to the command on a cycle of 4 ms,
@@ -126,8 +126,8 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         robot = ElasticRobot(ROBOT, curve)
         robot.reset(times[0], drives, loads[0])
         poses = [robot.tcp()]
-        for moment, load in zip(times[1:], loads[1:], strict=True):
-            robot.step(moment, drives, load)
+        for moment, row in zip(times[1:], loads[1:], strict=True):
+            robot.step(moment, drives, row)
             poses.append(robot.tcp())
         return np.array(poses)
 
@@ -225,8 +225,9 @@ def main() -> None:
         with console.status("a long path"):
             length, spent, gigabytes = long_path()
         memory = length, gigabytes
-        text += f"\n{length:.0f} s of path, there and back along the cone: {spent:.1f} s, {gigabytes:.2f} GB.\n"
-    text += "\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
+        text += f"\n\n{length:.0f} s of path, there and back along the cone with backlash:"
+        text += f" {spent:.1f} s, {gigabytes:.2f} GB.\n"
+    text += "\n\nGoals of that run:\n\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
     print(text)
     if options.page:
         replace(options.page, "inverse", text)

@@ -185,19 +185,21 @@ class LinkProblem:
         theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
         return theta
 
-    def solve(self, tolerance: float = 1e-8, passes: int = 12) -> LinkMotion:
+    def solve(self, tolerance: float = 1e-9, passes: int = 12) -> LinkMotion:
         """Return the motion of the links.
 
         Args:
-            tolerance: Largest change of an angle in the last pass [rad].
+            tolerance: Largest change of an angle that one more pass would make [rad], by how much
+                smaller the last one was than the one before; they shrink faster than that.
             passes: Passes at most.
         """
-        motion, log = self.guess(), []
+        motion, log, before = self.guess(), [], 0.0
         for _ in range(passes):
             motion, report = self._improved(motion)
             log.append(report)
-            if report.step <= tolerance:
+            if report.step**2 <= tolerance * max(before, tolerance):
                 break
+            before = report.step
         return LinkMotion(motion, tuple(log), self.error(motion))
 
     def error(self, motion: UniformSpline) -> np.ndarray:
