@@ -1,8 +1,8 @@
 """Time and memory of the inverse of the moving robot: its parts, half the path, other runs of the path.
 
-    python benchmarks/inverse.py                              about 4 minutes
-    python benchmarks/inverse.py --part 0.1                   a quick look at the paths' beginnings
-    python benchmarks/inverse.py --page performance           and write the page's table
+    python -m benchmarks.inverse                       about 5 minutes
+    python -m benchmarks.inverse --part 0.1            a quick look at the paths' beginnings
+    python -m benchmarks.inverse --page performance    and write the table of docs/performance.md
 
 One run on one core, in time of this process on it, which others on the machine do not lengthen as
 they do wall time.  What is timed is from the path and the wrench to the command on a cycle of 4 ms,
@@ -230,7 +230,7 @@ def main() -> None:
     text += "\n\nGoals of that run:\n\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
     print(text)
     if options.page:
-        replace(options.page, "inverse", text)
+        replace(options.page, "inverse", text + "\n")
 
 
 if __name__ == "__main__":

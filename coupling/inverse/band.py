@@ -47,7 +47,7 @@ class NormalEquations:
         weights = np.stack(
             [stencil(np.array(place), self._degree, m) / self._spacing**m for m in range(orders)]
         )
-        used = np.flatnonzero(np.any(weights != 0.0, axis=0))
+        used = np.flatnonzero(np.any(weights != 0.0, axis=0)).tolist()
         pairs = [(i, j) for j in used for i in used if i >= j]
         both = np.array([np.outer(weights[:, i], weights[:, j]).ravel() for i, j in pairs])
         for begin in range(0, count, _CHUNK):

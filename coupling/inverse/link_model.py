@@ -119,7 +119,7 @@ class LinkModel:
         load = np.empty_like(theta)
         for k in range(len(theta)):
             load[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
-        for k in np.flatnonzero(wrench.any(axis=1)):
+        for k in np.flatnonzero(wrench.any(axis=1)).tolist():
             load[k] -= wrench[k] @ tcp_jacobian(self.chain, data, theta[k])
         return load
 
