@@ -11,6 +11,9 @@ from coupling.inverse.spline import stencil
 # pass repairs what the next one finds.
 _DAMPING = 1e-13
 
+# Points whose products are formed at once: they fit into a processor's cache.
+_CHUNK = 100
+
 
 class NormalEquations:
     """Matrix and right-hand side of min |r + D c|^2 for the coefficients of a uniform spline.
@@ -44,11 +47,22 @@ class NormalEquations:
         weights = np.stack(
             [stencil(np.array(place), self._degree, m) / self._spacing**m for m in range(orders)]
         )
-        used = np.flatnonzero(np.any(weights != 0.0, axis=0))
+        used = np.flatnonzero(np.any(weights != 0.0, axis=0)).tolist()
         pairs = [(i, j) for j in used for i in used if i >= j]
         both = np.array([np.outer(weights[:, i], weights[:, j]).ravel() for i, j in pairs])
-        by_order = squares.transpose(1, 3, 0, 4, 2).reshape(orders**2, -1)
-        products = (both @ by_order).reshape(len(pairs), count, size, size)
+        for begin in range(0, count, _CHUNK):
+            chunk = squares[begin : begin + _CHUNK]
+            by_order = chunk.transpose(1, 3, 0, 4, 2).reshape(orders**2, -1)
+            products = (both @ by_order).reshape(len(pairs), len(chunk), size, size)
+            self._add_blocks(first + begin, pairs, products)
+        for j in used:
+            self._gradient[first + j : first + j + count] += np.einsum(
+                "m,kmq->kq", weights[:, j], gradient
+            )
+
+    def _add_blocks(self, first: int, pairs: list[tuple[int, int]], products: np.ndarray) -> None:
+        """Add products (pairs, k, quantities, quantities) of rows i and columns j of k intervals."""
+        count, size = products.shape[1:3]
         # Block [d, j, q, p] belongs to column (j, q) and row (j + d, p).
         blocks = np.zeros((self._degree + 1, count + self._degree, size, size))
         for (i, j), product in zip(pairs, products, strict=True):
@@ -58,10 +72,6 @@ class NormalEquations:
             columns[:, q, : size - q] += blocks[0, :, q, q:]
             for d in range(1, self._degree + 1):
                 columns[:, q, d * size - q : (d + 1) * size - q] += blocks[d, :, q]
-        for j in used:
-            self._gradient[first + j : first + j + count] += np.einsum(
-                "m,kmq->kq", weights[:, j], gradient
-            )
 
     def add_condition(
         self, start: int, row: np.ndarray, quantities: np.ndarray, residual: np.ndarray

@@ -30,6 +30,8 @@ _IDLE = 1e-7
 _BEND = np.array([1.0, -2.0, 1.0])
 _MOST_DAMPED = 1e6
 _PASSES = 40
+# Where a step raises the value by less of it, the value stands at its least but for rounding.
+_ROUNDING = 1e-7
 
 
 class Drive(Protocol):
@@ -237,6 +239,8 @@ class Fit:
                 damping = damping / 3.0 if damping > 1.0 else 0.0
                 if gain < 1e-3 * best:
                     break
+            elif value - best < _ROUNDING * best:
+                break
             else:
                 damping = max(2.0, 5.0 * damping)
                 if damping > _MOST_DAMPED:

@@ -115,6 +115,7 @@ class MovingRobot:
         mean = MeanWrench(wanted.wrench, task.spacing)
         torque = self._torque(links.theta, time, mean)
         twist = self._twist(links.theta, time, torque, wanted.wrench)
+        progress("gears", 1, 1)
         command = self._command(links.theta, twist, torque, rows, limits, progress)
         return Inverse(command, links, twist.crossings, mean)
 
@@ -161,8 +162,8 @@ class MovingRobot:
         parts = []
         for chunk in np.array_split(time, -(-len(time) // 10_000)):
             motion = [theta.at(chunk, order) for order in range(3)]
-            state = self.model.state(motion[0], motion[1], motion[2], wrench(chunk))
-            parts.append(-state.load[:, self.model.gears])
+            load = self.model.load(motion[0], motion[1], motion[2], wrench(chunk))
+            parts.append(-load[:, self.model.gears])
         return np.vstack(parts)
 
     def _twist(
@@ -183,7 +184,7 @@ class MovingRobot:
             wrench: Wrench on the robot, (1, 6).
         """
         chain, rest = self.model.chain, np.zeros_like(theta)
-        static = -self.model.state(theta, rest, rest, wrench).load[0, self.model.gears]
+        static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
         static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
         twist = self._gear_curve.deflection(static)
         dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)

@@ -99,22 +99,28 @@ class LinkModel:
         self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
     ) -> LinkState:
         """Return loads and poses; all arguments (k, angles), wrench on the robot (k, 6)."""
-        count = len(theta)
-        load, jacobian = self.load(theta, rate, acceleration), np.empty((count, 6, self.size))
-        position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
-        for k in range(count):
-            jacobian[k] = tcp_jacobian(self.chain, self._data, theta[k])
-            placement = pin.updateFramePlacement(self.chain.model, self._data, self.chain.tcp)
-            position[k], rotation[k] = placement.translation, placement.rotation
-        load -= np.einsum("kr,krv->kv", wrench, jacobian)
-        return LinkState(load, position, rotation)
+        placement = self.placement(theta)
+        return LinkState(self.load(theta, rate, acceleration, wrench), *placement)
 
-    def load(self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        """Return M theta'' + h [N m], (k, angles)."""
+    def placement(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return position [m] and rotation of the TCP, (k, 3) and (k, 3, 3)."""
+        chain, data = self.chain, self._data
+        position, rotation = np.empty((len(theta), 3)), np.empty((len(theta), 3, 3))
+        for k, angles in enumerate(theta):
+            placement = base_from_tool(chain, data, angles)
+            position[k], rotation[k] = placement.translation, placement.rotation
+        return position, rotation
+
+    def load(
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+    ) -> np.ndarray:
+        """Return M theta'' + h - J^T w [N m], (k, angles); arguments as in `state`."""
         model, data, rnea = self.chain.model, self._data, pin.rnea
         load = np.empty_like(theta)
         for k in range(len(theta)):
             load[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
+        for k in np.flatnonzero(wrench.any(axis=1)).tolist():
+            load[k] -= wrench[k] @ tcp_jacobian(self.chain, data, theta[k])
         return load
 
     def linearised(
@@ -130,12 +136,14 @@ class LinkModel:
                 model, data, theta[k], rate[k], acceleration[k]
             )
             load[k] = data.tau
-            jacobian[k] = tcp_jacobian(self.chain, data, theta[k])
+            # On the way it has placed all joints, and found their velocities at the base's origin.
+            jacobian[k] = data.J.reshape(6, -1)
             placement = pin.updateFramePlacement(model, data, self.chain.tcp)
             position[k], rotation[k] = placement.translation, placement.rotation
-        load -= np.einsum("kr,krv->kv", wrench, jacobian)
-        if wrench.any():
-            by[:, 0] -= tcp_force_gradient(jacobian, wrench)
+        jacobian[:, :3] += np.cross(jacobian[:, 3:], position[:, :, None], axis=1)
+        load -= (wrench[:, None] @ jacobian)[:, 0]
+        loaded = wrench.any(axis=1)
+        by[loaded, 0] -= tcp_force_gradient(jacobian[loaded], wrench[loaded])
         return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)
 
     def base_from_tool(self, theta: np.ndarray) -> pin.SE3:

@@ -184,7 +184,7 @@ class LinkProblem:
         model = self._model
         theta = model.chain.theta(q)
         rest = np.zeros_like(theta)
-        load = model.state(theta, rest, rest, self._task.wrench(times)).load
+        load = model.load(theta, rest, rest, self._task.wrench(times))
         theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
         return theta
 
@@ -199,19 +199,21 @@ class LinkProblem:
             task.wrench(time)[0],
         )
 
-    def solve(self, tolerance: float = 1e-8, passes: int = 12) -> LinkMotion:
+    def solve(self, tolerance: float = 1e-9, passes: int = 12) -> LinkMotion:
         """Return the motion of the links.
 
         Args:
-            tolerance: Largest change of an angle in the last pass [rad].
+            tolerance: Largest change of an angle that one more pass would make [rad], by how much
+                smaller the last one was than the one before; they shrink faster than that.
             passes: Passes at most.
         """
-        motion, log = self.guess(), []
+        motion, log, before = self.guess(), [], 0.0
         for _ in range(passes):
             motion, report = self._improved(motion)
             log.append(report)
-            if report.step <= tolerance:
+            if report.step**2 <= tolerance * max(before, tolerance):
                 break
+            before = report.step
         return LinkMotion(motion, tuple(log), self.error(motion))
 
     def error(self, motion: UniformSpline) -> np.ndarray:
@@ -220,9 +222,9 @@ class LinkProblem:
         for points in self._groups:
             if points.place == 0.5:
                 continue
-            theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
-            state = self._model.state(theta, rate, acceleration, points.wrench)
-            errors.append(np.linalg.norm(state.position - points.position, axis=1))
+            theta = _derivatives(motion, points.intervals, points.place)[0]
+            position, _ = self._model.placement(theta)
+            errors.append(np.linalg.norm(position - points.position, axis=1))
         return np.concatenate(errors)
 
     def residuals(self, motion: UniformSpline) -> np.ndarray:

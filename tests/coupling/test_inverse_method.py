@@ -95,7 +95,7 @@ def test_a_wrong_inverse_under_a_hard_process_gets_a_second_round_and_is_told_as
     assert found.evaluations == len(process.seen) == 3
     assert "another inverse does not help" in found.reason
     assert not found.converged
-    # In y and z nothing pushes back; in x the wall takes a half of it, and gives it back one round later.
+    # In y and z nothing pushes back; in x the wall takes a half of it.
     assert measure(found.achieved, found.desired).maximum == pytest.approx(3e-5, abs=2e-7)
 
 
