@@ -26,12 +26,20 @@ _BEFORE, _AFTER = 0.12, 0.06
 # for longer than the robot rings.
 _WATCHED = 0.8
 # Windows that are closer are joined unless the result is longer [s].
-_NEAR, _LONGEST = 0.1, 0.6
-# Damping of a step, as part of the largest curvature of its sum of squares: at first, where a step has
-# not helped, by how much it grows each time, and how often.
-_DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 8
-# A pass that lowers the sum of squares of its windows by less is no gain; after so many the polish ends.
-_WORTH, _PATIENCE = 0.05, 3
+_NEAR, _LONGEST = 0.1, 0.4
+# Deviations beyond so many times the goal say nothing to a linear robot: nothing behind the first of
+# them is watched, but for a while after a window's first miss [s].
+_LINEAR, _AT_LEAST = 10.0, 0.1
+# Windows, apart from each other, that are changed at once; the earliest, for errors grow on their way.
+_AT_ONCE = 4
+# Damping of a step, as part of the largest curvature of its sum of squares: at first, by how much it
+# grows where a step has not helped, and how often.
+_DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 7
+# A window whose sum of squares falls by less than this part is left alone, until the path has been gone
+# through; that is done again while it lowers the largest miss to this part.
+_WORTH, _SWEPT = 0.1, 0.8
+# Simulations at most.
+_SIMULATIONS = 300
 # Unit of the quadratic programs' unknowns [rad].
 _UNIT = 1e-6
 # Weight of the command's acceleration beside that of the links'.
@@ -109,40 +117,35 @@ class Polish:
     goal: float
     weights: Weights = field(default_factory=Weights)
 
-    def run(self, command: UniformSpline, passes: int = 20) -> UniformSpline:
+    def run(self, command: UniformSpline) -> UniformSpline:
         """Return the command improved, or as it was.
 
         Args:
             command: Command within the limits.
-            passes: Linearisations at most.
         """
-        seen, idle = self.simulate(command), 0
-        best, least = command, seen.largest
-        tried: list[_Window] = []
-        for _ in range(passes):
-            windows = [w for w in self._windows(seen) if not any(w.meets(t) for t in tried)]
+        run = _Run(self, command)
+        best, least = run.command, run.seen.largest
+        sweep, left = least, list[_Window]()
+        while run.simulations < _SIMULATIONS:
+            windows = self._chosen(run.seen, left)
             if not windows:
-                break
-            before = self._costs(seen, windows)
-            command, seen = self._improved(command, seen, windows)
-            gains = 1.0 - self._costs(seen, windows) / before
-            if seen.largest < least:
-                best, least = command, seen.largest
-            # Once the command has changed elsewhere, what did not help may help.
-            kept = [] if gains.max() >= _WORTH else tried
-            tried = kept + [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
-            idle = idle + 1 if gains.max() < _WORTH else 0
-            if idle == _PATIENCE:
-                break
+                if not left or least > _SWEPT * sweep:
+                    break
+                sweep, left = least, []
+                continue
+            before = self.costs(run.seen, windows)
+            run.improve(windows, before)
+            gains = 1.0 - self.costs(run.seen, windows) / before
+            left += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
+            if run.seen.largest < least:
+                best, least = run.command, run.seen.largest
         return best
 
-    def _costs(self, seen: Seen, windows: list[_Window]) -> np.ndarray:
-        """Return the weighted sums of squares from each window until the next, or the end."""
-        begins = sorted(window.begin for window in windows)
+    def costs(self, seen: Seen, windows: list[_Window]) -> np.ndarray:
+        """Return the weighted sum of squares of what each window watches."""
         costs = []
         for window in windows:
-            until = min((begin for begin in begins if begin > window.begin), default=np.inf)
-            rows = self.watched.rows(window.begin, min(until, self.watched.end))
+            rows = self.watched.rows(window.begin, window.watched)
             costs.append(np.sum((self.scale * seen.deviation[rows.start : rows.stop]) ** 2))
         return np.array(costs)
 
@@ -151,45 +154,33 @@ class Polish:
         """Weights of position and rotation, (6,)."""
         return np.repeat([self.weights.position, self.weights.rotation], 3)
 
-    def _windows(self, seen: Seen) -> list[_Window]:
-        """Return stretches in which the command is to change, the worst first and apart from another."""
+    def _chosen(self, seen: Seen, left: list[_Window]) -> list[_Window]:
+        """Return the earliest stretches that want a change and do not change what others watch."""
         distance = np.linalg.norm(seen.deviation[:, :3], axis=1)
-        windows: list[_Window] = []
-        for k in np.flatnonzero(distance > self.goal):
-            time, size = self.watched.start + self.watched.spacing * float(k), float(distance[k])
-            last = windows[-1] if windows else None
-            if last and time - last.end < _NEAR and time - last.begin < _LONGEST:
-                windows[-1] = _Window(last.begin, time + _AFTER, max(last.worst, size))
-            elif last is None or time > last.end:
-                windows.append(_Window(time - _BEFORE, time + _AFTER, size))
+        times = self.watched.times(range(self.watched.count))
+        lost = times[distance > _LINEAR * self.goal]
         chosen: list[_Window] = []
-        for window in sorted(windows, key=lambda w: -w.worst):
-            if not any(window.meets(other) for other in chosen):
+        for first, last in self._misses(times[distance > self.goal]):
+            behind = lost[lost > first]
+            until = max(first + _AT_LEAST, float(behind[0]) if len(behind) else np.inf)
+            end = min(last + _AFTER, until)
+            window = _Window(first - _BEFORE, end, min(end + _WATCHED, until))
+            apart = not chosen or window.begin > chosen[-1].watched
+            if apart and not any(window.within(one) for one in left):
                 chosen.append(window)
-        return chosen
+            if chosen and until < np.inf:
+                break  # behind it nothing is as it will be
+        return chosen[:_AT_ONCE]
 
-    def _improved(
-        self, command: UniformSpline, seen: Seen, windows: list[_Window]
-    ) -> tuple[UniformSpline, Seen]:
-        """Return a better command and what it does; where nothing helps it stays as it is."""
-        steps = [_Step.of(self, command, seen, window) for window in windows]
-        before = self._costs(seen, windows)
-        damping = np.full(len(windows), _DAMPING)
-        taken = np.ones(len(windows), dtype=bool)
-        for attempt in range(_TRIES + 1):
-            trial = command.coefficients.copy()
-            for step, strength, use in zip(steps, damping, taken, strict=True):
-                if use:
-                    trial[step.free.start : step.free.stop] += step.change(strength)
-            candidate = replace(command, coefficients=trial)
-            found = self.simulate(candidate)
-            worse = taken & (self._costs(found, windows) >= before)
-            if not worse.any():
-                return candidate, found
-            damping[worse] *= _STRONGER
-            if attempt == _TRIES - 1:
-                taken &= ~worse
-        return command, seen
+    def _misses(self, times: np.ndarray) -> list[tuple[float, float]]:
+        """Return first and last of times that are near each other."""
+        misses: list[tuple[float, float]] = []
+        for time in times.tolist():
+            if misses and time - misses[-1][1] < _NEAR and time - misses[-1][0] < _LONGEST:
+                misses[-1] = misses[-1][0], time
+            else:
+                misses.append((time, time))
+        return misses
 
 
 @dataclass(frozen=True)
@@ -198,16 +189,63 @@ class _Window:
 
     Attributes:
         begin, end: [s].
-        worst: Largest distance from the path that it is to lower [m].
+        watched: Time until which the tool is watched [s].
     """
 
     begin: float
     end: float
-    worst: float
+    watched: float
 
-    def meets(self, other: _Window) -> bool:
-        """Return whether one of two windows changes what the other watches."""
-        return self.begin < other.end + _WATCHED and other.begin < self.end + _WATCHED
+    def within(self, other: _Window) -> bool:
+        """Return whether a window begins in another one."""
+        return other.begin - _AFTER < self.begin < other.end
+
+
+class _Run:
+    """A command while it is improved.
+
+    Args:
+        polish: Where and how well.
+        command: The command as it is.
+    """
+
+    def __init__(self, polish: Polish, command: UniformSpline) -> None:
+        self._polish = polish
+        self.simulations = 0
+        self.command, self.seen = command, self._simulated(command)
+
+    def _simulated(self, command: UniformSpline) -> Seen:
+        self.simulations += 1
+        return self._polish.simulate(command)
+
+    def improve(self, windows: list[_Window], before: np.ndarray) -> None:
+        """Change the command in windows, as far as the simulation confirms it.
+
+        What happens in a window depends on those before it and not on those behind, so they are
+        decided on in order; one that no step makes better stays as it is.
+
+        Args:
+            windows: In order, apart from each other.
+            before: Their sums of squares.
+        """
+        steps = [_Step.of(self._polish, self.command, self.seen, window) for window in windows]
+        damping = np.full(len(windows), _DAMPING)
+        use, decided = np.ones(len(windows), dtype=bool), 0
+        while True:
+            trial = self.command.coefficients.copy()
+            for step, strength, used in zip(steps, damping, use, strict=True):
+                if used:
+                    trial[step.free.start : step.free.stop] += step.change(strength)
+            command = replace(self.command, coefficients=trial)
+            seen = self._simulated(command)
+            better = self._polish.costs(seen, windows) < before
+            while decided < len(windows) and (better[decided] or not use[decided]):
+                decided += 1
+            if decided == len(windows):
+                self.command, self.seen = command, seen
+                return
+            damping[decided] *= _STRONGER
+            use[decided] = damping[decided] < _DAMPING * _STRONGER**_TRIES
 
 
 @dataclass(frozen=True)
@@ -236,7 +274,7 @@ class _Step:
         first, last = max(first, command.degree), min(last, command.intervals - 1)
         free = range(first, max(last, first) + 1)
         rows = polish.watched.rows(
-            command.start + command.spacing * (free.start - command.degree), window.end + _WATCHED
+            command.start + command.spacing * (free.start - command.degree), window.watched
         )
         here = slice(rows.start, rows.stop)
         response = polish.motion.response(
