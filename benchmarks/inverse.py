@@ -230,7 +230,7 @@ def main() -> None:
     text += "\n\nGoals of that run:\n\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
     print(text)
     if options.page:
-        replace(options.page, "inverse", text + "\n")
+        replace(options.page, "inverse", text)
 
 
 if __name__ == "__main__":
