@@ -22,9 +22,13 @@ from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, spline_through
+from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.errors import EquilibriumError
 from elastic_robot.parameters import Parameters
 from elastic_robot.settings import SETTINGS
+from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Longest distance of the links' nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
@@ -33,6 +37,9 @@ _SPACING = 0.004
 _FINE = 4
 # Nodes between two evaluations of the mass matrix.
 _SELDOM = 25
+
+# Tries to find the equilibrium that the motion begins in; a smaller change of twist is none [rad].
+_STARTS, _SAME = 4, 1e-9
 
 Progress = Callable[[str, int, int], None]
 
@@ -163,13 +170,35 @@ class MovingRobot:
         self, theta: UniformSpline, time: np.ndarray, torque: np.ndarray, wrench: WrenchHistory
     ) -> Twist:
         """Return the twist of the gears; at first at rest under their static torque."""
-        first = theta.at(time[:1])
-        rest = np.zeros_like(first)
-        load = self.model.load(first, rest, rest, wrench.wrench[0, :1])
-        static = -load[0, self.model.gears]
-        static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
-        start = self._gear_curve.deflection(static)
+        start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
         return solve_twist(time, torque, self._gear_curve, self._gears.damping, start)
+
+    def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        """Return the twist of gears that carry their links at rest, as a simulation finds it.
+
+        A gear that carries nothing rests in the middle of its play.  Rounding in the links must not
+        decide that: the equilibrium of the whole robot does.
+
+        Args:
+            theta: Angles of the chain, (1, angles).
+            wrench: Wrench on the robot, (1, 6).
+        """
+        chain, rest = self.model.chain, np.zeros_like(theta)
+        static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
+        static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
+        twist = self._gear_curve.deflection(static)
+        dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)
+        for _ in range(_STARTS):
+            q = theta[0, chain.drive].copy()
+            q[self.model.gear_joint] -= twist
+            try:
+                found = equilibrium(dynamics, self.curve, q, wrench[0])[chain.torsions]
+            except EquilibriumError:
+                return twist
+            moved, twist = np.abs(found - twist).max(initial=0.0), found
+            if moved < _SAME:
+                break
+        return twist
 
     def _command(
         self,

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
 from coupling.inverse.spline import UniformSpline, stencil
+from coupling.inverse.standstill import standing
 
 End = Literal["rest", "loaded", "free"]
 
@@ -150,6 +151,8 @@ class LinkProblem:
         self._static_tilts = self._at_rest_under_load(task.guess[:1], task.nodes[:1])[
             0, model.tilts
         ]
+        # A gear that carries nothing there must not be told otherwise by what least squares leave.
+        self._standing = self._start() if task.begins == "rest" else None
         count, edge = task.intervals, min(_EDGE, task.intervals // 2)
         chunks = np.linspace(0, count, -(-count // _CHUNK) + 1).astype(int)
         self._groups = [
@@ -184,6 +187,17 @@ class LinkProblem:
         load = model.load(theta, rest, rest, self._task.wrench(times))
         theta[:, model.tilts] = -load[:, model.tilts] / model.tilt_stiffness
         return theta
+
+    def _start(self) -> np.ndarray:
+        """Return where a motion that begins at rest stands."""
+        task, time = self._task, self._task.nodes[:1]
+        return standing(
+            self._model,
+            task.guess[0],
+            task.position(time)[0],
+            task.rotation(time)[0],
+            task.wrench(time)[0],
+        )
 
     def solve(self, tolerance: float = 1e-9, passes: int = 12) -> LinkMotion:
         """Return the motion of the links.
@@ -324,8 +338,10 @@ class LinkProblem:
             ],
             "free": [],
         }
+        stands = (value, everything, heavy * self._standing) if self._standing is not None else None
         return [
             *(_Condition(0, *condition) for condition in conditions[task.begins]),
+            *([] if stands is None else [_Condition(0, *stands)]),
             *(_Condition(task.intervals, *condition) for condition in conditions[task.ends]),
         ]
 

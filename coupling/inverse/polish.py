@@ -24,21 +24,39 @@ from coupling.inverse.spline import UniformSpline
 _BEFORE, _AFTER = 0.12, 0.06
 # How long the tool is watched after the last change [s].  A link whose gear floats in its play drifts on
 # for longer than the robot rings.
-_WATCHED = 0.4
+_WATCHED = 0.8
 # Windows that are closer are joined unless the result is longer [s].
 _NEAR, _LONGEST = 0.1, 0.6
 # Damping of a step, as part of the largest curvature of its sum of squares: at first, where a step has
 # not helped, by how much it grows each time, and how often.
-_DAMPING, _STRONGER, _TRIES = 1e-6, 10.0, 6
+_DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 8
 # A pass that lowers the sum of squares of its windows by less is no gain; after so many the polish ends.
-_WORTH, _PATIENCE = 0.1, 3
+_WORTH, _PATIENCE = 0.05, 3
 # Unit of the quadratic programs' unknowns [rad].
 _UNIT = 1e-6
 # Weight of the command's acceleration beside that of the links'.
 _SMOOTH = 0.1
 
-# Deviation [m], [rad] of the tool under a command at evenly spaced times, (k, 6).
-Simulate = Callable[[UniformSpline], np.ndarray]
+
+@dataclass(frozen=True)
+class Seen:
+    """What the moving robot does under a command, at evenly spaced times.
+
+    Attributes:
+        deviation: Of the tool from its path [m], [rad], (k, 6).
+        deflection: Elastic coordinates [rad], (k, m).
+    """
+
+    deviation: np.ndarray
+    deflection: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """Largest distance from the path [m]."""
+        return float(np.linalg.norm(self.deviation[:, :3], axis=1).max())
+
+
+Simulate = Callable[[UniformSpline], Seen]
 
 
 @dataclass(frozen=True)
@@ -53,6 +71,11 @@ class Watched:
     start: float
     spacing: float
     count: int
+
+    @property
+    def end(self) -> float:
+        """Last time [s]."""
+        return self.start + self.spacing * (self.count - 1)
 
     def rows(self, begin: float, end: float) -> range:
         """Return the numbers of the times in a stretch."""
@@ -93,42 +116,44 @@ class Polish:
             command: Command within the limits.
             passes: Linearisations at most.
         """
-        deviation, idle = self.simulate(command), 0
-        best, least = command, _largest(deviation)
+        seen, idle = self.simulate(command), 0
+        best, least = command, seen.largest
         tried: list[_Window] = []
         for _ in range(passes):
-            windows = [w for w in self._windows(deviation) if not any(w.meets(t) for t in tried)]
+            windows = [w for w in self._windows(seen) if not any(w.meets(t) for t in tried)]
             if not windows:
-                if not tried:
-                    break
-                tried = []  # what happens elsewhere may have changed them
-                continue
-            before = [self._cost(deviation, window) for window in windows]
-            command, deviation = self._improved(command, deviation, windows)
-            gains = [
-                1.0 - self._cost(deviation, w) / c for w, c in zip(windows, before, strict=True)
-            ]
-            if _largest(deviation) < least:
-                best, least = command, _largest(deviation)
-            tried += [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
-            idle = idle + 1 if max(gains) < _WORTH else 0
+                break
+            before = self._costs(seen, windows)
+            command, seen = self._improved(command, seen, windows)
+            gains = 1.0 - self._costs(seen, windows) / before
+            if seen.largest < least:
+                best, least = command, seen.largest
+            # Once the command has changed elsewhere, what did not help may help.
+            kept = [] if gains.max() >= _WORTH else tried
+            tried = kept + [w for w, gain in zip(windows, gains, strict=True) if gain < _WORTH]
+            idle = idle + 1 if gains.max() < _WORTH else 0
             if idle == _PATIENCE:
                 break
         return best
 
-    def _cost(self, deviation: np.ndarray, window: _Window) -> float:
-        """Return the weighted sum of squares over what a window can change."""
-        rows = self.watched.rows(window.begin, window.end + _WATCHED)
-        return float(np.sum((self.scale * deviation[rows.start : rows.stop]) ** 2))
+    def _costs(self, seen: Seen, windows: list[_Window]) -> np.ndarray:
+        """Return the weighted sums of squares from each window until the next, or the end."""
+        begins = sorted(window.begin for window in windows)
+        costs = []
+        for window in windows:
+            until = min((begin for begin in begins if begin > window.begin), default=np.inf)
+            rows = self.watched.rows(window.begin, min(until, self.watched.end))
+            costs.append(np.sum((self.scale * seen.deviation[rows.start : rows.stop]) ** 2))
+        return np.array(costs)
 
     @property
     def scale(self) -> np.ndarray:
         """Weights of position and rotation, (6,)."""
         return np.repeat([self.weights.position, self.weights.rotation], 3)
 
-    def _windows(self, deviation: np.ndarray) -> list[_Window]:
+    def _windows(self, seen: Seen) -> list[_Window]:
         """Return stretches in which the command is to change, the worst first and apart from another."""
-        distance = np.linalg.norm(deviation[:, :3], axis=1)
+        distance = np.linalg.norm(seen.deviation[:, :3], axis=1)
         windows: list[_Window] = []
         for k in np.flatnonzero(distance > self.goal):
             time, size = self.watched.start + self.watched.spacing * float(k), float(distance[k])
@@ -144,11 +169,11 @@ class Polish:
         return chosen
 
     def _improved(
-        self, command: UniformSpline, deviation: np.ndarray, windows: list[_Window]
-    ) -> tuple[UniformSpline, np.ndarray]:
-        """Return a better command and its deviation; where nothing helps it stays as it is."""
-        steps = [_Step.of(self, command, deviation, window) for window in windows]
-        before = [self._cost(deviation, window) for window in windows]
+        self, command: UniformSpline, seen: Seen, windows: list[_Window]
+    ) -> tuple[UniformSpline, Seen]:
+        """Return a better command and what it does; where nothing helps it stays as it is."""
+        steps = [_Step.of(self, command, seen, window) for window in windows]
+        before = self._costs(seen, windows)
         damping = np.full(len(windows), _DAMPING)
         taken = np.ones(len(windows), dtype=bool)
         for attempt in range(_TRIES + 1):
@@ -158,19 +183,13 @@ class Polish:
                     trial[step.free.start : step.free.stop] += step.change(strength)
             candidate = replace(command, coefficients=trial)
             found = self.simulate(candidate)
-            after = [self._cost(found, window) for window in windows]
-            worse = taken & (np.array(after) >= before)
+            worse = taken & (self._costs(found, windows) >= before)
             if not worse.any():
                 return candidate, found
             damping[worse] *= _STRONGER
             if attempt == _TRIES - 1:
                 taken &= ~worse
-        return command, deviation
-
-
-def _largest(deviation: np.ndarray) -> float:
-    """Return the largest distance from the path [m]."""
-    return float(np.linalg.norm(deviation[:, :3], axis=1).max())
+        return command, seen
 
 
 @dataclass(frozen=True)
@@ -210,9 +229,7 @@ class _Step:
     command: UniformSpline
 
     @classmethod
-    def of(
-        cls, polish: Polish, command: UniformSpline, deviation: np.ndarray, window: _Window
-    ) -> _Step:
+    def of(cls, polish: Polish, command: UniformSpline, seen: Seen, window: _Window) -> _Step:
         """Return the model that the robot linearised about its motion gives."""
         first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
         last = int(np.floor((window.end - command.start) / command.spacing)) - 1
@@ -221,11 +238,13 @@ class _Step:
         rows = polish.watched.rows(
             command.start + command.spacing * (free.start - command.degree), window.end + _WATCHED
         )
-        here = deviation[rows.start : rows.stop]
-        response = polish.motion.response(command, free, polish.watched.times(rows), here)
+        here = slice(rows.start, rows.stop)
+        response = polish.motion.response(
+            command, free, polish.watched.times(rows), seen.deflection[here]
+        )
         joints = command.coefficients.shape[1]
         promised = (polish.scale[:, None, None] * response).reshape(-1, len(free) * joints)
-        missing = (polish.scale * here).ravel()
+        missing = (polish.scale * seen.deviation[here]).ravel()
         differences = _differences(command, free, 2)
         weight = _SMOOTH * polish.weights.acceleration / command.spacing**2
         curvature = weight * np.kron(differences.change, np.eye(joints))

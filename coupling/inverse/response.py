@@ -10,7 +10,6 @@ from scipy.linalg import expm
 
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline, stencil
-from elastic_robot.chain import Chain
 from elastic_robot.torque_curves import TorqueCurve
 
 # Longest step over which the linear robot is taken as constant [s]: a gear that crosses its play
@@ -37,7 +36,7 @@ class AlongMotion:
     wrench: Callable[[np.ndarray], np.ndarray]
 
     def response(
-        self, command: UniformSpline, free: range, outputs: np.ndarray, deviation: np.ndarray
+        self, command: UniformSpline, free: range, outputs: np.ndarray, deflection: np.ndarray
     ) -> np.ndarray:
         """Return the derivatives of the tool's pose by coefficients of the command.
 
@@ -48,8 +47,8 @@ class AlongMotion:
             command: Motion of the drives.
             free: Numbers of the coefficients that change; the first acts after the first output.
             outputs: Evenly spaced times [s], (k,).
-            deviation: Deviation of the tool under the command from that of the motion [m], [rad],
-                (k, 6): where the gears really are in their play.
+            deflection: Elastic coordinates of the robot under the command at these times [rad], (k, m):
+                where the gears really are in their play.
 
         Returns:
             Position [m/rad] and rotation [rad/rad], base axes, (k, 6, len(free), joints).
@@ -58,9 +57,7 @@ class AlongMotion:
         every = max(1, int(np.ceil((outputs[1] - outputs[0]) / _STEP - 1e-9)))
         step = float(outputs[1] - outputs[0]) / every
         times = outputs[0] + step * (np.arange((len(outputs) - 1) * every) + 0.5)
-        transition, half, forcing = self._matrices(
-            times, step, self._twists(command, outputs, deviation)
-        )
+        transition, half, forcing = self._matrices(times, step, outputs, deflection)
         first, part = command.place(times)
         weights = np.stack(
             [stencil(part, command.degree, o) / command.spacing**o for o in range(3)], axis=1
@@ -99,21 +96,8 @@ class AlongMotion:
                 )
         return answer
 
-    def _twists(
-        self, command: UniformSpline, outputs: np.ndarray, deviation: np.ndarray
-    ) -> _Twists:
-        """Return the elastic angles under a command, from what the links must have turned by."""
-        chain = self.model.chain
-        theta = self.theta.at(outputs)
-        rest = np.zeros_like(theta)
-        _, by = self.model.linearised(theta, rest, rest, np.zeros((len(outputs), 6)))
-        inverse = np.linalg.pinv(by.jacobian[:, :, chain.drive])
-        return _Twists(
-            chain, self.theta, command, outputs, np.einsum("kjr,kr->kj", inverse, deviation)
-        )
-
     def _matrices(
-        self, times: np.ndarray, step: float, twists: _Twists
+        self, times: np.ndarray, step: float, outputs: np.ndarray, deflection: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return transition over a step and its half, and accelerations by q, q', q'' of the drives."""
         chain, parameters = self.model.chain, self.model.parameters
@@ -123,7 +107,7 @@ class AlongMotion:
         own, driven = rows[..., chain.elastic], rows[..., chain.drive]
         each = np.arange(chain.elastic_count)
         stiffness, damping = own[:, 0].copy(), own[:, 1].copy()
-        stiffness[:, each, each] += self._slope(times, step, twists)
+        stiffness[:, each, each] += self._slope(times, step, outputs, deflection)
         damping[:, each, each] += parameters.damping
         count, size = len(times), chain.elastic_count
         solved = np.linalg.solve(
@@ -136,38 +120,12 @@ class AlongMotion:
         forcing = -solved[..., 2 * size :].reshape(count, size, 3, -1)
         return half @ half, half, forcing
 
-    def _slope(self, times: np.ndarray, step: float, twists: _Twists) -> np.ndarray:
+    def _slope(
+        self, times: np.ndarray, step: float, outputs: np.ndarray, deflection: np.ndarray
+    ) -> np.ndarray:
         """Return the mean stiffness of the elastic coordinates over each step, (k, m)."""
         offsets = step * ((np.arange(_SUBSTEPS) + 0.5) / _SUBSTEPS - 0.5)
-        x = twists.at((times[:, None] + offsets).ravel())
+        fine = (times[:, None] + offsets).ravel()
+        x = np.stack([np.interp(fine, outputs, column) for column in deflection.T], axis=1)
         slope: np.ndarray = self.curve.slope(x).reshape(len(times), _SUBSTEPS, -1).mean(axis=1)
         return slope
-
-
-@dataclass(frozen=True)
-class _Twists:
-    """Elastic angles over time.
-
-    Attributes:
-        chain: The robot's chain.
-        theta: Motion of the links.
-        command: Motion of the drives.
-        times: Times of `ahead` [s], (k,).
-        ahead: By how much the links are ahead of that motion [rad], (k, joints).
-    """
-
-    chain: Chain
-    theta: UniformSpline
-    command: UniformSpline
-    times: np.ndarray
-    ahead: np.ndarray
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Return the elastic angles [rad], (k, m)."""
-        x = self.theta.at(times)[:, self.chain.elastic]
-        turning = self.chain.torsions
-        joints = self.chain.elastic_joint[turning]
-        x[:, turning] -= self.command.at(times)[:, joints]
-        for column, joint in zip(turning, joints, strict=True):
-            x[:, column] += np.interp(times, self.times, self.ahead[:, joint])
-        return x

@@ -9,12 +9,13 @@ import numpy as np
 from coupling.events import Progress, Watch
 from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.polish import Polish, Watched
+from coupling.inverse.polish import Polish, Seen, Watched
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import refined
-from coupling.robot.robot import FlankChange, Inverse, SimulatedRobot
+from coupling.robot.robot import FlankChange, Inverse
+from coupling.robot.robot_fmu import RobotFmu
 
 # Longest distance of the times at which the simulated tool is watched [s].
 _WATCHED = 0.004
@@ -30,7 +31,7 @@ class Inverter:
     """
 
     moving: MovingRobot
-    simulated: SimulatedRobot
+    simulated: RobotFmu
 
     def invert(self, wanted: Wanted, controller: Controller, goal: float, watch: Watch) -> Inverse:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
@@ -53,17 +54,21 @@ class Inverter:
         found = self.moving.invert(wanted, controller, limits, progress)
         fine, _ = refined(wanted.path, _WATCHED)
         loads = wanted.wrench.held(fine.time)
+        coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
         watched = Watched(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
         times = watched.times(range(watched.count))
 
-        def deviation(command: UniformSpline) -> np.ndarray:
-            path = self.simulated.simulate(joint_path(command), loads, "dynamic")
-            columns = path.deviation_from(fine)[0].T
-            return np.stack([np.interp(times, fine.time, column) for column in columns], axis=1)
+        def even(rows: np.ndarray) -> np.ndarray:
+            return np.stack([np.interp(times, fine.time, column) for column in rows.T], axis=1)
+
+        def seen(command: UniformSpline) -> Seen:
+            joints = joint_path(command)
+            path, deflection = self.simulated.deflected(joints, loads, coordinates)
+            return Seen(even(path.deviation_from(fine)[0]), even(deflection))
 
         motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
-        command = Polish(motion, limits, deviation, watched, goal).run(found.command)
+        command = Polish(motion, limits, seen, watched, goal).run(found.command)
         joints = self.moving.model.gear_joint
         changes = [
             FlankChange(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)

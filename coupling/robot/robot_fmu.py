@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,13 +22,20 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import AXES, POSE, Mode
 
-# Names of the wrench and of the pose by version of FMI; in 3.0 they are arrays.
-SIGNALS = {
+Signals = tuple[tuple[str, ...], tuple[str, ...], Callable[[int], tuple[str, ...]]]
+
+# Names of the wrench, of the pose and of so many deflections by version of FMI; in 3.0 they are arrays.
+SIGNALS: dict[str, Signals] = {
     "2": (
         tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
         tuple(f"tcp.{name}" for name in POSE),
+        lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
     ),
-    "3": (("force", "moment"), ("tcp.position", "tcp.orientation")),
+    "3": (
+        ("force", "moment"),
+        ("tcp.position", "tcp.orientation"),
+        lambda count: ("deflection",) if count else (),
+    ),
 }
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.
@@ -106,20 +113,48 @@ class RobotFmu:
             SimulationError: If the FMU refuses a step, with its reason.
             HostError: If the FMU's process has ended.
         """
+        rows = self._run(command, wrench, {"mode": mode, **changed}, 0, what)
+        return ToolPath(wrench.time, rows)
+
+    def deflected(
+        self, command: JointPath, wrench: WrenchHistory, coordinates: int
+    ) -> tuple[ToolPath, np.ndarray]:
+        """Run a command in dynamic mode and return the TCP's path and how the joints give way on it.
+
+        Args:
+            command, wrench: As for `simulate`.
+            coordinates: Number m of the robot's elastic coordinates.
+
+        Returns:
+            The path, and the elastic coordinates at its times [rad], (n, m).
+
+        Raises:
+            SimulationError, HostError: As `simulate`.
+        """
+        rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
+        return ToolPath(wrench.time, rows[:, : len(POSE)]), rows[:, len(POSE) :]
+
+    def _run(
+        self,
+        command: JointPath,
+        wrench: WrenchHistory,
+        values: Mapping[str, float | str],
+        coordinates: int,
+        what: str = "",
+    ) -> np.ndarray:
+        """Return poses, and elastic coordinates behind them if any are asked for, (n, 7 + m)."""
         trajectory = Path(self._folder.name, "trajectory.npz")
         save_trajectory(trajectory, command)
         (loads,) = wrench.wrench
-        parameters: dict[str, float | str] = {
-            "trajectory": str(trajectory),
-            "torque_curve": self.torque_curve,
-            "mode": mode,
-            **changed,
-        }
+        mode = str(values["mode"])
+        parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
         parts = _parts(len(wrench.time), mode)
         processes = self._started(len(parts))
-        inputs, outputs = SIGNALS[processes[0].version]
+        inputs, pose, deflection = SIGNALS[processes[0].version]
+        outputs = (*pose, *deflection(coordinates))
+        width = len(POSE) + coordinates
         jobs = [
-            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, len(POSE), _TOLERANCE)
+            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, width, _TOLERANCE)
             for rows in parts
         ]
 
@@ -131,11 +166,10 @@ class RobotFmu:
             with _simulation_errors():
                 for process, job in zip(processes, jobs, strict=True):
                     process.send(job)
-                poses = [process.receive(progress) for process in processes]
+                return np.vstack([process.receive(progress) for process in processes])
         except BaseException:
             self._end()  # what they still answer would be taken for the next simulation's
             raise
-        return ToolPath(wrench.time, np.vstack(poses))
 
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
@@ -179,7 +213,7 @@ def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
     np.savez(file, columns=list(columns), data=np.column_stack(list(columns.values())))
 
 
-def _parts(samples: int, mode: Mode) -> list[slice]:
+def _parts(samples: int, mode: str) -> list[slice]:
     """Return the samples for each process."""
     if mode == "dynamic" or samples < _WORTH_SHARING or (os.cpu_count() or 1) < 2:
         return [slice(0, samples)]

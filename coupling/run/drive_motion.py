@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath
 from elastic_robot.trajectory import Trajectory
 

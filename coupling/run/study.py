@@ -13,7 +13,7 @@ from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell, Member

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import ProcessError
+from coupling.errors import ProcessError, SimulationError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
@@ -50,6 +50,7 @@ class _Round:
         answer: The process's answer to the path under the wrench before.
         consistency: Distance of that path from `achieved` [m].
         report: Its figures.
+        failure: Why there was no validation; `achieved` and `answer` are then those before it.
     """
 
     inverse: RobotInverse
@@ -57,6 +58,7 @@ class _Round:
     answer: Answer
     consistency: float
     report: Pass
+    failure: ProcessError | SimulationError | None = None
 
 
 class Inverse(Schema):
@@ -96,19 +98,11 @@ class Inverse(Schema):
         rounds: list[_Round] = []
         verdict: tuple[Outcome, str] | None = None
         while verdict is None:
-            try:
-                rounds.append(self._round(loop, desired, times, answer, rounds))
-            except ProcessError as error:
-                if not rounds:
-                    raise
-                verdict = (
-                    Outcome.PROCESS_FAILED,
-                    f"the process failed in round {len(rounds) + 1}: {error}",
-                )
-                break
+            rounds.append(self._round(loop, desired, times, answer, rounds))
             answer = rounds[-1].answer
             verdict = self._verdict(rounds)
-        best = min(rounds, key=lambda entry: entry.report.deviation.maximum)
+        validated = [entry for entry in rounds if entry.failure is None] or rounds
+        best = min(validated, key=lambda entry: entry.report.deviation.maximum)
         outcome, reason = verdict
         joints = best.inverse.joints
         return Correction(
@@ -124,7 +118,7 @@ class Inverse(Schema):
             answer=replace(best.answer, wrench=best.answer.wrench.held(times.path.time)),
             consistency=best.consistency,
             passes=tuple(entry.report for entry in rounds),
-            evaluations=1 + spent + len(rounds),
+            evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
             flank_changes=best.inverse.flank_changes,
         )
 
@@ -156,8 +150,13 @@ class Inverse(Schema):
         first = () if rounds else (Evaluation.of(1, times.path, seen, answer, None),)
         for entry in first:
             loop.watch(Evaluated(entry, seen))
-        checked = loop.process.evaluate(seen.at_rows(times.rows))
-        achieved = loop.robot.simulate(inverse.joints, checked.wrench.held(time), loop.mode)
+        try:
+            checked = loop.process.evaluate(seen.at_rows(times.rows))
+            achieved = loop.robot.simulate(inverse.joints, checked.wrench.held(time), loop.mode)
+        except (ProcessError, SimulationError) as error:
+            report = Pass(len(rounds) + 1, measure(seen, times.path), first)
+            loop.watch(report)
+            return _Round(inverse, seen, answer, 0.0, report, error)
         last = Evaluation.of(len(rounds) + 2, seen, achieved, checked, answer)
         loop.watch(Evaluated(last, achieved))
         report = Pass(len(rounds) + 1, measure(achieved, times.path), (*first, last))
@@ -166,6 +165,15 @@ class Inverse(Schema):
 
     def _verdict(self, rounds: list[_Round]) -> tuple[Outcome, str] | None:
         """Return how and why the rounds end, if they do."""
+        failure = rounds[-1].failure
+        if failure is not None:
+            process = isinstance(failure, ProcessError)
+            outcome = Outcome.PROCESS_FAILED if process else Outcome.ROBOT_FAILED
+            who = "process" if process else "robot"
+            return outcome, (
+                f"the {who} failed in the validation of inverse {len(rounds)}, on the path that the tool"
+                f" really takes: {failure}"
+            )
         sizes = [entry.report.deviation.maximum for entry in rounds]
         if sizes[-1] <= self.tolerance_m:
             count = "one inverse" if len(sizes) == 1 else f"{len(sizes)} inverses"

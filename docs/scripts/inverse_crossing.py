@@ -61,10 +61,10 @@ class Seen:
         change, (inverted, mirrored) = self.change, self.largest
         bend = np.gradient(np.gradient(self.drive, STEP), STEP)[2:-2]
         return (
-            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: gear {change.joint} leaves one flank at"
-            f" {change.begins:.3f} s and\nreaches the other"
-            f" {1e3 * (change.ends - change.begins):.0f} ms later, where its torque passes zero. Link"
-            " and drive less a line;\nshaded the play. The drive goes the other way by 2 B while the"
+            f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: its torque passes zero, and gear {change.joint}"
+            f" leaves one flank at {change.begins:.3f} s and\nreaches the other"
+            f" {1e3 * (change.ends - change.begins):.0f} ms later. Link and drive less a line; shaded"
+            " the play. The drive goes the other way by 2 B while the"
             f" link moves on, with up to {np.abs(bend).max():.0f} rad/s². Over the\nwhole path the tool"
             f" stays within {_UM * inverted:.1f} um; under the mirrored command of the quasi-static"
             f" robot it\nleaves it by up to {_UM * mirrored:.0f} um.*"
@@ -88,7 +88,6 @@ def seen() -> Seen:
     time = np.arange(begin, begin + WINDOW, STEP)
     torque, link, half_width = _gear(case, time)
     joints = run.correction.joints
-    assert joints.qd is not None and joints.qdd is not None
     drive = Trajectory(joints.time, joints.q[0], joints.qd[0], joints.qdd[0]).at(time)[0]
     deviations = []
     for path, desired in (
@@ -106,15 +105,16 @@ def seen() -> Seen:
         link,
         drive[:, JOINT - 1],
         watched,
-        *(np.interp(watched, *deviation) for deviation in deviations),
-        largest=(deviations[0][1].max(), deviations[1][1].max()),
+        np.interp(watched, *deviations[0]),
+        np.interp(watched, *deviations[1]),
+        (deviations[0][1].max(), deviations[1][1].max()),
     )
 
 
 def _first_change(run: Run) -> FlankChange:
     return next(
         change
-        for change in run.correction.flank_changes
+        for change in run.correction.flank_changes or ()
         if change.joint == JOINT and change.begins > AFTER_TIME and change.before * change.after < 0
     )
 
@@ -128,12 +128,12 @@ def _gear(case: Case, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     found = moving.invert(
         wanted, case.controller, JointLimits.of(placed.description), lambda *_: None
     )
-    motion = [found.links.theta.at(time, order) for order in range(3)]
-    load = moving.model.state(*motion, np.zeros((len(time), 6))).load
+    theta, rate, acceleration = (found.links.theta.at(time, order) for order in range(3))
+    load = moving.model.state(theta, rate, acceleration, np.zeros((len(time), 6))).load
     gear = int(np.flatnonzero(moving.model.gear_joint == JOINT - 1)[0])
     row = int(moving.model.gears[gear])
     backlash = moving.model.parameters.backlash[moving.model.chain.torsions[gear]]
-    return -load[:, row], motion[0][:, row], float(backlash)
+    return -load[:, row], theta[:, row], float(backlash)
 
 
 def drawn(found: Seen) -> go.Figure:

@@ -25,6 +25,7 @@ from coupling.process import Answer
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member, Placement
+from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
 from coupling.run.folder import write_run
 from coupling.run.ssp import write_ssp
@@ -293,15 +294,15 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     """Every path between its samples as well: deviations and gap at the samples are as they were."""
     case, run, _ = finished
     found = run.correction
-    desired, rows = refined(found.desired, 0.011)
+    desired, rows = refined(found.desired, 0.0021)
     assert len(rows) == len(found.desired.time) < len(desired.time)
     finer = replace(
         found,
         desired=desired,
-        unloaded=refined(found.unloaded, 0.011)[0],
-        before=Before(refined(run.before, 0.011)[0], found.before.answer),
+        unloaded=refined(found.unloaded, 0.0021)[0],
+        before=Before(refined(run.before, 0.0021)[0], found.before.answer),
         correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
-        achieved=refined(found.achieved, 0.011)[0],
+        achieved=refined(found.achieved, 0.0021)[0],
         answer=Answer(found.answer.wrench.held(desired.time)),
     )
     gap = _gap(case, finer)
@@ -313,6 +314,45 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     own, before = Deviations.of(between).before, Deviations.of(run).before
     assert own.maximum == pytest.approx(before.maximum, rel=1e-3)
     assert own.rms == pytest.approx(before.rms, rel=1e-2)
+
+
+def test_other_robots_are_told_for_each_robot_and_for_the_worst(finished):
+    _, run, out = finished
+    whole, *own = (
+        json.loads((out / place / "result.json").read_text()) for place in (".", *run.robots)
+    )
+    assert len(whole["robustness"]) >= 4
+    for row, *rows in zip(whole["robustness"], *(one["robustness"] for one in own), strict=True):
+        assert {row["name"]} == {one["name"] for one in rows}
+        sizes = [one["deviation_m"]["maximum"] for one in rows]
+        assert row["deviation_m"]["maximum"] == max(sizes)
+        assert sizes[0] != sizes[1]
+    assert [drive["robot"] for drive in whole["command"]["drives"]] == ["forming"] * 6 + [
+        "support"
+    ] * 6
+    assert [drive["robot"] for drive in own[1]["command"]["drives"]] == ["support"] * 6
+
+
+def test_passages_of_a_cell_are_told_with_their_robot(finished, tmp_path):
+    case, run, _ = finished
+    changes = (
+        FlankChange(1, 0.1, 0.2, -1, 1, "forming"),
+        FlankChange(1, 0.3, 0.4, 1, 1, "support"),
+        FlankChange(4, 0.5, 0.6, 0, 1, "support"),
+    )
+    told = replace(run, correction=replace(run.correction, flank_changes=changes))
+    write_run(tmp_path, case, told)
+    for place, count in ((".", 3), ("forming", 1), ("support", 2)):
+        figures = json.loads((tmp_path / place / "result.json").read_text())
+        assert len(figures["flank_changes"]) == count
+    said = Console(record=True, file=StringIO(), width=200)
+    print_summary(said, case, told, tmp_path)
+    assert "3 times (forming joint 1: 1, support joint 1: 1, support joint 4: 1)" in (
+        said.export_text()
+    )
+    write_report(tmp_path)
+    for name in ("forming", "support"):
+        assert 'id="flanks"' in (tmp_path / name / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_supporting_tool_takes_its_share_of_the_force(finished):
@@ -382,9 +422,8 @@ def test_a_bad_cell_is_named(tmp_path, name):
 
 def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
     text = CASE.read_text()
-    begin, end = text.index("[process]"), text.index("[coupling]")
-    wall = '[process]\nmodel = "elastic-wall"\nstiffness_N_m = 1e5\n\n'
-    (tmp_path / "case.toml").write_text(text[:begin] + wall + text[end:])
+    wall = '[process]\nmodel = "elastic-wall"\nstiffness_N_m = 1e5\n'
+    (tmp_path / "case.toml").write_text(text[: text.index("[process]")] + wall)
     with pytest.raises(CaseError, match=r"two tools with .*, got 'elastic-wall'"):
         load_case(tmp_path / "case.toml")
 

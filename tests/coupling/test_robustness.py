@@ -17,7 +17,7 @@ from scipy.interpolate import BPoly
 from coupling.case import Case, load_case
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
-from coupling.inverse.limits import JointLimits
+from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report import figures as report_figures
 from coupling.report import write_report
