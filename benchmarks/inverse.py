@@ -226,11 +226,11 @@ def main() -> None:
             length, spent, gigabytes = long_path()
         memory = length, gigabytes
         text += f"\n\n{length:.0f} s of path, there and back along the cone with backlash:"
-        text += f" {spent:.1f} s, {gigabytes:.2f} GB.\n"
+        text += f" {spent:.1f} s, {gigabytes:.2f} GB."
     text += "\n\nGoals of that run:\n\n" + "\n".join(f"- {goal}" for goal in goals(rows, memory))
     print(text)
     if options.page:
-        replace(options.page, "inverse", text + "\n")
+        replace(options.page, "inverse", text)
 
 
 if __name__ == "__main__":

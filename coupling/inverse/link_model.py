@@ -129,7 +129,7 @@ class LinkModel:
         """Return `state` and its derivatives."""
         model, data, count, size = self.chain.model, self._data, len(theta), self.size
         by = np.empty((count, 3, size, size))
-        load, jacobian = np.empty((count, size)), np.empty((count, 6, size))
+        load, columns = np.empty((count, size)), np.empty((count, size, 6))
         position, rotation = np.empty((count, 3)), np.empty((count, 3, 3))
         for k in range(count):
             by[k, 0], by[k, 1], by[k, 2] = pin.computeRNEADerivatives(
@@ -137,9 +137,10 @@ class LinkModel:
             )
             load[k] = data.tau
             # On the way it has placed all joints, and found their velocities at the base's origin.
-            jacobian[k] = data.J.reshape(6, -1)
+            columns[k] = data.J.T
             placement = pin.updateFramePlacement(model, data, self.chain.tcp)
             position[k], rotation[k] = placement.translation, placement.rotation
+        jacobian = np.ascontiguousarray(columns.swapaxes(1, 2))
         jacobian[:, :3] += np.cross(jacobian[:, 3:], position[:, :, None], axis=1)
         load -= (wrench[:, None] @ jacobian)[:, 0]
         loaded = wrench.any(axis=1)
