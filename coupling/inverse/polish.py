@@ -37,9 +37,7 @@ _AT_ONCE = 4
 _DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 7
 # A window whose sum of squares falls by less than this part is left alone, until the path has been gone
 # through; that is done again while it lowers the largest miss to this part.
-_WORTH, _SWEPT = 0.1, 0.8
-# Simulations at most.
-_SIMULATIONS = 300
+_WORTH, _SWEPT = 0.03, 0.95
 # Unit of the quadratic programs' unknowns [rad].
 _UNIT = 1e-6
 # Weight of the command's acceleration beside that of the links'.
@@ -108,6 +106,7 @@ class Polish:
         watched: Times of what it answers.
         goal: Distance from the path that is left alone [m].
         weights: What counts how much.
+        simulations: Simulations at most.
     """
 
     motion: AlongMotion
@@ -116,6 +115,7 @@ class Polish:
     watched: Watched
     goal: float
     weights: Weights = field(default_factory=Weights)
+    simulations: int = 300
 
     def run(self, command: UniformSpline) -> UniformSpline:
         """Return the command improved, or as it was.
@@ -126,7 +126,7 @@ class Polish:
         run = _Run(self, command)
         best, least = run.command, run.seen.largest
         sweep, left = least, list[_Window]()
-        while run.simulations < _SIMULATIONS:
+        while run.simulations < self.simulations:
             windows = self._chosen(run.seen, left)
             if not windows:
                 if not left or least > _SWEPT * sweep:

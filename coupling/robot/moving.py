@@ -28,10 +28,12 @@ class Inverter:
     Attributes:
         moving: Model of the robot.
         simulated: The same robot, simulated.
+        simulations: Simulations at most for the polish of a command.
     """
 
     moving: MovingRobot
     simulated: RobotFmu
+    simulations: int = 300
 
     def invert(self, wanted: Wanted, controller: Controller, goal: float, watch: Watch) -> Inverse:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
@@ -68,7 +70,9 @@ class Inverter:
             return Seen(even(path.deviation_from(fine)[0]), even(deflection))
 
         motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
-        command = Polish(motion, limits, seen, watched, goal).run(found.command)
+        command = Polish(motion, limits, seen, watched, goal, simulations=self.simulations).run(
+            found.command
+        )
         joints = self.moving.model.gear_joint
         changes = [
             FlankChange(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)

@@ -28,6 +28,11 @@ from coupling.solve.fixed_point import Loop
 from elastic_robot.fmi.interface import Mode
 
 
+# Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for one
+# as the native one for a hundred.
+_POLISH = {"native": 300, "python": 20}
+
+
 @dataclass(frozen=True)
 class RunBegins(Event):
     """A run begins.
@@ -194,7 +199,8 @@ def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[Simula
         planner = InverseKinematics(placed.description, placed.home, watch)
         file = build_fmu(placed.description, folder / f"{placed.name}.fmu", BuildOptions(case.fmu))
         fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, watch))
-        inverter = Inverter(MovingRobot(placed.description, placed.torque_curve), fmu)
+        moving = MovingRobot(placed.description, placed.torque_curve)
+        inverter = Inverter(moving, fmu, _POLISH[case.fmu])
         members.append(Member(placed.name, placed.placement, fmu, planner, inverter))
         models.append(SimulatedModel(placed.description, placed.torque_curve, fmu))
     return Cell(tuple(members)), models
