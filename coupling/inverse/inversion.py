@@ -15,7 +15,7 @@ from coupling.inverse.gears import Crossing, Twist, gears_of, solve_twist
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.links import End, LinkMotion, LinkTask
-from coupling.inverse.loads import MeanWrench
+from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.rows import Rows
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
@@ -73,7 +73,7 @@ class Inverse:
     command: UniformSpline
     links: LinkMotion
     crossings: tuple[Crossing, ...]
-    wrench: MeanWrench
+    wrench: SmoothWrench
 
 
 class MovingRobot:
@@ -112,7 +112,7 @@ class MovingRobot:
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
         time = np.linspace(rows.start, rows.end, _FINE * task.intervals + 1)
-        mean = MeanWrench(wanted.wrench, task.spacing)
+        mean = SmoothWrench(wanted.wrench, task.spacing)
         torque = self._torque(links.theta, time, mean)
         twist = self._twist(links.theta, time, torque, wanted.wrench)
         progress("gears", 1, 1)
@@ -151,13 +151,13 @@ class MovingRobot:
             intervals,
             position,
             rotation,
-            MeanWrench(wanted.wrench, duration / intervals),
+            SmoothWrench(wanted.wrench, duration / intervals),
             rigid(np.minimum(nodes, until)),
             begins,
             ends,
         )
 
-    def _torque(self, theta: UniformSpline, time: np.ndarray, wrench: MeanWrench) -> np.ndarray:
+    def _torque(self, theta: UniformSpline, time: np.ndarray, wrench: SmoothWrench) -> np.ndarray:
         """Return the torque that every gear has to carry [N m], (k, gears)."""
         parts = []
         for chunk in np.array_split(time, -(-len(time) // 10_000)):

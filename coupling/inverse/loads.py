@@ -6,44 +6,67 @@ import numpy as np
 
 from coupling.path.histories import WrenchHistory
 
+# Steps of the grid on which a wrench is smoothed, in a distance of nodes.
+_PARTS = 16
+# Times that a mean over one distance is taken in the wider of the two kernels.
+_WIDE = 4
 
-class MeanWrench:
-    """Mean of a held wrench over a width around each time, continuous in time.
 
-    A wrench that jumps asks for links whose acceleration jumps, which nodes cannot follow; its mean
-    over the distance of the nodes has the same impulse.  What is faster, as the teeth of a mill, is
-    left out.
+class SmoothWrench:
+    """A held wrench without what is faster than nodes can follow, continuous in time.
+
+    A wrench that jumps asks for links whose acceleration jumps.  Smoothed with a kernel K it moves the
+    links to the same place at the same rate behind the jump if K has no first and second moment:
+    K = 2 b^2 - b^4, with b the mean over a distance of nodes, repeated.  Of a frequency f it leaves
+    1 - (1 - s)^2 with s = sinc^2(f width), little of the teeth of a mill.
 
     Args:
         history: Wrench on one tool; beyond its ends the outermost row acts.
-        width: [s].
+        width: Distance of the nodes [s].
 
     Example:
         >>> force = np.array([[0.0, 0, 0], [0, 0, 0], [8, 0, 0]])
         >>> step = WrenchHistory.of_forces(np.array([0.0, 1.0, 2.0]), [force])
-        >>> MeanWrench(step, 0.5)(np.array([0.5, 1.0, 1.125, 1.5]))[:, 0]
-        array([0., 4., 6., 8.])
+        >>> SmoothWrench(step, 0.2)(np.array([0.5, 1.0, 1.5]))[:, 0].round(9)
+        array([0., 4., 8.])
     """
 
     def __init__(self, history: WrenchHistory, width: float) -> None:
-        self._time, self._width = history.time, width
-        rows = history.wrench[0]
-        self._first, self._last = rows[0], rows[-1]
-        steps = np.diff(history.time)[:, None]
-        self._impulse = np.vstack([np.zeros(6), np.cumsum(rows[1:] * steps, axis=0)])
+        time, rows = history.time, history.wrench[0]
+        step, margin = width / _PARTS, _WIDE * _PARTS
+        count = int(np.ceil((time[-1] - time[0]) / step)) + 2 * margin
+        # Cells of the grid, with the mean of the wrench in each; the values belong to their middles.
+        edges = time[0] + step * (np.arange(count + 1) - margin)
+        impulse = np.vstack([np.zeros(6), np.cumsum(rows[1:] * np.diff(time)[:, None], axis=0)])
+        inside = np.clip(edges, time[0], time[-1])
+        until = np.stack([np.interp(inside, time, column) for column in impulse.T], axis=1)
+        until += np.minimum(edges - time[0], 0.0)[:, None] * rows[0]
+        until += np.maximum(edges - time[-1], 0.0)[:, None] * rows[-1]
+        held = np.diff(until, axis=0) / step
+        narrow = _mean_twice(held)
+        self._time = edges[:-1] + 0.5 * step
+        self._smooth = 2.0 * narrow - _mean_twice(narrow)
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
-        """Return the mean wrenches, (k, 6)."""
-        half = 0.5 * self._width
-        mean: np.ndarray = (self._until(times + half) - self._until(times - half)) / self._width
-        return mean
-
-    def _until(self, times: np.ndarray) -> np.ndarray:
-        """Return the impulse since the first time [N s, N m s]."""
-        inside = np.clip(times, self._time[0], self._time[-1])
-        impulse = np.stack(
-            [np.interp(inside, self._time, column) for column in self._impulse.T], axis=-1
+        """Return the smoothed wrenches, (k, 6)."""
+        return np.stack(
+            [np.interp(times, self._time, column) for column in self._smooth.T], axis=-1
         )
-        before = np.minimum(times - self._time[0], 0.0)[:, None] * self._first
-        after = np.maximum(times - self._time[-1], 0.0)[:, None] * self._last
-        return impulse + before + after
+
+
+def _mean_twice(values: np.ndarray) -> np.ndarray:
+    """Return the mean over a width around each value of a grid, taken twice, (k, 6).
+
+    A width is an even number of cells: one mean reaches a cell less to the right, the other to the left.
+    """
+    half = _PARTS // 2
+    return _mean(_mean(values, half), half - 1)
+
+
+def _mean(values: np.ndarray, before: int) -> np.ndarray:
+    """Return the means over a width that begins so many cells before each value, the ends continued."""
+    first = np.repeat(values[:1], before, axis=0)
+    last = np.repeat(values[-1:], _PARTS - 1 - before, axis=0)
+    total = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), first, values, last]), axis=0)
+    mean: np.ndarray = (total[_PARTS:] - total[:-_PARTS]) / _PARTS
+    return mean

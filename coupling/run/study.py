@@ -27,9 +27,8 @@ from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
 from elastic_robot.fmi.interface import Mode
 
-
-# Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for one
-# as the native one for a hundred.
+# Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for
+# one as the native one for a hundred.
 _POLISH = {"native": 300, "python": 20}
 
 

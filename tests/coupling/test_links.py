@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.links import LinkProblem, LinkTask, Weights
-from coupling.inverse.loads import MeanWrench
+from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.windows import solve_links
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -143,19 +143,39 @@ def test_windows_give_the_motion_of_the_whole_path(robot, model):
     assert parts.error.shape == whole.error.shape == (task.intervals + 1,)
 
 
-def test_a_step_of_the_force_keeps_its_impulse():
-    """The mean over any stretch that begins and ends half a width from a step is that of the step."""
+def test_a_smoothed_force_moves_a_mass_to_the_same_place_at_the_same_rate():
+    """Twice integrated, long after the last step; and a force held for long is left as it is."""
     rng = np.random.default_rng(4)
-    time = np.sort(rng.uniform(0.0, 1.0, 30))
-    history = WrenchHistory(time, rng.normal(size=(30, 6)))
-    mean = MeanWrench(history, 0.01)
-    t = np.linspace(time[0] - 0.1, time[-1] + 0.1, 400_001)
-    rows = np.searchsorted(time, t).clip(max=29)
-    held = history.wrench[0][rows]
-    step = t[1] - t[0]
-    np.testing.assert_allclose(mean(t).sum(axis=0) * step, held.sum(axis=0) * step, atol=1e-5)
-    inside = np.abs(t[:, None] - time).min(axis=1) > 0.0051
-    np.testing.assert_allclose(mean(t)[inside], held[inside], atol=1e-12)
+    time = np.concatenate([[0.0], np.sort(rng.uniform(0.1, 0.8, 20)).round(5), [1.0]])
+    rows = rng.normal(size=(22, 6))
+    rows[:2] = 0.0
+    history = WrenchHistory(time, rows)
+    smooth = SmoothWrench(history, 0.01)
+    step = 1e-6
+    t = np.arange(0.5 * step, 1.0, step)
+    held = rows[np.searchsorted(time, t)]
+    error = smooth(t) - held
+    late = 0.85
+    before = t < late
+    rate = error[before].sum(axis=0) * step
+    place = ((late - t[before])[:, None] * error[before]).sum(axis=0) * step
+    # A mean over the width alone would leave the place off by width^2 / 24 of the steps: 4e-6.
+    assert np.abs(rate).max() < 1e-7
+    assert np.abs(place).max() < 5e-7
+    quiet = np.abs(t[:, None] - time).min(axis=1) > 0.021
+    np.testing.assert_allclose(smooth(t[quiet]), held[quiet], atol=1e-9)
+
+
+def test_the_teeth_of_a_mill_are_left_out():
+    """1 - (1 - sinc^2)^2 of a sine of 667 Hz at nodes 4 ms apart: 2.0 % of it."""
+    time = np.arange(0.0, 0.2, 1e-4)
+    force = np.zeros((len(time), 3))
+    force[:, 0] = np.sin(2.0 * np.pi * 667.0 * time)
+    smooth = SmoothWrench(WrenchHistory.of_forces(time, [force]), 0.004)
+    inner = np.linspace(0.05, 0.15, 5001)
+    share = np.sinc(667.0 * 0.004) ** 2
+    expected = 1.0 - (1.0 - share) ** 2
+    assert np.abs(smooth(inner)[:, 0]).max() == pytest.approx(expected, rel=0.1)
 
 
 def test_a_robot_without_tilts_follows_from_inverse_kinematics_alone():
