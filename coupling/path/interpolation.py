@@ -64,7 +64,8 @@ class InterpolatedPath:
     def __init__(self, path: ToolPath) -> None:
         self._path = path
         time, position = path.time, path.position[0]
-        largest = np.max(np.linalg.norm(np.diff(position, axis=0), axis=1) / np.diff(time))
+        speeds = np.linalg.norm(np.diff(position, axis=0), axis=1) / np.diff(time)
+        largest = float(speeds.max())
         free = CubicSpline(time, position)
         ends = [float(np.linalg.norm(free(time[k], 1))) for k in (0, -1)]
         self.at_rest: Rest = (ends[0] <= _AT_REST * largest, ends[1] <= _AT_REST * largest)

@@ -212,10 +212,13 @@ def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path)
         ("radius_m       = 0.02", "radius_m = 0.01"),
         ("step_down_m    = 0.001", "step_down_m = 0.002"),
         ("[0.08, 0.08]", "[0.06, 0.06]"),
-        ("tolerance_m     = 1e-5", "tolerance_m = 5e-5"),
+        ("[robot]\n", '[robot]\nmode = "quasistatic"\ntorque_curve = "linear"\n'),
+        ("[support]\n", '[support]\ntorque_curve = "linear"\n'),
     ):
         assert old in text
         text = text.replace(old, new, 1)
+    text += '\n[coupling]\nscheme = "constant"\nrelaxation = 0.6\ntolerance_m = 5e-5\n'
+    text += "force_tolerance = 5e-3\n"
     file, out = tmp_path / "small.toml", tmp_path / "out"
     file.write_text(text)
     case = load_case(file)
