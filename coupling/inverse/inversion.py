@@ -14,7 +14,7 @@ from coupling.inverse.gear_drive import GearTask
 from coupling.inverse.gears import Crossing, Twist, gears_of, solve_twist
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.links import End, LinkMotion, LinkTask
+from coupling.inverse.link_task import End, LinkMotion, LinkTask
 from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.rows import Rows
 from coupling.inverse.spline import UniformSpline

@@ -7,119 +7,32 @@ at once it is well-posed (Devasia, Chen and Paden 1996, docs/references.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
-from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
+from coupling.inverse.link_task import (
+    DEGREE,
+    End,
+    LinkMotion,
+    LinkPass,
+    LinkTask,
+    Weights,
+    interpolating,
+)
 from coupling.inverse.spline import UniformSpline, stencil
 from coupling.inverse.standstill import standing
 
-End = Literal["rest", "loaded", "free"]
-
-_DEGREE = 5
 _ORDERS = 3
 # Points whose derivatives are held in memory at once.
 _CHUNK = 2000
 # Intervals at each end whose middles are collocated as well: a quintic spline has solutions of its own
 # there beside those of the differential equation.
 _EDGE = 10
-
-
-@dataclass(frozen=True)
-class Weights:
-    """What counts how much; the unit of the sum of squares is a micrometre at the tool.
-
-    Attributes:
-        position: Of a position error [1/m].
-        rotation: Of a rotation error [1/rad]: a tenth of a milliradian counts as a micrometre.
-        acceleration: Of the links' angular acceleration beside the rigid robot's [s^2/rad].
-        balance: Of a torque missing in a tilt, over that of what it would move the tool by against the
-            tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
-    """
-
-    position: float = 1e6
-    rotation: float = 1e4
-    acceleration: float = 0.2
-    balance: float = 30.0
-
-
-@dataclass(frozen=True)
-class LinkTask:
-    """What the links are to do.
-
-    Attributes:
-        start, spacing, intervals: Nodes of the motion: start + k spacing [s].
-        position: Function from times to desired positions of the TCP [m], (k, 3).
-        rotation: Function from times to its rotations.
-        wrench: Function from times to wrenches on the robot at the TCP, base axes, (k, 6).
-        guess: Joint angles of the rigid robot at the nodes [rad], (intervals + 1, joints).
-        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static
-            loads, as a simulation begins; or "free".
-    """
-
-    start: float
-    spacing: float
-    intervals: int
-    position: Callable[[np.ndarray], np.ndarray]
-    rotation: Callable[[np.ndarray], Rotation]
-    wrench: Callable[[np.ndarray], np.ndarray]
-    guess: np.ndarray
-    begins: End = "rest"
-    ends: End = "rest"
-
-    @property
-    def nodes(self) -> np.ndarray:
-        """Times of the nodes [s]."""
-        return self.start + self.spacing * np.arange(self.intervals + 1)
-
-    def part(self, first: int, last: int) -> LinkTask:
-        """Return the task between two nodes; where it is cut the motion is free."""
-        return replace(
-            self,
-            start=self.start + self.spacing * first,
-            intervals=last - first,
-            guess=self.guess[first : last + 1],
-            begins=self.begins if first == 0 else "free",
-            ends=self.ends if last == self.intervals else "free",
-        )
-
-
-@dataclass(frozen=True)
-class LinkPass:
-    """One pass of Gauss and Newton's method.
-
-    Attributes:
-        position, rotation: Largest error of the tool's pose before the pass [m], [rad].
-        torque: Largest torque missing in a tilt before it [N m].
-        step: Largest change of an angle in it [rad].
-    """
-
-    position: float
-    rotation: float
-    torque: float
-    step: float
-
-
-@dataclass(frozen=True)
-class LinkMotion:
-    """Motion of the links.
-
-    Attributes:
-        theta: All angles of the chain; those of the joints are phi = q + e.
-        passes: The way there.
-        error: Distance of the tool from its path at the nodes [m], (intervals + 1,).
-    """
-
-    theta: UniformSpline
-    passes: tuple[LinkPass, ...] = field(default=())
-    error: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -244,7 +157,7 @@ class LinkProblem:
     def _improved(self, motion: UniformSpline) -> tuple[UniformSpline, LinkPass]:
         equations, worst = self._normal_equations(motion)
         step = equations.solve()
-        better = UniformSpline(motion.start, motion.spacing, motion.coefficients + step, _DEGREE)
+        better = UniformSpline(motion.start, motion.spacing, motion.coefficients + step, DEGREE)
         return better, LinkPass(*worst, float(np.abs(step).max()))
 
     def _normal_equations(
@@ -252,7 +165,7 @@ class LinkProblem:
     ) -> tuple[NormalEquations, tuple[float, float, float]]:
         """Return the equations of a pass, and the largest errors of position, rotation and torque."""
         model, weights = self._model, self._weights
-        equations = NormalEquations(motion.intervals, model.size, _DEGREE, motion.spacing)
+        equations = NormalEquations(motion.intervals, model.size, DEGREE, motion.spacing)
         worst = np.zeros(3)
         for points in self._groups:
             theta, rate, acceleration = _derivatives(motion, points.intervals, points.place)
@@ -326,7 +239,7 @@ class LinkProblem:
         heavy = self._weights.balance * self._weights.position * model.reach
         # Derivatives by the distance of the nodes: all rows are angles.
         value, rate, acceleration = (
-            heavy * stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_ORDERS)
+            heavy * stencil(np.array(0.0), DEGREE, order)[:DEGREE] for order in range(_ORDERS)
         )
         everything = np.arange(model.size)
         everything, tilts = np.arange(model.size), model.tilts
@@ -376,31 +289,3 @@ def _derivatives(motion: UniformSpline, intervals: range, place: float) -> np.nd
             rows = motion.coefficients[intervals.start + j : intervals.start + j + count]
             values += weight[:, None, None] * rows
     return values
-
-
-def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
-    """Return the spline through values at the nodes, (intervals + 1, quantities).
-
-    At rest at an end that is at rest, with a linear outermost piece of its second derivative at others.
-    """
-    count = task.intervals + 1
-    rows = [stencil(np.array(0.0), _DEGREE, order)[:_DEGREE] for order in range(_DEGREE)]
-    orders = [(1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends)]
-    size = count + _DEGREE - 1
-    right = np.zeros((size, values.shape[1]))
-    right[2:-2] = values
-    # Rows: two of the start, all nodes, two of the end; entry (i, j) stands at [4 + i - j, j].
-    band = np.zeros((9, size))
-
-    def put(row: int, column: int, entries: np.ndarray) -> None:
-        for k, entry in enumerate(entries):
-            band[4 + row - column - k, column + k] = entry
-
-    for k, order in enumerate(orders[0]):
-        put(k, 0, rows[order])
-    for j in range(_DEGREE):
-        band[4 + 2 - j, j : j + count] = rows[0][j]
-    for k, order in enumerate(orders[1]):
-        put(size - 2 + k, count - 1, rows[order])
-    coefficients = solve_banded((4, 4), band, right)
-    return UniformSpline(task.start, task.spacing, coefficients, _DEGREE)

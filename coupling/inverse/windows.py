@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.links import LinkMotion, LinkProblem, LinkTask, Weights
+from coupling.inverse.link_task import LinkMotion, LinkTask, Weights
+from coupling.inverse.links import LinkProblem
 from coupling.inverse.spline import UniformSpline
 
 # Intervals of a window: its matrix takes 0.1 GB for 12 angles.

@@ -9,7 +9,8 @@ import numpy as np
 from coupling.events import Progress, Watch
 from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.polish import Polish, Seen, Watched
+from coupling.inverse.polish import Polish
+from coupling.inverse.polish_step import Seen, View, Watched
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
@@ -70,9 +71,8 @@ class Inverter:
             return Seen(even(path.deviation_from(fine)[0]), even(deflection))
 
         motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
-        command = Polish(motion, limits, seen, watched, goal, simulations=self.simulations).run(
-            found.command
-        )
+        view = View(motion, limits, watched)
+        command = Polish(view, seen, goal, self.simulations).run(found.command)
         joints = self.moving.model.gear_joint
         changes = [
             FlankChange(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)

@@ -13,7 +13,7 @@ from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.inverse.gears import gears_of, solve_twist
 from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
 from coupling.inverse.joint_limits import JointLimits
-from coupling.inverse.links import LinkTask
+from coupling.inverse.link_task import LinkTask
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.band import NormalEquations
 from coupling.inverse.link_model import LinkModel
-from coupling.inverse.links import LinkProblem, LinkTask, Weights
+from coupling.inverse.link_task import LinkTask, Weights
+from coupling.inverse.links import LinkProblem
 from coupling.inverse.loads import SmoothWrench
 from coupling.inverse.windows import solve_links
 from coupling.path.histories import ToolPath, WrenchHistory, poses

@@ -1,0 +1,136 @@
+"""What the links of a robot are to do, and what comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from scipy.linalg import solve_banded
+from scipy.spatial.transform import Rotation
+
+from coupling.inverse.spline import UniformSpline, stencil
+
+End = Literal["rest", "loaded", "free"]
+
+# Degree of the splines that the links move along.
+DEGREE = 5
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What counts how much; the unit of the sum of squares is a micrometre at the tool.
+
+    Attributes:
+        position: Of a position error [1/m].
+        rotation: Of a rotation error [1/rad]: a tenth of a milliradian counts as a micrometre.
+        acceleration: Of the links' angular acceleration beside the rigid robot's [s^2/rad].
+        balance: Of a torque missing in a tilt, over that of what it would move the tool by against the
+            tilt's stiffness and its inertia between two nodes.  Heavier, rounding takes over.
+    """
+
+    position: float = 1e6
+    rotation: float = 1e4
+    acceleration: float = 0.2
+    balance: float = 30.0
+
+
+@dataclass(frozen=True)
+class LinkTask:
+    """What the links are to do.
+
+    Attributes:
+        start, spacing, intervals: Nodes of the motion: start + k spacing [s].
+        position: Function from times to desired positions of the TCP [m], (k, 3).
+        rotation: Function from times to its rotations.
+        wrench: Function from times to wrenches on the robot at the TCP, base axes, (k, 6).
+        guess: Joint angles of the rigid robot at the nodes [rad], (intervals + 1, joints).
+        begins, ends: How: at "rest"; "loaded", in mid-motion with tilts at rest under their static
+            loads, as a simulation begins; or "free".
+    """
+
+    start: float
+    spacing: float
+    intervals: int
+    position: Callable[[np.ndarray], np.ndarray]
+    rotation: Callable[[np.ndarray], Rotation]
+    wrench: Callable[[np.ndarray], np.ndarray]
+    guess: np.ndarray
+    begins: End = "rest"
+    ends: End = "rest"
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Times of the nodes [s]."""
+        return self.start + self.spacing * np.arange(self.intervals + 1)
+
+    def part(self, first: int, last: int) -> LinkTask:
+        """Return the task between two nodes; where it is cut the motion is free."""
+        return replace(
+            self,
+            start=self.start + self.spacing * first,
+            intervals=last - first,
+            guess=self.guess[first : last + 1],
+            begins=self.begins if first == 0 else "free",
+            ends=self.ends if last == self.intervals else "free",
+        )
+
+
+@dataclass(frozen=True)
+class LinkPass:
+    """One pass of Gauss and Newton's method.
+
+    Attributes:
+        position, rotation: Largest error of the tool's pose before the pass [m], [rad].
+        torque: Largest torque missing in a tilt before it [N m].
+        step: Largest change of an angle in it [rad].
+    """
+
+    position: float
+    rotation: float
+    torque: float
+    step: float
+
+
+@dataclass(frozen=True)
+class LinkMotion:
+    """Motion of the links.
+
+    Attributes:
+        theta: All angles of the chain; those of the joints are phi = q + e.
+        passes: The way there.
+        error: Distance of the tool from its path at the nodes [m], (intervals + 1,).
+    """
+
+    theta: UniformSpline
+    passes: tuple[LinkPass, ...] = field(default=())
+    error: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+def interpolating(task: LinkTask, values: np.ndarray) -> UniformSpline:
+    """Return the spline through values at the nodes, (intervals + 1, quantities).
+
+    At rest at an end that is at rest, with a linear outermost piece of its second derivative at others.
+    """
+    count = task.intervals + 1
+    rows = [stencil(np.array(0.0), DEGREE, order)[:DEGREE] for order in range(DEGREE)]
+    orders = [(1, 2) if end == "rest" else (3, 4) for end in (task.begins, task.ends)]
+    size = count + DEGREE - 1
+    right = np.zeros((size, values.shape[1]))
+    right[2:-2] = values
+    # Rows: two of the start, all nodes, two of the end; entry (i, j) stands at [4 + i - j, j].
+    band = np.zeros((9, size))
+
+    def put(row: int, column: int, entries: np.ndarray) -> None:
+        for k, entry in enumerate(entries):
+            band[4 + row - column - k, column + k] = entry
+
+    for k, order in enumerate(orders[0]):
+        put(k, 0, rows[order])
+    for j in range(DEGREE):
+        band[4 + 2 - j, j : j + count] = rows[0][j]
+    for k, order in enumerate(orders[1]):
+        put(size - 2 + k, count - 1, rows[order])
+    coefficients = solve_banded((4, 4), band, right)
+    return UniformSpline(task.start, task.spacing, coefficients, DEGREE)

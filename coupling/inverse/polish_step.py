@@ -1,0 +1,232 @@
+"""One step of the polish: what the linear robot promises of changes of a command in a window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import piqp
+
+from coupling.inverse.joint_limits import JointLimits
+from coupling.inverse.link_task import Weights
+from coupling.inverse.response import AlongMotion
+from coupling.inverse.spline import UniformSpline
+
+# Unit of the quadratic programs' unknowns [rad].
+_UNIT = 1e-6
+# Windows that begin within this time are one [s].
+_HARDLY = 0.06
+# Weight of the command's acceleration beside that of the links'.
+_SMOOTH = 0.1
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the moving robot does under a command, at evenly spaced times.
+
+    Attributes:
+        deviation: Of the tool from its path [m], [rad], (k, 6).
+        deflection: Elastic coordinates [rad], (k, m).
+    """
+
+    deviation: np.ndarray
+    deflection: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """Largest distance from the path [m]."""
+        return float(np.linalg.norm(self.deviation[:, :3], axis=1).max())
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Times at which the tool is watched: even ones from a start.
+
+    Attributes:
+        start, spacing: [s].
+        count: Number of times.
+    """
+
+    start: float
+    spacing: float
+    count: int
+
+    @property
+    def end(self) -> float:
+        """Last time [s]."""
+        return self.start + self.spacing * (self.count - 1)
+
+    def rows(self, begin: float, end: float) -> range:
+        """Return the numbers of the times in a stretch."""
+        first = max(0, int(np.ceil((begin - self.start) / self.spacing)))
+        last = min(self.count - 1, int(np.floor((end - self.start) / self.spacing)))
+        return range(first, last + 1)
+
+    def times(self, rows: range) -> np.ndarray:
+        """Return the times of numbers [s]."""
+        times: np.ndarray = self.start + self.spacing * np.arange(rows.start, rows.stop)
+        return times
+
+
+@dataclass(frozen=True)
+class View:
+    """How a robot is looked at while its command is polished.
+
+    Attributes:
+        motion: The motion about which the robot is linearised.
+        limits: What the drives can do.
+        watched: Times at which the simulated tool is watched.
+        weights: What counts how much.
+    """
+
+    motion: AlongMotion
+    limits: JointLimits
+    watched: Watched
+    weights: Weights = field(default_factory=Weights)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Weights of position and rotation, (6,)."""
+        return np.repeat([self.weights.position, self.weights.rotation], 3)
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch in which the command may change.
+
+    Attributes:
+        begin, end: [s].
+        watched: Time until which the tool is watched [s].
+    """
+
+    begin: float
+    end: float
+    watched: float
+
+    def within(self, other: Window) -> bool:
+        """Return whether a window begins in another one, or hardly before."""
+        return other.begin - _HARDLY < self.begin < other.end
+
+
+@dataclass(frozen=True)
+class Step:
+    """Quadratic model of a window's sum of squares, in the changes of its coefficients.
+
+    Attributes:
+        free: Numbers of the coefficients that change.
+        hessian: (free joints, free joints).
+        gradient: (free joints,).
+        limits: What the drives can do.
+        command: The command as it is.
+    """
+
+    free: range
+    hessian: np.ndarray
+    gradient: np.ndarray
+    limits: JointLimits
+    command: UniformSpline
+
+    @classmethod
+    def of(cls, view: View, command: UniformSpline, seen: Seen, window: Window) -> Step:
+        """Return the model that the robot linearised about its motion gives."""
+        first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
+        last = int(np.floor((window.end - command.start) / command.spacing)) - 1
+        first, last = max(first, command.degree), min(last, command.intervals - 1)
+        free = range(first, max(last, first) + 1)
+        rows = view.watched.rows(
+            command.start + command.spacing * (free.start - command.degree), window.watched
+        )
+        here = slice(rows.start, rows.stop)
+        response = view.motion.response(
+            command, free, view.watched.times(rows), seen.deflection[here]
+        )
+        joints = command.coefficients.shape[1]
+        promised = (view.scale[:, None, None] * response).reshape(-1, len(free) * joints)
+        missing = (view.scale * seen.deviation[here]).ravel()
+        differences = _differences(command, free, 2)
+        weight = _SMOOTH * view.weights.acceleration / command.spacing**2
+        curvature = weight * np.kron(differences.change, np.eye(joints))
+        bent = weight * differences.present.ravel()
+        return cls(
+            free,
+            promised.T @ promised + curvature.T @ curvature,
+            promised.T @ missing + curvature.T @ bent,
+            view.limits,
+            command,
+        )
+
+    def change(self, damping: float) -> np.ndarray:
+        """Return the change of the coefficients that lowers the model most, (free, joints)."""
+        size = len(self.gradient)
+        damped = self.hessian + damping * self.hessian.diagonal().max() * np.eye(size)
+        change = -np.linalg.solve(damped, self.gradient).reshape(len(self.free), -1)
+        if self._within(change):
+            return change
+        return self._bounded(damped).reshape(len(self.free), -1)
+
+    def _within(self, change: np.ndarray) -> bool:
+        """Return whether the changed command keeps the limits."""
+        drives = enumerate(self._drives(change))
+        return all(not np.any(self.limits.of_joint(k).excess(drive) > 0.0) for k, drive in drives)
+
+    def _drives(self, change: np.ndarray) -> Iterator[UniformSpline]:
+        """Yield the motion of every drive around the window, changed."""
+        command = self.command
+        margin = self._margin
+        around = slice(self.free.start - margin, self.free.stop + command.degree)
+        coefficients = command.coefficients[around].copy()
+        coefficients[margin : margin + len(self.free)] += change
+        start = command.start + command.spacing * around.start
+        for column in coefficients.T:
+            yield UniformSpline(start, command.spacing, column[:, None], command.degree)
+
+    @property
+    def _margin(self) -> int:
+        """Number of coefficients before the window that share intervals with it."""
+        return min(self.command.degree, self.free.start)
+
+    def _bounded(self, damped: np.ndarray) -> np.ndarray:
+        """Return the best change within the limits of the drives: a quadratic program."""
+        rows, lower, upper = [], [], []
+        joints, margin = self.command.coefficients.shape[1], self._margin
+        for joint, drive in enumerate(self._drives(np.zeros((len(self.free), joints)))):
+            changes, low, high = self.limits.of_joint(joint).rows(drive)
+            own = changes[:, margin : margin + len(self.free)].toarray()
+            touched = np.any(own != 0.0, axis=1)
+            rows.append(np.kron(own[touched], np.eye(joints)[joint]))
+            # The command as it is keeps the limits but for rounding: no change is always allowed.
+            lower.append(np.minimum(low[touched], 0.0))
+            upper.append(np.maximum(high[touched], 0.0))
+        scale = self.hessian.diagonal().max()
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
+        solver.setup(
+            damped / scale,
+            self.gradient / (scale * _UNIT),
+            None,
+            None,
+            np.vstack(rows),
+            np.concatenate(lower) / _UNIT,
+            np.concatenate(upper) / _UNIT,
+        )
+        if solver.solve() != piqp.PIQP_SOLVED:
+            return np.zeros(len(self.gradient))
+        change: np.ndarray = _UNIT * solver.result.x
+        return change
+
+
+@dataclass(frozen=True)
+class _Differences:
+    """Differences of coefficients, (k, joints), and how some coefficients change them, (k, free)."""
+
+    present: np.ndarray
+    change: np.ndarray
+
+
+def _differences(command: UniformSpline, free: range, order: int) -> _Differences:
+    """Return the differences of an order that some coefficients change."""
+    first, stop = max(free.start - order, 0), min(free.stop + order, len(command.coefficients))
+    rows = np.diff(np.eye(stop - first), order, axis=0)
+    present = np.diff(command.coefficients[first:stop], order, axis=0)
+    return _Differences(present, rows[:, free.start - first : free.stop - first])
