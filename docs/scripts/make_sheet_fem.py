@@ -44,14 +44,14 @@ def _verdict(run: Run) -> str:
 def _contours(case: Case, run: Run) -> str:
     """Return the mean force in every contour, after compensation."""
     part = case.task.part
-    points = part.coordinates(case.desired.position[0])
+    points = part.coordinates(run.desired.position[0])
     force = part.rotation.inv().apply(run.correction.answer.wrench.force[0])
     outward = points * [1.0, 1.0, 0.0]
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     ahead = np.cross([0.0, 0.0, 1.0], outward)
     depths = np.unique(points[:, 2].round(6))
     depths = depths[depths < 0.0][::-1]
-    within = [flat for depth in depths if np.sum(flat := np.abs(points[:, 2] - depth) < 1e-7) > 20]
+    within = [flat for depth in depths if np.sum(flat := np.abs(points[:, 2] - depth) < 1e-7) > 100]
     deep = [-1e3 * points[flat, 2].mean() for flat in within]
     components = {
         "F_z": force[:, 2],
