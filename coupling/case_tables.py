@@ -148,7 +148,8 @@ class CouplingTable(Schema):
 class ControllerTable(Schema):
     """[controller]: cycle_s, interpolation, max_acceleration_rad_s2 of what takes the command."""
 
-    cycle_s: Positive = 0.004
+    # No controller is faster or slower, and a mistaken unit would fill the memory with rows.
+    cycle_s: Annotated[float, Field(ge=1e-4, le=1.0)] = 0.004
     interpolation: Annotated[Interpolation, _one_of(INTERPOLATIONS)] = "quintic"
     max_acceleration_rad_s2: Positive | None = None
 

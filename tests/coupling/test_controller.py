@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
-from coupling.errors import BuildError
+from coupling.errors import BuildError, CaseError
 from coupling.fmu_export import build, compiler
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
@@ -206,3 +206,13 @@ def test_a_case_that_says_nothing_simulates_the_moving_robot_in_the_fastest_fmu(
     monkeypatch.setattr(compiler, "_compiler", none)
     assert case_with(tmp_path, silent).fmu == "python"
     assert issubclass(compiler.CompilerError, BuildError)
+
+
+@pytest.mark.parametrize("cycle", ["1e-9", "1e9", "0.0", "nan"])
+def test_a_cycle_that_no_controller_has_is_refused(tmp_path, cycle):
+    """A mistaken unit would otherwise fill the memory with rows."""
+    text = LINE_CASE.read_text() + f"\n[controller]\ncycle_s = {cycle}\n"
+    file = tmp_path / "line.toml"
+    file.write_text(text)
+    with pytest.raises(CaseError, match="controller: cycle_s: expected a"):
+        load_case(file)
