@@ -30,10 +30,12 @@ class Answer:
     Attributes:
         wrench: Wrenches on the tools along it.
         workpiece: Workpiece to look at, such as a formed sheet, if there is one.
+        period: Time between two beats of the wrench, such as those of a mill's teeth [s], if it beats.
     """
 
     wrench: WrenchHistory
     workpiece: Workpiece | None = None
+    period: float | None = None
 
 
 class Process(Protocol):

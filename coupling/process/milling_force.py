@@ -172,7 +172,8 @@ class MillingForce(Identified):
         """Return the wrench along the actual path of the tool."""
         feed = self.milling.feed_directions()
         wrench = self.force(self.milling, path, feed)
-        return Answer(WrenchHistory(path.time, self.milling.in_base(wrench, feed)))
+        history = WrenchHistory(path.time, self.milling.in_base(wrench, feed))
+        return Answer(history, period=self.milling.cutter.tooth_period)
 
 
 class MillingForceTable(ProcessTable):

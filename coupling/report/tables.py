@@ -35,9 +35,30 @@ def deviations(figures: dict[str, Any]) -> str:
         rows.append((what, figures["deviation_after_m"]))
         if mode != "dynamic":
             rows.append(("the same command and wrench, dynamic robot", shares["dynamic_after"]))
-    return _of_deviations(rows) + (
-        f"<p>{figures['process_evaluations']} evaluations of the process; peak force"
-        f" {figures['peak_force_N']:.1f} N.</p>"
+    return (
+        _of_deviations(rows)
+        + (
+            f"<p>{figures['process_evaluations']} evaluations of the process; peak force"
+            f" {figures['peak_force_N']:.1f} N.</p>"
+        )
+        + _of_beat(figures)
+    )
+
+
+def _of_beat(figures: dict[str, Any]) -> str:
+    """Return what a process that beats leaves, in parts."""
+    beat = figures["beat"]
+    if beat is None:
+        return ""
+    walls = ", ".join(
+        f"{axis} {1e6 * low:.2f} to {1e6 * high:.2f}"
+        for axis, (low, high) in beat["envelope_m"].items()
+    )
+    return (
+        f"<p>The process beats every {1e3 * beat['period_s']:.3g} ms. Of the last deviation the slow"
+        f" part, its mean over a beat, is at most {1e6 * beat['slow_m']:.2f} um, the ripple around it"
+        f" {1e6 * beat['ripple_m']:.2f} um; a surface cut at the extremes of every beat lies off by"
+        f" {walls} um, base axes.</p>"
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -17,6 +18,7 @@ from coupling.events import Event
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
+from coupling.run.beat import beat_parts
 from coupling.run.robustness import Replay
 from coupling.run.study import Deviations, Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
@@ -149,6 +151,16 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
         lines.append(_of_gears(found.flank_changes))
     if run.gap is not None:
         lines += _of_cell(run, run.gap, compensated)
+    parts = beat_parts(run)
+    if parts is not None:
+        slow, ripple = (
+            max(float(np.linalg.norm(values, axis=1).max()) for values in column)
+            for column in ([part.slow for part in parts], [part.ripple for part in parts])
+        )
+        lines.append(
+            f"The process beats: the slow part of the deviation is at most {_um(slow)}, the ripple"
+            f" around it {_um(ripple)}."
+        )
     lines += [
         f"Peak force {found.answer.wrench.peak_force:.1f} N; {found.evaluations} evaluations of the"
         f" process; {sum(run.durations.values()):.1f} s.",

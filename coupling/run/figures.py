@@ -5,6 +5,9 @@ from __future__ import annotations
 from importlib import metadata
 from typing import Any
 
+import numpy as np
+
+from coupling.run.beat import beat_parts
 from coupling.run.study import Deviations, Run
 from coupling.solve.correction import Pass
 
@@ -58,11 +61,30 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "flank_changes": _flank_changes(run, tool),
         "command": _command(run, tool),
         **gap,
+        "beat": _beat(run, tool),
         "passes": [_pass_figures(entry) for entry in found.passes],
         "rate_warnings": [str(warning) for warning in warnings],
         "durations_s": run.durations,
         "fmu_fingerprint": run.fmu_fingerprint,
         "versions": _versions(),
+    }
+
+
+def _beat(run: Run, tool: int | None) -> dict[str, Any] | None:
+    """Return what a process that beats leaves, slow part and ripple apart; None where none does."""
+    parts = beat_parts(run)
+    if parts is None:
+        return None
+    own = parts if tool is None else [parts[tool]]
+    walls = np.array([[part.lowest.min(axis=0), part.highest.max(axis=0)] for part in own])
+    return {
+        "period_s": run.correction.answer.period,
+        "slow_m": max(float(np.linalg.norm(part.slow, axis=1).max()) for part in own),
+        "ripple_m": max(float(np.linalg.norm(part.ripple, axis=1).max()) for part in own),
+        "envelope_m": {
+            axis: [float(walls[:, 0, k].min()), float(walls[:, 1, k].max())]
+            for k, axis in enumerate("xyz")
+        },
     }
 
 

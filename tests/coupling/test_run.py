@@ -234,7 +234,7 @@ BAD_CASES = {
     ),
     "no cycle": (
         LINE.read_text() + "\n[controller]\ncycle_s = 0.0\n",
-        ["controller: cycle_s", "expected a number greater than 0, got 0.0"],
+        ["controller: cycle_s", "expected a number greater than or equal to 0.0001, got 0.0"],
     ),
     "rate of a controller": (
         LINE.read_text() + "\n[controller]\nmax_rate_rad_s = 1.0\n",

@@ -1,10 +1,15 @@
-"""Parts of a deviation under a mill: slow part, ripple of the teeth, walls of the cut."""
+"""Deviation under a process that beats: slow part, ripple of a mill's teeth, walls of the cut."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from coupling.run.study import Run
+
+# Largest difference of steps that count as even, by their mean.
+_EVEN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,3 +68,18 @@ def _between(sums: np.ndarray, values: np.ndarray, place: np.ndarray) -> np.ndar
     rise = values[first + 1] - values[first]
     integral: np.ndarray = sums[first] + part * (values[first] + 0.5 * part * rise)
     return integral
+
+
+def beat_parts(run: Run) -> list[Parts] | None:
+    """Return the parts of every tool's deviation after a run; None where its process does not beat.
+
+    Neither are there any where the times are uneven or the period is longer than the path.
+    """
+    found = run.correction
+    time, period = found.desired.time, found.answer.period
+    steps = np.diff(time)
+    uneven = np.ptp(steps) > _EVEN * steps.mean()
+    if period is None or uneven or period > time[-1] - time[0]:
+        return None
+    deviation = found.achieved.position - found.desired.position
+    return [Parts.of(time, own, period) for own in deviation]

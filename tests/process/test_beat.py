@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from docs.scripts.milling_parts import Parts
+from coupling.run.beat import Parts
 
 TIME = np.linspace(0.0, 0.1, 1001)  # samples of 0.1 ms
 
