@@ -20,6 +20,7 @@ from coupling.robot.robot import Robot
 from coupling.solve.correction import Before, Correction, How, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation, Loop, couple, unloaded_path
 from coupling.solve.outcome import Outcome
+from elastic_robot.fmi.interface import Mode
 
 # Part of the tolerance that the robot alone is to keep under the wrench on the desired path: a sheet
 # answers micrometres with newtons, so the rest is the process's.
@@ -101,7 +102,7 @@ class Inverse(Schema):
         while verdict is None:
             rounds.append(self._round(loop, desired, times, answer, rounds))
             answer = rounds[-1].answer
-            verdict = self._verdict(rounds)
+            verdict = self._verdict(rounds, loop.mode)
         validated = [entry for entry in rounds if entry.failure is None] or rounds
         best = min(validated, key=lambda entry: entry.report.deviation.maximum)
         outcome, reason = verdict
@@ -164,7 +165,7 @@ class Inverse(Schema):
         loop.watch(report)
         return _Round(inverse, achieved, checked, last.path_change, report)
 
-    def _verdict(self, rounds: list[_Round]) -> tuple[Outcome, str] | None:
+    def _verdict(self, rounds: list[_Round], mode: Mode) -> tuple[Outcome, str] | None:
         """Return how and why the rounds end, if they do."""
         failure = rounds[-1].failure
         if failure is not None:
@@ -181,11 +182,12 @@ class Inverse(Schema):
             return Outcome.CONVERGED, f"converged with {count} of the moving robot"
         worst = rounds[int(np.argmin(sizes))].report.deviation.time_of_maximum
         left = f"{1e6 * min(sizes):.4g} um are left, most at t = {worst:.3f} s"
+        if mode == "quasistatic":
+            advice = 'the command is that of the moving robot: validate it with mode = "dynamic"'
+        else:
+            advice = "see which limit or cycle holds it back (docs/inverse.md)"
         if len(sizes) > 1 and sizes[-1] > _IMPROVED * min(sizes[:-1]):
-            return Outcome.STAGNATED, (
-                f"another inverse does not help: {left}; see which limit or cycle holds it back"
-                " (docs/inverse.md)"
-            )
+            return Outcome.STAGNATED, f"another inverse does not help: {left}; {advice}"
         if len(sizes) >= self.max_rounds:
             return Outcome.EXHAUSTED, f"{left} after {len(sizes)} inverses of the moving robot"
         return None

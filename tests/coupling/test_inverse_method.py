@@ -70,8 +70,8 @@ def desired():
     return ToolPath(time, upright(points))
 
 
-def corrected(robot, process, desired, **keys):
-    return Inverse(**keys).correct(Loop(robot, process, "dynamic"), desired)
+def corrected(robot, process, desired, mode="dynamic", **keys):
+    return Inverse(**keys).correct(Loop(robot, process, mode), desired)
 
 
 def test_the_process_is_asked_twice_on_the_desired_path_and_on_the_one_really_taken(desired):
@@ -97,6 +97,12 @@ def test_a_wrong_inverse_under_a_hard_process_gets_a_second_round_and_is_told_as
     assert not found.converged
     # In y and z nothing pushes back; in x the wall takes a half of it.
     assert measure(found.achieved, found.desired).maximum == pytest.approx(3e-5, abs=2e-7)
+
+
+def test_a_robot_without_inertia_is_told_that_the_command_is_for_the_moving_one(desired):
+    found = corrected(InvertibleSprings(error=2e-5), CountedWall(5e5), desired, "quasistatic")
+    assert not found.converged
+    assert 'validate it with mode = "dynamic"' in found.reason
 
 
 def test_a_coupled_path_before_costs_its_evaluations(desired):
