@@ -82,7 +82,11 @@ def gears_of(parameters: Parameters, chain: Chain) -> Parameters:
         parameters: Those of all elastic coordinates.
         chain: The robot's chain.
     """
-    rows = chain.torsions
+    return rows_of(parameters, chain.torsions)
+
+
+def rows_of(parameters: Parameters, rows: np.ndarray) -> Parameters:
+    """Return the parameters of some elastic coordinates alone, by their numbers, (k,)."""
     return replace(
         parameters,
         stiffness=parameters.stiffness[rows],

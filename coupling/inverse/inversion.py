@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
-from coupling.inverse.gears import Crossing, Twist, gears_of, solve_twist
+from coupling.inverse.gears import Crossing, Twist, gears_of, rows_of, solve_twist
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import End, LinkMotion, LinkTask
@@ -26,7 +26,6 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
-from elastic_robot.parameters import Parameters
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -75,7 +74,7 @@ class Inverse:
     command: UniformSpline
     links: LinkMotion
     crossings: tuple[Crossing, ...]
-    wrench: SmoothWrench
+    wrench: Callable[[np.ndarray], np.ndarray]
 
 
 class MovingRobot:
@@ -114,12 +113,11 @@ class MovingRobot:
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
         time = np.linspace(rows.start, rows.end, _FINE * task.intervals + 1)
-        mean = SmoothWrench(wanted.wrench, task.spacing)
-        torque = self._torque(links.theta, time, mean)
+        torque = self._torque(links.theta, time, task.wrench)
         twist = self._twist(links.theta, time, torque, wanted.wrench)
         progress("gears", 1, 1)
         command = self._command(links.theta, twist, torque, rows, limits, progress)
-        return Inverse(command, links, twist.crossings, mean)
+        return Inverse(command, links, twist.crossings, task.wrench)
 
     def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> Rows:
         start, end = float(path.time[0]), float(path.time[-1])
@@ -159,7 +157,12 @@ class MovingRobot:
             ends,
         )
 
-    def _torque(self, theta: UniformSpline, time: np.ndarray, wrench: SmoothWrench) -> np.ndarray:
+    def _torque(
+        self,
+        theta: UniformSpline,
+        time: np.ndarray,
+        wrench: Callable[[np.ndarray], np.ndarray],
+    ) -> np.ndarray:
         """Return the torque that every gear has to carry [N m], (k, gears)."""
         parts = []
         for chunk in np.array_split(time, -(-len(time) // 10_000)):
@@ -227,7 +230,7 @@ class MovingRobot:
                 columns.append(rigid_command(link, rows, own))
             else:
                 gear = gear_of[joint]
-                parameters = _only(self._gears, gear)
+                parameters = rows_of(self._gears, np.array([gear]))
                 task = GearTask(
                     link,
                     twist.time,
@@ -254,14 +257,3 @@ def joint_path(command: UniformSpline) -> JointPath:
     time = command.nodes
     values = [(command.at(time, order),) for order in range(3 if command.degree == 5 else 1)]
     return JointPath(time, *values)
-
-
-def _only(parameters: Parameters, gear: int) -> Parameters:
-    """Return the parameters of one gear."""
-    return Parameters(
-        parameters.gravity,
-        parameters.stiffness[[gear]],
-        parameters.damping[[gear]],
-        parameters.backlash[[gear]],
-        (parameters.tables[gear],),
-    )

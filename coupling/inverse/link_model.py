@@ -146,7 +146,3 @@ class LinkModel:
         loaded = wrench.any(axis=1)
         by[loaded, 0] -= tcp_force_gradient(jacobian[loaded], wrench[loaded])
         return LinkState(load, position, rotation), LinkDerivatives(by, jacobian)
-
-    def base_from_tool(self, theta: np.ndarray) -> pin.SE3:
-        """Return the pose of the TCP at angles (angles,)."""
-        return base_from_tool(self.chain, self._data, theta).copy()

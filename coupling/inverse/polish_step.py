@@ -52,11 +52,6 @@ class Watched:
     spacing: float
     count: int
 
-    @property
-    def end(self) -> float:
-        """Last time [s]."""
-        return self.start + self.spacing * (self.count - 1)
-
     def rows(self, begin: float, end: float) -> range:
         """Return the numbers of the times in a stretch."""
         first = max(0, int(np.ceil((begin - self.start) / self.spacing)))

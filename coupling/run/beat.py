@@ -28,6 +28,16 @@ class Parts:
     lowest: np.ndarray
     highest: np.ndarray
 
+    @property
+    def largest_slow(self) -> float:
+        """Largest size of the slow part [m]."""
+        return float(np.linalg.norm(self.slow, axis=-1).max())
+
+    @property
+    def largest_ripple(self) -> float:
+        """Largest size of the ripple [m]."""
+        return float(np.linalg.norm(self.ripple, axis=-1).max())
+
     @classmethod
     def of(cls, time: np.ndarray, deviation: np.ndarray, period: float) -> Parts:
         """Return the parts of a deviation.

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
-import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -153,10 +152,8 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
         lines += _of_cell(run, run.gap, compensated)
     parts = beat_parts(run)
     if parts is not None:
-        slow, ripple = (
-            max(float(np.linalg.norm(values, axis=1).max()) for values in column)
-            for column in ([part.slow for part in parts], [part.ripple for part in parts])
-        )
+        slow = max(part.largest_slow for part in parts)
+        ripple = max(part.largest_ripple for part in parts)
         lines.append(
             f"The process beats: the slow part of the deviation is at most {_um(slow)}, the ripple"
             f" around it {_um(ripple)}."

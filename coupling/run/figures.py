@@ -79,8 +79,8 @@ def _beat(run: Run, tool: int | None) -> dict[str, Any] | None:
     walls = np.array([[part.lowest.min(axis=0), part.highest.max(axis=0)] for part in own])
     return {
         "period_s": run.correction.answer.period,
-        "slow_m": max(float(np.linalg.norm(part.slow, axis=1).max()) for part in own),
-        "ripple_m": max(float(np.linalg.norm(part.ripple, axis=1).max()) for part in own),
+        "slow_m": max(part.largest_slow for part in own),
+        "ripple_m": max(part.largest_ripple for part in own),
         "envelope_m": {
             axis: [float(walls[:, 0, k].min()), float(walls[:, 1, k].max())]
             for k, axis in enumerate("xyz")

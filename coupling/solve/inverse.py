@@ -96,7 +96,7 @@ class Inverse(Schema):
         plain = on_cycle(loop.robot.plan(desired), loop.controller)
         unloaded = unloaded_path(loop, plain, times.path.time)
         answer = loop.process.evaluate(desired)
-        before, spent = self._before(loop, plain, desired, times, answer)
+        before, spent = self._before(loop, plain, unloaded, times, answer)
         rounds: list[_Round] = []
         verdict: tuple[Outcome, str] | None = None
         while verdict is None:
@@ -125,13 +125,13 @@ class Inverse(Schema):
         )
 
     def _before(
-        self, loop: Loop[Robot], plain: JointPath, desired: ToolPath, times: _Times, answer: Answer
+        self, loop: Loop[Robot], plain: JointPath, unloaded: ToolPath, times: _Times, answer: Answer
     ) -> tuple[Before, int]:
         """Return what the uncorrected command leads to, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.held(times.path.time)
             return Before(loop.robot.simulate(plain, loads, loop.mode), None, "one-way"), 0
-        coupling = couple(loop, plain, unloaded_path(loop, plain, desired.time))
+        coupling = couple(loop, plain, unloaded.at_rows(times.rows))
         loads = coupling.answer.wrench.held(times.path.time)
         path = loop.robot.simulate(plain, loads, loop.mode)
         return Before(path, coupling.answer, "coupled"), len(coupling.evaluations)

@@ -26,7 +26,7 @@ from coupling.path.interpolation import refined
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
 from docs.scripts import inverse_crossing, inverse_cut
-from docs.scripts.page import finish, replace, table
+from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
 
@@ -225,14 +225,5 @@ PARTS: dict[str, Callable[[], str]] = {
 }
 
 
-def write(parts: list[str]) -> None:
-    """Fill parts of the page, each between its two marks."""
-    unknown = [part for part in parts if part not in PARTS]
-    if unknown:
-        sys.exit(f"expected parts out of {', '.join(PARTS)}, got {', '.join(unknown)}")
-    for part in parts:
-        replace("inverse", part, PARTS[part]())
-
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: write(sys.argv[1:] or list(PARTS))))
+    sys.exit(finish(lambda: replace_parts("inverse", PARTS, sys.argv[1:])))

@@ -14,7 +14,7 @@ from coupling.case import Case
 from coupling.report import workpiece_figures
 from coupling.run.study import Deviations, Run
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
-from docs.scripts.page import finish, replace, table
+from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force, workpieces
 
@@ -110,14 +110,5 @@ PARTS = {
 }
 
 
-def write(parts: list[str]) -> None:
-    """Fill parts of the page, each between its two marks."""
-    unknown = [part for part in parts if part not in PARTS]
-    if unknown:
-        sys.exit(f"expected parts out of {', '.join(PARTS)}, got {', '.join(unknown)}")
-    for part in parts:
-        replace("sheet_fem", part, PARTS[part]())
-
-
 if __name__ == "__main__":
-    sys.exit(finish(lambda: write(sys.argv[1:] or list(PARTS))))
+    sys.exit(finish(lambda: replace_parts("sheet_fem", PARTS, sys.argv[1:])))

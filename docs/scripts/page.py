@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from docs.scripts.pictures import NoBrowserError
@@ -35,6 +35,15 @@ def replace(page: str, part: str, text: str) -> None:
     old = file.read_text(encoding="utf-8")
     assert marked.search(old), f"{file}: expected a pair of marks of {part!r}, got none"
     _write(file, marked.sub(lambda _: text, old))
+
+
+def replace_parts(page: str, parts: Mapping[str, Callable[[], str]], names: Sequence[str]) -> None:
+    """Make parts of docs/<page>.md anew, all of them unless some are named."""
+    unknown = [name for name in names if name not in parts]
+    if unknown:
+        sys.exit(f"expected parts out of {', '.join(parts)}, got {', '.join(unknown)}")
+    for name in names or parts:
+        replace(page, name, parts[name]())
 
 
 def _write(file: Path, text: str) -> None:

@@ -72,11 +72,11 @@ def wanted(robot, end=1.2, sample=0.004, length=0.1, force=300.0):
     """A straight stroke under a force that rises and falls."""
     model = MovingRobot(robot, "linear").model
     home = HOME[: model.chain.joint_count]
-    placed = model.base_from_tool(model.chain.theta(home))
+    (middle,), (axes,) = model.placement(model.chain.theta(home)[None])
     time = sample * np.arange(round(end / sample) + 1)
     along = length * np.array([0.3, 0.8, -0.5])
-    position = placed.translation + np.outer(stroke(time, 0.9 * end), along)
-    turned = Rotation.from_matrix(np.tile(placed.rotation, (len(time), 1, 1)))
+    position = middle + np.outer(stroke(time, 0.9 * end), along)
+    turned = Rotation.from_matrix(np.tile(axes, (len(time), 1, 1)))
     path = ToolPath(time, poses(position, turned))
     loads = np.zeros((len(time), 6))
     loads[:, :3] = np.outer(np.sin(np.pi * time / end) ** 4, force * np.array([0.5, -0.3, 1.0]))

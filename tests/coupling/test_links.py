@@ -32,18 +32,16 @@ def task_of(robot, spacing, end=0.8):
     """A path around a posture: the tool moves and turns, its load rises and falls."""
     model = LinkModel(robot)
     home = _POSE[: model.chain.joint_count]
-    middle = model.base_from_tool(model.chain.theta(home))
+    (middle,), (axes,) = model.placement(model.chain.theta(home)[None])
     nodes = spacing * np.arange(round(end / spacing) + 1)
     along, axis = np.array([0.004, -0.006, 0.002]), np.array([0.01, 0.004, -0.008])
     load = np.array([100.0, -50.0, 200.0, 5.0, 3.0, -2.0])
 
     def position(t):
-        return middle.translation + np.outer(bump(t, end), along)
+        return middle + np.outer(bump(t, end), along)
 
     def rotation(t):
-        return Rotation.from_rotvec(np.outer(bump(t, end), axis)) * Rotation.from_matrix(
-            middle.rotation
-        )
+        return Rotation.from_rotvec(np.outer(bump(t, end), axis)) * Rotation.from_matrix(axes)
 
     def wrench(t):
         return np.outer(bump(t, end), load)
@@ -187,5 +185,5 @@ def test_a_robot_without_tilts_follows_from_inverse_kinematics_alone():
     task = task_of(robot, 0.01)
     motion = solve_links(model, task)
     for t in (0.2, 0.4, 0.55):
-        placed = model.base_from_tool(motion.theta.at(np.array([t]))[0])
-        np.testing.assert_allclose(placed.translation, task.position(np.array([t]))[0], atol=1e-8)
+        (placed,), _ = model.placement(motion.theta.at(np.array([t])))
+        np.testing.assert_allclose(placed, task.position(np.array([t]))[0], atol=1e-8)
