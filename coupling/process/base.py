@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 import elastic_robot
 from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
@@ -31,11 +33,14 @@ class Answer:
         wrench: Wrenches on the tools along it.
         workpiece: Workpiece to look at, such as a formed sheet, if there is one.
         period: Time between two beats of the wrench, such as those of a mill's teeth [s], if it beats.
+        stiffness: How the force on every tool answers to that tool's displacement, K = -dF/dx, base
+            axes [N/m], (tools, n, 3, 3), where the process knows.
     """
 
     wrench: WrenchHistory
     workpiece: Workpiece | None = None
     period: float | None = None
+    stiffness: np.ndarray | None = None
 
 
 class Process(Protocol):
