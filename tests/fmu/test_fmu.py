@@ -29,6 +29,8 @@ def _expected_names() -> dict[str, list[str]]:
         "input": [
             *["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"],
             *[f"{name}[{i}]" for name in ("q_cmd", "qd_cmd", "qdd_cmd") for i in six],
+            *[f"anchor.{c}" for c in ("x", "y", "z", "vx", "vy", "vz")],
+            *[f"anchor.k{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
         ],
         "output": [
             *POSE,
