@@ -20,13 +20,13 @@ from elastic_robot.torque_curves import TorqueCurve
 _MOST_PASSES = 200
 # Longest step of a coordinate [rad].
 _LONGEST_STEP = 0.5
-# A step may lead so far beyond the valley's floor that the torque along it is this part of the one at its
+# A step may lead beyond the valley's floor until the torque along it is this part of the one at its
 # start, turned round; longer ones are shortened to the floor, as exactly as this part of them.
 _BEYOND = 0.1
 _PART = 1e-14
 # Slopes that are added, over those of the flanks, until the energy's curvature is positive.
 _SHIFTS = (0.0, *(10.0**k for k in range(-12, 5, 2)))
-# A gear with more than this many times the torque that it loses across its play has one flank to rest on.
+# A gear that carries more than this many times what it loses across its play has one flank to rest on.
 _CERTAIN = 3.0
 # Rounding of the spring's force, over stiffness and distance from the base.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
@@ -153,7 +153,7 @@ class SpringStatics:
         return part, self._residual(x + part * step)
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:
-        """Return the gears that might rest on their other flank too: driven on all through their play."""
+        """Return the gears that might rest on their other flank too, driven on through their play."""
         theta = self._theta(x)
         torque = self._dynamics.static_torque(theta, self._acting)
         driven = self._dynamics.static_torque_gradient(theta, self._acting).diagonal()
