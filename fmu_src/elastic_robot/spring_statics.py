@@ -61,7 +61,10 @@ class SpringStatics:
         Where a gear that the spring does not support could rest on either flank, the one with the TCP
         nearer to the anchor is taken: a contact is touched there.
         """
-        start, neutral = self._start()
+        try:
+            start, neutral = self._start()
+        except np.linalg.LinAlgError:  # numbers beyond all bounds
+            return None
         x = self._descend(start, neutral)
         if x is None:
             return None
@@ -147,7 +150,7 @@ class SpringStatics:
             return float(self._residual(x + part * step) @ step)
 
         whole = self._residual(x + step)
-        if whole @ step >= -_BEYOND * (free @ step):
+        if not whole @ step < -_BEYOND * (free @ step):
             return 1.0, whole
         part = float(brentq(downhill, 0.0, 1.0, xtol=_PART))
         return part, self._residual(x + part * step)
