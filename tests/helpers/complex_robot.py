@@ -6,7 +6,7 @@ Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) withou
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,7 +17,10 @@ STEP = 1e-40
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`."""
+    """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`.
+
+    A spring pulls the TCP to an anchor; its stiffness has the entries xx, xy, xz, yy, yz, zz.
+    """
 
     drives: np.ndarray
     motion: np.ndarray
@@ -26,11 +29,19 @@ class Numbers:
     stiffness: np.ndarray
     damping: np.ndarray
     backlash: np.ndarray
+    anchor: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    anchor_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    spring: np.ndarray = field(default_factory=lambda: np.zeros(6))
+
+    @property
+    def spring_matrix(self) -> np.ndarray:
+        xx, xy, xz, yy, yz, zz = self.spring
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Loads M theta'' + h - J^T w in the rows of x; the TCP's position, axes and velocities."""
+    """Loads M theta'' + h - J^T w in the rows of x, w with the spring; the TCP's position, axes, velocities."""
 
     loads: np.ndarray
     position: np.ndarray
@@ -79,7 +90,8 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     if robot.payload is not None:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
-    bodies.append((len(axes), tcp, -given.wrench[:3], -given.wrench[3:]))
+    pull = given.spring_matrix @ (given.anchor - tcp)
+    bodies.append((len(axes), tcp, -given.wrench[:3] - pull, -given.wrench[3:]))
     # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
     torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)
     for i in reversed(range(len(axes))):

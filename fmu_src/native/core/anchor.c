@@ -1,7 +1,6 @@
 #include "anchor.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "vector.h"
@@ -11,7 +10,7 @@
 /* Sweeps of Jacobi's method; three are enough for rounding. */
 #define SWEEPS 6
 
-/* Eigenvalues of a symmetric matrix by Jacobi's method (Golub and Van Loan 2013, sec. 8.5). */
+/* Rising eigenvalues of a symmetric matrix by Jacobi's method (Golub and Van Loan 2013, sec. 8.5). */
 static void find_eigenvalues(const double K[ER_SYMMETRIC], double value[3])
 {
     double a[3][3] = {{K[0], K[1], K[2]}, {K[1], K[3], K[4]}, {K[2], K[4], K[5]}};
@@ -28,14 +27,17 @@ static void find_eigenvalues(const double K[ER_SYMMETRIC], double value[3])
         at_q = s * a[other][p] + c * a[other][q];
         a[other][p] = a[p][other] = at_p, a[other][q] = a[q][other] = at_q;
     }
-    for (int k = 0; k < 3; k++)
-        value[k] = a[k][k];
+    for (int k = 0; k < 3; k++) {
+        int place = k;
+        for (; place > 0 && value[place - 1] > a[k][k]; place--)
+            value[place] = value[place - 1];
+        value[place] = a[k][k];
+    }
 }
 
 bool er_anchor_require(const er_anchor *anchor, er_failure *failure)
 {
-    double scaled[ER_SYMMETRIC], value[3], scale = 0.0, smallest, largest;
-    char number[ER_NUMBER_TEXT];
+    double scaled[ER_SYMMETRIC], value[3], scale = 0.0;
     for (int k = 0; k < ER_SYMMETRIC; k++)
         scale = fmax(scale, fabs(anchor->stiffness[k]));
     if (scale == 0.0)
@@ -43,13 +45,12 @@ bool er_anchor_require(const er_anchor *anchor, er_failure *failure)
     for (int k = 0; k < ER_SYMMETRIC; k++)
         scaled[k] = anchor->stiffness[k] / scale; /* no product is out of range */
     find_eigenvalues(scaled, value);
-    smallest = fmin(fmin(value[0], value[1]), value[2]);
-    largest = fmax(fmax(fabs(value[0]), fabs(value[1])), fabs(value[2]));
-    if (smallest >= -INDEFINITE * largest)
+    if (value[0] >= -INDEFINITE * fmax(fabs(value[0]), fabs(value[2])))
         return true;
-    snprintf(number, sizeof number, "%.6g", smallest * scale);
-    return er_fail(failure, "anchor.kxx to anchor.kzz: expected a stiffness without negative"
-                   " eigenvalues, got one of %s N/m", number);
+    return er_fail(failure, "stiffness of the contact spring (anchor.kxx to anchor.kzz): expected no"
+                   " eigenvalue below 0, got %.6g, %.6g, %.6g N/m: a contact pushes back in every"
+                   " direction, so leave out what does not", value[0] * scale, value[1] * scale,
+                   value[2] * scale);
 }
 
 bool er_anchor_holds(const er_anchor *anchor)

@@ -1,28 +1,32 @@
-/* Newton's method with the slopes of the present x and an exact line search where a gear changes its
- * flank; docs/model.md has the rules.  Without memory, as er_equilibrium is. */
+/* Rest is where an energy is least: of flanks, weight and contact spring.  Newton's method walks down to
+ * it, with an exact search along a step that leads beyond the valley.  A gear in its play, which has no
+ * place of its own there under a given force, rests against the spring.
+ * elastic_robot/spring_statics.py is the same in Python.
+ */
 #include "anchored_statics.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "linear.h"
 #include "vector.h"
 
-/* A step longer than this [rad] is no deflection any more. */
-#define LONGEST_STEP 3.14159265358979
+/* Passes of Newton's method before there is no equilibrium, and tries to find the valley along a step. */
 #define MOST_PASSES 200
-/* Newton's method ends when no coordinate moves by more [rad]. */
-#define SMALLEST_STEP 1e-13
-/* Where a gear rests at the edge of its play, steps lead from side to side of the kink; after so many
- * passes a residual of this size is rest [N m]. */
-#define PATIENT_PASSES 60
-#define NEGLIGIBLE_TORQUE 1e-6
-/* The line search ends at this part of the first slope along the step, or after so many trials. */
-#define SEARCHED 0.1
-#define MOST_TRIALS 30
-/* A gear may rest on its other flank as well if its torque is less than its play and the load's gradient
- * give it across, with room for what the other joints do. */
-#define ROOM 6.0
+#define MOST_TRIES 40
+/* Longest step of a coordinate, and what is no deflection any more [rad]. */
+#define LONGEST_STEP 0.5
+#define LONGEST_WAY 3.14159265358979
+/* A step may lead beyond the valley until the torque along it is this part of the one at its start, turned
+ * round; longer ones are shortened to where it is so small. */
+#define BEYOND 0.1
+/* Slopes that are added, over those of the flanks, until the energy's curvature is positive. */
+static const double shifts[] = {0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4};
+/* A gear with more than this many times the torque that it loses across its play has one flank. */
+#define CERTAIN 3.0
+/* Rounding of the spring's force, over stiffness and distance from the base. */
+#define ROUNDING (8.0 * DBL_EPSILON)
 
 enum { MOST = ER_MAX_ANGLES };
 
@@ -33,12 +37,12 @@ typedef struct {
     const double *gravity, *q;
     const er_load *load;
     int m;
-    bool neutral[MOST];            /* not supported and not loaded: stays in the middle of its play */
+    double negligible;             /* residual [N m] */
+    bool neutral[MOST];            /* neither supported nor loaded: in the middle of its play */
     double x[MOST];
     double torque[MOST];           /* that must be carried [N m] */
-    double residual[MOST];         /* torque minus that of the curve [N m] */
-    double softening[MOST * MOST]; /* gradient of the torque of wrench, pull and weight [N m/rad] */
-    double support[MOST * MOST];   /* J_p^T K J_p [N m/rad] */
+    double residual[MOST];         /* that minus the curve's [N m] */
+    double gradient[MOST * MOST];  /* of the torque [N m/rad] */
     er_placement placement;
 } search;
 
@@ -60,9 +64,9 @@ static double half_width(const search *s, int k)
     return er_curve_switches(s->curve, k) ? s->curve->half_width[k] : 0.0;
 }
 
-static int region(const search *s, int k, double x)
+static int region_of(const search *s, int k)
 {
-    return er_curve_region(s->curve, k, x);
+    return er_curve_region(s->curve, k, s->x[k]);
 }
 
 /* Torque and residual at x. */
@@ -74,109 +78,152 @@ static void place_at(search *s, const double *x)
     er_load_wrench(s->load, s->placement.tool_position, wrench);
     er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
     for (int k = 0; k < s->m; k++)
-        s->residual[k] = s->neutral[k] ? 0.0
-                                       : s->torque[k] - er_curve_torque(s->curve, k,
-                                                                        region(s, k, x[k]), x[k]);
+        s->residual[k] =
+            s->torque[k] - er_curve_torque(s->curve, k, er_curve_region(s->curve, k, x[k]), x[k]);
 }
 
-/* Gradients there. */
-static void find_gradients(search *s)
+/* Gradient of the torque there. */
+static void find_gradient(search *s)
 {
-    double wrench[6];
+    double wrench[6], support[MOST * MOST] = {0.0};
     er_load_wrench(s->load, s->placement.tool_position, wrench);
-    er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->softening);
-    memset(s->support, 0, (size_t)(s->m * s->m) * sizeof *s->support);
-    er_add_anchor(s->robot, &s->placement, &s->load->anchor, s->support);
+    er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
+    er_add_anchor(s->robot, &s->placement, &s->load->anchor, support);
+    for (int i = 0; i < s->m * s->m; i++)
+        s->gradient[i] -= support[i];
 }
 
-/* A gear that neither load nor spring moves in its play stays in the middle; the others start on the
- * flank that the load pushes them to, bent as flanks and spring let them. */
+static double largest_of(int count, const double *values)
+{
+    double largest = 0.0;
+    for (int k = 0; k < count; k++)
+        largest = fabs(values[k]) <= largest ? largest : fabs(values[k]); /* NaN stays */
+    return largest;
+}
+
+/* What counts as nothing: rounding of a stiff spring's torque may be more than a gear feels. */
+static void find_negligible(search *s)
+{
+    const er_anchor *anchor = &s->load->anchor;
+    double reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
+    s->negligible = s->robot->settings.neutral_torque +
+                    ROUNDING * largest_of(ER_SYMMETRIC, anchor->stiffness) * reach * reach;
+}
+
+/* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
+ * and weight nor the spring can hold anywhere stays in the middle of its play. */
 static bool begin(search *s)
 {
-    double stiffness[MOST * MOST];
+    double stiffness[MOST * MOST] = {0.0}, given[MOST], least = s->robot->settings.neutral_torque;
     int m = s->m, pivot[MOST];
     memset(s->x, 0, sizeof s->x);
-    memset(s->neutral, 0, sizeof s->neutral);
     place_at(s, s->x);
-    find_gradients(s);
-    memcpy(stiffness, s->support, sizeof stiffness);
+    find_negligible(s);
+    er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
+    er_add_anchor(s->robot, &s->placement, &s->load->anchor, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
-        double least = s->robot->settings.neutral_torque;
-        s->neutral[k] = er_curve_switches(s->curve, k) && fabs(s->torque[k]) < least &&
-                        s->support[k * m + k] * half_width(s, k) < least;
+        s->neutral[k] = er_curve_switches(s->curve, k) && fabs(given[k]) < least &&
+                        stiffness[k * m + k] * half_width(s, k) < least;
         stiffness[k * m + k] += er_curve_flank_slope(s->curve, k, 0.0);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
     er_lu_solve(m, stiffness, pivot, s->x);
-    for (int k = 0; k < m; k++)
-        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + (s->x[k] > 0.0 ? 1.0 : -1.0) * half_width(s, k);
+    for (int k = 0; k < m; k++) {
+        double side = s->x[k] > 0.0 ? 1.0 : s->x[k] < 0.0 ? -1.0 : 0.0;
+        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * half_width(s, k);
+    }
     return true;
 }
 
-/* In its play a gear has no slope of its own: one that is hardly supported would be sent round the world
- * by Newton's method; so is one at the foot of a rounded flank. */
-static double slope_for_step(const search *s, int k)
+/* Whether the energy that a matrix is the curvature of rises in all directions: Cholesky's method. */
+static bool is_positive(int m, const double *matrix)
 {
-    int at = region(s, k, s->x[k]);
-    double slope = er_curve_slope(s->curve, k, at, s->x[k]), limiting;
-    if (!er_curve_switches(s->curve, k))
-        return slope;
-    limiting = fabs(s->residual[k]) / (2.0 * half_width(s, k));
-    if (at == 0)
-        return limiting + fmax(s->softening[k * s->m + k], 0.0);
-    return fmax(slope, fmin(limiting, er_curve_flank_slope(s->curve, k, s->x[k])));
+    double root[MOST * MOST];
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.5 * (matrix[i * m + j] + matrix[j * m + i]);
+            for (int k = 0; k < j; k++)
+                sum -= root[i * m + k] * root[j * m + k];
+            if (i == j && !(sum > 0.0))
+                return false;
+            root[i * m + j] = i == j ? sqrt(sum) : sum / root[j * m + j];
+        }
+    return true;
 }
 
-/* Newton's step [rad]; false if the matrix is singular. */
+/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone; a slope that sends it
+ * at most to the other end of the play, and vanishes with what is left to balance, keeps it from being
+ * thrown out. */
+static void find_matrix(const search *s, double shift, double *matrix)
+{
+    int m = s->m;
+    for (int k = 0; k < m; k++) {
+        double x = s->x[k], slope = er_curve_slope(s->curve, k, region_of(s, k), x);
+        if (region_of(s, k) == 0)
+            slope += fabs(s->residual[k]) / (2.0 * half_width(s, k));
+        for (int j = 0; j < m; j++)
+            matrix[k * m + j] = s->neutral[k] || s->neutral[j] ? 0.0 : -s->gradient[k * m + j];
+        matrix[k * m + k] +=
+            s->neutral[k] ? 1.0 : slope + shift * er_curve_flank_slope(s->curve, k, x);
+    }
+}
+
+/* Newton's step towards less energy [rad]; false if the energy has no floor. */
 static bool find_step(search *s, double *step)
 {
-    double matrix[MOST * MOST];
+    double matrix[MOST * MOST], largest;
     int m = s->m, pivot[MOST];
-    for (int i = 0; i < m; i++) {
-        for (int j = 0; j < m; j++)
-            matrix[i * m + j] =
-                s->neutral[i] ? 0.0 : s->support[i * m + j] - s->softening[i * m + j];
-        matrix[i * m + i] += s->neutral[i] ? 1.0 : slope_for_step(s, i);
-    }
-    memcpy(step, s->residual, (size_t)m * sizeof *step);
+    size_t count = sizeof shifts / sizeof *shifts, k = 0;
+    find_gradient(s);
+    for (find_matrix(s, shifts[0], matrix); !is_positive(m, matrix); find_matrix(s, shifts[k], matrix))
+        if (++k == count)
+            return false;
+    for (int i = 0; i < m; i++)
+        step[i] = s->neutral[i] ? 0.0 : s->residual[i];
     if (!er_lu_factor(m, matrix, pivot))
         return false;
     er_lu_solve(m, matrix, pivot, step);
+    largest = largest_of(m, step);
+    for (int i = 0; largest > LONGEST_STEP && i < m; i++)
+        step[i] *= LONGEST_STEP / largest;
     return true;
 }
 
-/* The residual along a step, from x + part step on: minus the slope of the energy. */
-static double slope_along(search *s, const double *step, double part)
+static double along(const search *s, const double *step)
 {
-    double x[MOST], sum = 0.0;
-    for (int k = 0; k < s->m; k++)
-        x[k] = s->x[k] + part * step[k];
-    place_at(s, x);
+    double sum = 0.0;
     for (int k = 0; k < s->m; k++)
         sum += s->residual[k] * step[k];
     return sum;
 }
 
-/* The part of a step up to which the energy falls. */
-static double find_part(search *s, const double *step, double first)
+/* Goes the part of a step that leads into the valley, and leaves the residual there; returns the longest
+ * move [rad]. */
+static double walk(search *s, const double *step)
 {
-    double low = 0.0, high = 1.0, at_low = first, at_high = slope_along(s, step, 1.0), part = 1.0;
-    if (!(at_high < -1e-3 * fabs(first)))
-        return 1.0;
-    for (int trial = 0; trial < MOST_TRIALS; trial++) {
+    double x[MOST], start = 0.0, low = 0.0, high = 1.0, at_low, at_high, part = 1.0, done = 1.0;
+    for (int k = 0; k < s->m; k++)
+        start += s->neutral[k] ? 0.0 : s->residual[k] * step[k];
+    at_low = at_high = start;
+    for (int tries = 0; tries < MOST_TRIES; tries++) {
         double at;
-        part = low + (high - low) * fmin(fmax(at_low / (at_low - at_high), 0.1), 0.9);
-        at = slope_along(s, step, part);
-        if (fabs(at) < SEARCHED * fabs(first))
+        for (int k = 0; k < s->m; k++)
+            x[k] = s->x[k] + part * step[k];
+        place_at(s, x);
+        done = part;
+        at = along(s, step);
+        if (fabs(at) <= BEYOND * start || (part == 1.0 && at > 0.0))
             break;
         if (at > 0.0)
             low = part, at_low = at;
         else
             high = part, at_high = at;
+        part = low + (high - low) * fmin(fmax(at_low / (at_low - at_high), 0.1), 0.9);
     }
-    return part;
+    memcpy(s->x, x, (size_t)s->m * sizeof *x);
+    return done * largest_of(s->m, step);
 }
 
 /* Lets gears go that are loaded in the middle of their play now that the others have given way; false
@@ -185,39 +232,39 @@ static bool release_loaded(search *s)
 {
     bool released = false;
     for (int k = 0; k < s->m; k++)
-        released |= s->neutral[k] && fabs(s->torque[k]) >= s->robot->settings.neutral_torque;
-    if (released)
-        memset(s->neutral, 0, sizeof s->neutral);
+        if (s->neutral[k] && fabs(s->residual[k]) >= s->negligible) {
+            s->neutral[k] = false;
+            released = true;
+        }
     return released;
 }
 
-/* Newton's method from x; false if it finds no rest. */
+static double left(const search *s)
+{
+    double largest = 0.0;
+    for (int k = 0; k < s->m; k++)
+        if (!s->neutral[k] && !(fabs(s->residual[k]) <= largest))
+            largest = fabs(s->residual[k]);
+    return largest;
+}
+
+/* Goes downhill from x to rest; false if there is none. */
 static bool descend(search *s)
 {
+    place_at(s, s->x);
     for (int pass = 0; pass < MOST_PASSES; pass++) {
-        double step[MOST], largest = 0.0, residual = 0.0, first = 0.0, part = 1.0;
-        bool changes = false;
-        place_at(s, s->x);
-        find_gradients(s);
+        double step[MOST], move, before = left(s), after;
         if (!find_step(s, step))
             return false;
-        for (int k = 0; k < s->m; k++) {
-            largest = fabs(step[k]) <= largest ? largest : fabs(step[k]); /* NaN stays */
-            residual = fmax(residual, fabs(s->residual[k]));
-            first += s->residual[k] * step[k];
-            changes |= region(s, k, s->x[k]) != region(s, k, s->x[k] + step[k]);
-        }
-        if (!(largest < LONGEST_STEP))
+        move = walk(s, step);
+        if (!(largest_of(s->m, s->x) < LONGEST_WAY))
             return false;
-        if (changes && largest > SMALLEST_STEP)
-            part = find_part(s, step, first);
-        for (int k = 0; k < s->m; k++)
-            s->x[k] += part * step[k];
-        if (largest < SMALLEST_STEP || (pass > PATIENT_PASSES && residual < NEGLIGIBLE_TORQUE)) {
-            place_at(s, s->x);
-            if (!release_loaded(s))
-                return true;
-        }
+        after = left(s);
+        /* Where it does not fall any more that is rounding, or the edge of a play. */
+        if ((move < s->robot->settings.equilibrium_step ||
+             (after <= s->negligible && after >= 0.5 * before)) &&
+            !release_loaded(s))
+            return true;
     }
     return false;
 }
@@ -229,45 +276,45 @@ static double distance(const search *s)
     return sqrt(er_dot(gap, gap));
 }
 
-/* Whether coordinate k, on a flank, may rest on the other one as well: its load drives it off the middle
- * of its play, and the spring does not hold it there. */
-static bool may_change(const search *s, int k)
+/* Whether a gear might rest on its other flank too: driven on all through its play. */
+static bool is_undecided(const search *s, int k)
 {
-    double net = s->softening[k * s->m + k] - s->support[k * s->m + k];
-    return er_curve_switches(s->curve, k) && region(s, k, s->x[k]) != 0 && net > 0.0 &&
-           fabs(s->torque[k]) < ROOM * half_width(s, k) * net;
+    double driven = s->gradient[k * s->m + k];
+    return er_curve_switches(s->curve, k) && region_of(s, k) != 0 && driven > 0.0 &&
+           fabs(s->torque[k]) < CERTAIN * 2.0 * half_width(s, k) * driven;
 }
 
-/* Of two flanks the one that leaves the TCP nearer to the anchor. */
-static void take_nearer_flanks(search *s)
+/* Where a gear that the spring does not support could rest on either flank, takes the one with the TCP
+ * nearer to the anchor: a contact is touched there. */
+static void take_nearer_flanks(search *s, const bool *neutral)
 {
-    search *at = s;
-    bool open[MOST];
+    bool undecided[MOST];
+    find_gradient(s);
     for (int k = 0; k < s->m; k++)
-        open[k] = may_change(s, k);
-    for (int k = 0; k < s->m; k++) {
-        search other;
-        int before = region(s, k, s->x[k]);
-        if (!open[k])
-            continue;
-        other = *at;
-        memset(other.neutral, 0, sizeof other.neutral);
-        other.x[k] = -other.x[k];
-        if (descend(&other) && region(&other, k, other.x[k]) == -before &&
-            distance(&other) < distance(at))
-            *at = other;
-    }
+        undecided[k] = is_undecided(s, k);
+    for (int k = 0; k < s->m; k++)
+        if (undecided[k]) {
+            search other = *s;
+            memcpy(other.neutral, neutral, sizeof other.neutral);
+            other.x[k] = -other.x[k];
+            if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s))
+                *s = other;
+        }
 }
 
 bool er_anchored_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
                              const double *q, const er_load *load, double *x)
 {
     search s;
+    bool neutral[MOST];
     s.robot = robot, s.curve = curve, s.gravity = gravity, s.load = load, s.q = q;
     s.m = robot->elastics;
-    if (!begin(&s) || !descend(&s))
+    if (!begin(&s))
         return false;
-    take_nearer_flanks(&s);
+    memcpy(neutral, s.neutral, sizeof neutral);
+    if (!descend(&s))
+        return false;
+    take_nearer_flanks(&s, neutral);
     memcpy(x, s.x, (size_t)s.m * sizeof *x);
     return true;
 }

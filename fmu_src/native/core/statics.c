@@ -209,7 +209,7 @@ bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double g
                     const double *q, const er_load *load, double *x, er_failure *failure)
 {
     search s;
-    char posture[400], wrench[200];
+    char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "";
     s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
     s.m = robot->elastics;
     if (s.m == 0)
@@ -224,8 +224,13 @@ bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double g
     }
     list(posture, sizeof posture, "%.4g", robot->joints, q);
     list(wrench, sizeof wrench, "%.6g", 6, load->wrench);
+    list(stiffness, sizeof stiffness, "%.6g", ER_SYMMETRIC, load->anchor.stiffness);
+    list(anchor, sizeof anchor, "%.6g", 3, load->anchor.position);
+    if (er_anchor_holds(&load->anchor))
+        snprintf(spring, sizeof spring, " and a spring of [%s] N/m anchored at [%s] m", stiffness,
+                 anchor);
     return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
-                   " N m; the joints are too soft for this load", posture, wrench);
+                   " N m%s; the joints are too soft for this load", posture, wrench, spring);
 }
 
 bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
