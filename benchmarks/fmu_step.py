@@ -77,6 +77,7 @@ sys.path.insert(0, str(folder / "resources"))
 import numpy as np
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 TURN, TURNS, SIZE = 30, 3334, 1 / 256
 fmu.instantiate()
@@ -85,7 +86,7 @@ fmu.enterInitializationMode()
 fmu.exitInitializationMode()
 robot = Robot.from_json((folder / "resources" / "robot.json").read_text())
 model, rest, none = ElasticRobot(robot), np.zeros(len(robot.joints)), np.zeros(6)
-model.reset(0.0, HeldCommand(0.0, rest, rest, rest), none)
+model.reset(0.0, HeldCommand(0.0, rest, rest, rest), Load(none))
 best = [np.inf, np.inf]
 for turn in range(TURNS):
     start = time.perf_counter()
@@ -93,7 +94,7 @@ for turn in range(TURNS):
         step(k, SIZE)
     middle = time.perf_counter()
     for k in range(TURN * turn, TURN * (turn + 1)):
-        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), none)
+        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), Load(none))
         model.tcp()
     end = time.perf_counter()
     best = [min(best[0], middle - start), min(best[1], end - middle)]

@@ -10,15 +10,17 @@ from scipy.linalg import lapack
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.settings import SETTINGS
+from elastic_robot.spring_statics import SpringStatics
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TorqueCurve
 
 
 def equilibrium(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
-    Newton's method on one branch of the curve per coordinate, started at the deflection under the
+    With a spring at the TCP that is `SpringStatics`; without, Newton's method on one branch of the curve per coordinate, started at the deflection under the
     load of the undeflected robot, so that the result does not depend on history.  A gear with play
     rests on the flank that its load pushes it to; loaded by less than `neutral_torque` in the middle
     of its gap it stays there; where the load changes sign inside the gap it rests at that place if
@@ -29,7 +31,7 @@ def equilibrium(
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+        acting: What acts on the tool.
 
     Returns:
         x [rad], (m,).
@@ -41,8 +43,13 @@ def equilibrium(
     x = np.zeros(chain.elastic_count)
     if chain.elastic_count == 0:
         return x
+    if acting.is_sprung:
+        rest = SpringStatics(dynamics, curve, q, acting).rest()
+        if rest is None:
+            raise _no_equilibrium(q, acting)
+        return rest
     rigid = chain.theta(q)
-    torque = dynamics.static_torque(rigid, wrench)
+    torque = dynamics.static_torque(rigid, acting)
     switching = np.isfinite(curve.half_width)
     guard = np.where(switching, curve.half_width, -np.inf)
     neutral = switching & (np.abs(torque) < SETTINGS.neutral_torque)
@@ -54,9 +61,9 @@ def equilibrium(
         branch = curve.in_region(region)
         theta = rigid.copy()
         theta[chain.elastic] += x
-        torque = dynamics.static_torque(theta, wrench)
+        torque = dynamics.static_torque(theta, acting)
         if solve is None:
-            softening = dynamics.static_torque_gradient(theta, wrench)
+            softening = dynamics.static_torque_gradient(theta, acting)
             slope = branch.slope(x)
             free = (region == 0) & ~neutral
             if free.any():
@@ -90,9 +97,19 @@ def equilibrium(
         elif bends or free.any() or largest > SETTINGS.slow_equilibrium * last:
             solve = None
         last = largest
-    raise EquilibriumError(
+    raise _no_equilibrium(q, acting)
+
+
+def _no_equilibrium(q: np.ndarray, acting: Acting) -> EquilibriumError:
+    spring = ""
+    if acting.is_sprung:
+        spring = (
+            f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"
+            f" {np.round(acting.anchor, 6).tolist()} m"
+        )
+    return EquilibriumError(
         f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
-        f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
+        f" {np.round(acting.wrench, 3).tolist()} N, N m{spring}; the joints are too soft for this load"
     )
 
 

@@ -22,13 +22,14 @@ def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     """depth = commanded / (1 + k C), C from the FMU-free model at the loaded posture, to 0.1 %."""
     from coupling.files.robot_file import load_robot, shipped_robots
     from elastic_robot.robot import ElasticRobot
+    from elastic_robot.tool_load import Load
     from elastic_robot.trajectory import HeldCommand
 
     names = runpy.run_path(str(EXAMPLES / "press_on_a_wall.py"))
     depth, force, _ = names["press"]()
     robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear", quasistatic=True)
     rest = HeldCommand(0.0, names["posture"], np.zeros(6), np.zeros(6))
-    robot.reset(0.0, rest, np.array([0.0, 0.0, force, 0.0, 0.0, 0.0]))
+    robot.reset(0.0, rest, Load(np.array([0.0, 0.0, force, 0.0, 0.0, 0.0])))
     compliance = robot.compliance()[2, 2]
     assert depth == pytest.approx(2e-3 / (1.0 + 1e6 * compliance), rel=1e-3)
     assert force == pytest.approx(1e6 * depth, rel=1e-4)

@@ -19,7 +19,7 @@ STEP = 1e-40
 class Numbers:
     """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`.
 
-    A spring pulls the TCP to an anchor; its stiffness has the entries xx, xy, xz, yy, yz, zz.
+    The spring at the TCP has an anchor and the entries xx xy xz yy yz zz of its stiffness.
     """
 
     drives: np.ndarray
@@ -30,8 +30,8 @@ class Numbers:
     damping: np.ndarray
     backlash: np.ndarray
     anchor: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    anchor_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spring: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    anchor_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def spring_matrix(self) -> np.ndarray:
@@ -41,7 +41,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Answer:
-    """Loads M theta'' + h - J^T w in the rows of x, w with the spring; the TCP's position, axes, velocities."""
+    """Loads M theta'' + h - J^T w in the rows of x; the TCP's position, axes and velocities."""
 
     loads: np.ndarray
     position: np.ndarray
@@ -90,8 +90,8 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     if robot.payload is not None:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
-    pull = given.spring_matrix @ (given.anchor - tcp)
-    bodies.append((len(axes), tcp, -given.wrench[:3] - pull, -given.wrench[3:]))
+    force = given.wrench[:3] + given.spring_matrix @ (given.anchor - tcp)
+    bodies.append((len(axes), tcp, -force, -given.wrench[3:]))
     # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
     torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)
     for i in reversed(range(len(axes))):

@@ -11,6 +11,7 @@ from random_robots import make_robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.parameter_names import parameter_names
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import Trajectory
 
 # Tolerance of the simulations that are subtracted from each other [m].
@@ -24,10 +25,10 @@ def drives(n: int) -> Trajectory:
 
 
 def path(robot: ElasticRobot, n: int, times: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-    robot.reset(0.0, drives(n), wrench[0])
+    robot.reset(0.0, drives(n), Load(wrench[0]))
     positions = [robot.tcp()[:3]]
     for time, held in zip(times[1:], wrench[1:], strict=True):
-        robot.step(time, drives(n), held)
+        robot.step(time, drives(n), Load(held))
         positions.append(robot.tcp()[:3])
     return np.array(positions)
 
@@ -58,8 +59,8 @@ def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed):
         return ElasticRobot(description, curve, tolerance=TOLERANCE)
 
     follower = robot()
-    follower.reset(0.0, drives(n), wrench[0])
-    sensitivity = follower.path_sensitivity(times, drives(n), wrench)
+    follower.reset(0.0, drives(n), Load(wrench[0]))
+    sensitivity = follower.path_sensitivity(times, drives(n), [Load(row) for row in wrench])
     names = sensitivity.tcp.names
     kinds = [name.rsplit(".", 1)[-1] for name in names]
     for kind in ("z", "stiffness", "damping", "backlash"):
@@ -90,10 +91,10 @@ def test_the_start_and_the_mode_are_checked():
     description = make_robot(3, 4)
     n = len(description.joints)
     robot = ElasticRobot(description)
-    robot.reset(0.0, drives(n), np.zeros(6))
+    robot.reset(0.0, drives(n), Load())
     with pytest.raises(ParameterError, match="present time, 0 s, got"):
-        robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), np.zeros((2, 6)))
+        robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), 2 * [Load()])
     still = ElasticRobot(description, quasistatic=True)
-    still.reset(0.0, drives(n), np.zeros(6))
+    still.reset(0.0, drives(n), Load())
     with pytest.raises(ParameterError, match="dynamic mode"):
-        still.path_sensitivity(np.array([0.0, 0.2]), drives(n), np.zeros((2, 6)))
+        still.path_sensitivity(np.array([0.0, 0.2]), drives(n), 2 * [Load()])
