@@ -12,17 +12,18 @@
 #include "linear.h"
 #include "vector.h"
 
-/* Passes of Newton's method before there is no equilibrium, and tries to find the valley along a step. */
+/* Passes of Newton's method before there is no equilibrium, and tries to find the floor along a step. */
 #define MOST_PASSES 200
-#define MOST_TRIES 40
+#define MOST_TRIES 100
 /* Longest step of a coordinate, and what is no deflection any more [rad]. */
 #define LONGEST_STEP 0.5
 #define LONGEST_WAY 3.14159265358979
-/* A step may lead beyond the valley until the torque along it is this part of the one at its start, turned
- * round; longer ones are shortened to where it is so small. */
+/* A step may lead so far beyond the valley's floor that the torque along it is this part of the one at its
+ * start, turned round; longer ones are shortened to the floor, as exactly as this part of them. */
 #define BEYOND 0.1
+#define PART 1e-14
 /* Slopes that are added, over those of the flanks, until the energy's curvature is positive. */
-static const double shifts[] = {0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4};
+static const double shifts[] = {0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2, 1e4};
 /* A gear with more than this many times the torque that it loses across its play has one flank. */
 #define CERTAIN 3.0
 /* Rounding of the spring's force, over stiffness and distance from the base. */
@@ -153,16 +154,18 @@ static bool is_positive(int m, const double *matrix)
     return true;
 }
 
-/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone; a slope that sends it
+/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone.  A slope that sends it
  * at most to the other end of the play, and vanishes with what is left to balance, keeps it from being
- * thrown out. */
+ * thrown out; one that the load drives on crosses its play. */
 static void find_matrix(const search *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
         double x = s->x[k], slope = er_curve_slope(s->curve, k, region_of(s, k), x);
-        if (region_of(s, k) == 0)
-            slope += fabs(s->residual[k]) / (2.0 * half_width(s, k));
+        if (region_of(s, k) == 0) {
+            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * half_width(s, k));
+            slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
+        }
         for (int j = 0; j < m; j++)
             matrix[k * m + j] = s->neutral[k] || s->neutral[j] ? 0.0 : -s->gradient[k * m + j];
         matrix[k * m + k] +=
@@ -191,39 +194,47 @@ static bool find_step(search *s, double *step)
     return true;
 }
 
-static double along(const search *s, const double *step)
+/* The torque along a step, where a part of it leads: the energy's fall.  Leaves the residual there. */
+static double downhill(search *s, const double *step, double part)
 {
-    double sum = 0.0;
+    double x[MOST], sum = 0.0;
+    for (int k = 0; k < s->m; k++)
+        x[k] = s->x[k] + part * step[k];
+    place_at(s, x);
     for (int k = 0; k < s->m; k++)
         sum += s->residual[k] * step[k];
     return sum;
 }
 
-/* Goes the part of a step that leads into the valley, and leaves the residual there; returns the longest
- * move [rad]. */
-static double walk(search *s, const double *step)
+/* The part of a step that leads to the valley's floor, and the residual there: false position, in the
+ * variant that halves the value at an end which stays (Dowell and Jarratt 1971). */
+static double find_part(search *s, const double *step)
 {
-    double x[MOST], start = 0.0, low = 0.0, high = 1.0, at_low, at_high, part = 1.0, done = 1.0;
+    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, last = 0.0;
+    int side = 0;
     for (int k = 0; k < s->m; k++)
-        start += s->neutral[k] ? 0.0 : s->residual[k] * step[k];
-    at_low = at_high = start;
-    for (int tries = 0; tries < MOST_TRIES; tries++) {
+        at_low += s->residual[k] * step[k];
+    at_high = downhill(s, step, 1.0);
+    if (!(at_high < -BEYOND * at_low))
+        return 1.0;
+    for (int tries = 0; tries < MOST_TRIES && fabs(part - last) > PART; tries++) {
         double at;
-        for (int k = 0; k < s->m; k++)
-            x[k] = s->x[k] + part * step[k];
-        place_at(s, x);
-        done = part;
-        at = along(s, step);
-        if (fabs(at) <= BEYOND * start || (part == 1.0 && at > 0.0))
-            break;
-        if (at > 0.0)
+        last = part;
+        part = low + (high - low) * at_low / (at_low - at_high);
+        at = downhill(s, step, part);
+        if (at > 0.0) {
             low = part, at_low = at;
-        else
+            at_high *= side > 0 ? 0.5 : 1.0;
+            side = 1;
+        } else if (at < 0.0) {
             high = part, at_high = at;
-        part = low + (high - low) * fmin(fmax(at_low / (at_low - at_high), 0.1), 0.9);
+            at_low *= side < 0 ? 0.5 : 1.0;
+            side = -1;
+        } else {
+            break;
+        }
     }
-    memcpy(s->x, x, (size_t)s->m * sizeof *x);
-    return done * largest_of(s->m, step);
+    return part;
 }
 
 /* Lets gears go that are loaded in the middle of their play now that the others have given way; false
@@ -253,15 +264,17 @@ static bool descend(search *s)
 {
     place_at(s, s->x);
     for (int pass = 0; pass < MOST_PASSES; pass++) {
-        double step[MOST], move, before = left(s), after;
+        double step[MOST], part, before = left(s), after;
         if (!find_step(s, step))
             return false;
-        move = walk(s, step);
+        part = find_part(s, step);
+        for (int k = 0; k < s->m; k++)
+            s->x[k] += part * step[k];
         if (!(largest_of(s->m, s->x) < LONGEST_WAY))
             return false;
         after = left(s);
         /* Where it does not fall any more that is rounding, or the edge of a play. */
-        if ((move < s->robot->settings.equilibrium_step ||
+        if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
              (after <= s->negligible && after >= 0.5 * before)) &&
             !release_loaded(s))
             return true;
