@@ -28,6 +28,8 @@ _PART = 1e-14
 _SHIFTS = (0.0, *(10.0**k for k in range(-12, 5, 2)))
 # A gear with more than this many times the torque that it loses across its play has one flank to rest on.
 _CERTAIN = 3.0
+# A flank is nearer to the anchor than the other by this at least [m]; less is rounding.
+_NEARER = 1e-12
 # Rounding of the spring's force, over stiffness and distance from the base.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
@@ -69,7 +71,7 @@ class SpringStatics:
             mirrored = x.copy()
             mirrored[k] = -x[k]
             other = self._descend(mirrored, neutral)
-            if other is not None and other[k] * x[k] < 0.0 and self._gap(other) < self._gap(x):
+            if other is not None and other[k] * x[k] < 0.0 and self._gap(other) < self._gap(x) - _NEARER:
                 x = other
         return x
 

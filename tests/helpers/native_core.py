@@ -12,6 +12,7 @@ from places import TESTS
 from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
+from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 LANES = 4
@@ -173,3 +174,13 @@ class Core:
     def next_kink(self, time: float, end: float, jump: float) -> float:
         values = [ctypes.c_double(value) for value in (time, end, jump)]
         return self._lib.probe_next_kink(self._model, *values)
+
+
+def with_settings(robot: Robot, **values: float) -> Core:
+    """The core with other numerical settings in its data."""
+    text = robot_text(robot, "{x}")
+    for name, value in values.items():
+        line = f"setting {name} {float(getattr(SETTINGS, name))!r}"
+        assert line in text
+        text = text.replace(line, f"setting {name} {value!r}")
+    return Core(text)

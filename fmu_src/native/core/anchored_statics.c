@@ -26,6 +26,8 @@
 static const double shifts[] = {0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2, 1e4};
 /* A gear with more than this many times the torque that it loses across its play has one flank. */
 #define CERTAIN 3.0
+/* A flank is nearer to the anchor than the other by this at least [m]; less is rounding. */
+#define NEARER 1e-12
 /* Rounding of the spring's force, over stiffness and distance from the base. */
 #define ROUNDING (8.0 * DBL_EPSILON)
 
@@ -310,7 +312,7 @@ static void take_nearer_flanks(search *s, const bool *neutral)
             search other = *s;
             memcpy(other.neutral, neutral, sizeof other.neutral);
             other.x[k] = -other.x[k];
-            if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s))
+            if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s) - NEARER)
                 *s = other;
         }
 }
