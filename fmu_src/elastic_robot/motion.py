@@ -1,4 +1,4 @@
-"""The robot under prescribed drives and a load on its tool, as the system that the stepper integrates."""
+"""The robot under prescribed drives and a load, as the system that the stepper integrates."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class DrivenMotion:
         self.half_width = curve.half_width
 
     def hold(self, drives: Drives, load: Load, start: float) -> None:
-        """Set the drives and the load of what follows, a communication step that starts at a time [s]."""
+        """Set the drives, and the load of the communication step that starts at a time [s]."""
         self._drives, self._load, self._start = drives, load, start
         self._acting = load.at(0.0) if load.is_sprung or load.wrench.any() else None
 
@@ -76,7 +76,7 @@ class DrivenMotion:
         return torque
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mass matrix, damping and stiffness, the spring's at the TCP included, at a row's time."""
+        """Return mass matrix, damping and stiffness, with the spring's, at the time of a row."""
         theta = self._drive[0, row] + x @ self._dynamics.chain.selection
         stiffness = np.diag(self._branch.slope(x))
         if self._acting is not None and self._acting.is_sprung:

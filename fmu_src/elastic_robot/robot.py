@@ -205,11 +205,11 @@ class ElasticRobot:
         forward = ForwardSensitivity(self._dynamics, self._curve, self._parameters.damping, start)
         by_x, by_tcp = [], []
         for time, load in zip(times, loads, strict=True):
-            start = self._now().time
+            since = self._now().time
             self._hold(drives, load)
-            follow = partial(forward.follow, drives=drives, load=load, since=start)
+            follow = partial(forward.follow, drives=drives, load=load, since=since)
             self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = Held.at(time, drives, load.at(time - start))
+            self._held = Held.at(time, drives, load.at(time - since))
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)
@@ -256,7 +256,8 @@ class ElasticRobot:
     def compliance(self) -> np.ndarray:
         """Return the static compliance of the TCP at the present state, (6, 6).
 
-        The spring at the TCP takes part, its anchor at rest. Displacement [m] and small rotation [rad] per N and per N m, base axes.
+        Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring at the
+        TCP the force is shared with it, its anchor at rest.
         """
         return tcp_compliance(
             self._dynamics, self._curve, self._held.q, self._now().x, self._held.acting

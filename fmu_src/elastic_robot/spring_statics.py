@@ -20,13 +20,13 @@ from elastic_robot.torque_curves import TorqueCurve
 _MOST_PASSES = 200
 # Longest step of a coordinate [rad].
 _LONGEST_STEP = 0.5
-# A step may lead so far beyond the valley's floor that the torque along it is this part of the one at its
+# A step may lead beyond the valley's floor until the torque along it is this part of the one at its
 # start, turned round; longer ones are shortened to the floor, as exactly as this part of them.
 _BEYOND = 0.1
 _PART = 1e-14
 # Slopes that are added, over those of the flanks, until the energy's curvature is positive.
 _SHIFTS = (0.0, *(10.0**k for k in range(-12, 5, 2)))
-# A gear with more than this many times the torque that it loses across its play has one flank to rest on.
+# A gear that carries more than this many times what it loses across its play has one flank to rest on.
 _CERTAIN = 3.0
 # A flank is nearer to the anchor than the other by this at least [m]; less is rounding.
 _NEARER = 1e-12
@@ -63,7 +63,10 @@ class SpringStatics:
         Where a gear that the spring does not support could rest on either flank, the one with the TCP
         nearer to the anchor is taken: a contact is touched there.
         """
-        start, neutral = self._start()
+        try:
+            start, neutral = self._start()
+        except np.linalg.LinAlgError:  # numbers beyond all bounds
+            return None
         x = self._descend(start, neutral)
         if x is None:
             return None
@@ -149,13 +152,13 @@ class SpringStatics:
             return float(self._residual(x + part * step) @ step)
 
         whole = self._residual(x + step)
-        if whole @ step >= -_BEYOND * (free @ step):
+        if not whole @ step < -_BEYOND * (free @ step):
             return 1.0, whole
         part = float(brentq(downhill, 0.0, 1.0, xtol=_PART))
         return part, self._residual(x + part * step)
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:
-        """Return the gears that might rest on their other flank too: driven on all through their play."""
+        """Return the gears that might rest on their other flank too, driven on through their play."""
         theta = self._theta(x)
         torque = self._dynamics.static_torque(theta, self._acting)
         driven = self._dynamics.static_torque_gradient(theta, self._acting).diagonal()

@@ -75,14 +75,18 @@ def static_sensitivities(
     forces = [loads.wrench[0], loads.anchor[0], loads.spring[0]]
     forces += [loads.angle[0][:, chain.drive], parameters.values]
     moved = -np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), np.hstack(forces))
-    by_load, by_drives, by_parameters = np.split(moved, [15, 15 + chain.joint_count], axis=1)
-    by_tool = np.split(by_load, [6, 9], axis=1)
+    ends = np.cumsum([matrix.shape[1] for matrix in forces[:-1]])
+    by_wrench, by_anchor, by_spring, by_drives, by_parameters = np.split(moved, ends, axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
     elastic = jacobian[:, chain.elastic]
     return StaticSensitivities(
-        x=Sensitivity(*by_tool, by_drives, ByParameter(parameters.names, by_parameters)),
+        x=Sensitivity(
+            by_wrench, by_anchor, by_spring, by_drives, ByParameter(parameters.names, by_parameters)
+        ),
         tcp=Sensitivity(
-            *(elastic @ columns for columns in by_tool),
+            elastic @ by_wrench,
+            elastic @ by_anchor,
+            elastic @ by_spring,
             elastic @ by_drives + jacobian[:, chain.drive],
             ByParameter(parameters.names, elastic @ by_parameters),
         ),

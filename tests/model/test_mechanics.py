@@ -9,13 +9,13 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from pendulum import dynamics_of, held, pendulum
 from random_robots import hardly_loaded, make_robot, robots
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, Tilt
-from elastic_robot.dynamics import Dynamics
+from elastic_robot.description import Body, Joint, Tilt
 from elastic_robot.errors import ElasticRobotError, EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_force_gradient, tcp_jacobian
 from elastic_robot.parameters import Parameters
@@ -24,31 +24,8 @@ from elastic_robot.static_sensitivity import tcp_compliance
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
-from elastic_robot.trajectory import HeldCommand
 
 SEEDS = st.integers(0, 10**6)
-
-
-def dynamics_of(robot: Robot) -> tuple[Dynamics, Parameters]:
-    parameters = Parameters.of(robot)
-    return Dynamics(build_chain(robot), parameters.gravity), parameters
-
-
-def held(q) -> HeldCommand:
-    q = np.asarray(q, dtype=float)
-    return HeldCommand(0.0, q, np.zeros_like(q), np.zeros_like(q))
-
-
-def pendulum(gravity=(0.0, 0.0, -9.81), **joint) -> Robot:
-    """Return a 1 m arm about the y axis with 50 kg at its end, stiffness 1e4 N m/rad."""
-    link = Body(mass=50.0, com=(1.0, 0.0, 0.0), inertia=(0.0, 0.0, 0.0))
-    values = {"stiffness": 1e4, **joint}
-    return Robot(
-        "pendulum",
-        (Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, **values),),
-        gravity=gravity,
-        tcp_position=(1.0, 0.0, 0.0),
-    )
 
 
 @given(robots(), SEEDS)
