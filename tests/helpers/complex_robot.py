@@ -31,6 +31,12 @@ class Numbers:
     backlash: np.ndarray
     anchor: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spring: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    anchor_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def spring_matrix(self) -> np.ndarray:
+        xx, xy, xz, yy, yz, zz = self.spring
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @dataclass(frozen=True)
@@ -84,9 +90,7 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     if robot.payload is not None:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
-    xx, xy, xz, yy, yz, zz = given.spring
-    stiffness = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    force = given.wrench[:3] + stiffness @ (given.anchor - tcp)
+    force = given.wrench[:3] + given.spring_matrix @ (given.anchor - tcp)
     bodies.append((len(axes), tcp, -force, -given.wrench[3:]))
     # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
     torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)

@@ -33,9 +33,17 @@ def numbers_of(case: Case) -> Numbers:
     """The inputs as the independent model takes them, moved an imaginary step along the seed."""
     n, p = len(case.robot.joints), Parameters.of(case.robot)
     none = np.zeros((3, len(p.stiffness)))
-    drives, seeds = case.inputs[6:].reshape(3, n), case.seed[6:].reshape(3, n)
-    given = Numbers(drives, none, case.inputs[:6], p.gravity, p.stiffness, p.damping, p.backlash)
-    return along(given, drives=seeds, wrench=case.seed[:6])
+    parts = np.cumsum([6, 3 * n, 3, 3])
+    wrench, drives, *spring = np.split(case.inputs, parts)
+    wrench_seed, drives_seed, *spring_seed = np.split(case.seed, parts)
+    names = ("anchor", "anchor_velocity", "spring")
+    given = Numbers(
+        *(drives.reshape(3, n), none, wrench),
+        *(p.gravity, p.stiffness, p.damping, p.backlash),
+        **dict(zip(names, spring, strict=True)),
+    )
+    seeds = dict(zip(names, spring_seed, strict=True))
+    return along(given, drives=drives_seed.reshape(3, n), wrench=wrench_seed, **seeds)
 
 
 def rest(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
@@ -122,7 +130,8 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
         x, v = flow.x, flow.v
     else:
         x = v = np.zeros(len(found.x))
-    held = changed(numbers, drives=_drives_at(numbers, case.length))
+    anchor = numbers.anchor + case.length * numbers.anchor_velocity
+    held = changed(numbers, drives=_drives_at(numbers, case.length), anchor=anchor)
     if quasistatic or case.length == 0.0:
         v = np.zeros(len(x))
         if len(x) and (case.initial_state == "equilibrium" or case.length > 0.0):

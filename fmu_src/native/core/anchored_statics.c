@@ -1,0 +1,335 @@
+/* Rest is where an energy is least: of flanks, weight and contact spring.  Newton's method walks down to
+ * it, with an exact search along a step that leads beyond the valley.  A gear in its play, which has no
+ * place of its own there under a given force, rests against the spring.
+ * elastic_robot/spring_statics.py is the same in Python.
+ */
+#include "anchored_statics.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+#include "vector.h"
+
+/* Passes of Newton's method before there is no equilibrium, and tries to find the floor along a step. */
+#define MOST_PASSES 200
+#define MOST_TRIES 100
+/* Longest step of a coordinate, and what is no deflection any more [rad]. */
+#define LONGEST_STEP 0.5
+#define LONGEST_WAY 3.14159265358979
+/* A step may lead so far beyond the valley's floor that the torque along it is this part of the one at its
+ * start, turned round; longer ones are shortened to the floor, as exactly as this part of them. */
+#define BEYOND 0.1
+#define PART 1e-14
+/* Slopes that are added, over those of the flanks, until the energy's curvature is positive. */
+static const double shifts[] = {0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2, 1e4};
+/* A gear with more than this many times the torque that it loses across its play has one flank. */
+#define CERTAIN 3.0
+/* A flank is nearer to the anchor than the other by this at least [m]; less is rounding. */
+#define NEARER 1e-12
+/* Rounding of the spring's force, over stiffness and distance from the base. */
+#define ROUNDING (8.0 * DBL_EPSILON)
+
+enum { MOST = ER_MAX_ANGLES };
+
+/* An equilibrium in the making; one entry per elastic coordinate. */
+typedef struct {
+    const er_robot *robot;
+    const er_curve *curve;
+    const double *gravity, *q;
+    const er_load *load;
+    int m;
+    double negligible;             /* residual [N m] */
+    bool neutral[MOST];            /* neither supported nor loaded: in the middle of its play */
+    double x[MOST];
+    double torque[MOST];           /* that must be carried [N m] */
+    double residual[MOST];         /* that minus the curve's [N m] */
+    double gradient[MOST * MOST];  /* of the torque [N m/rad] */
+    er_placement placement;
+} search;
+
+void er_add_anchor(const er_robot *robot, const er_placement *placement, const er_anchor *anchor,
+                   double *matrix)
+{
+    int m = robot->elastics;
+    for (int i = 0; i < m; i++) {
+        double pull[3];
+        er_anchor_times(anchor->stiffness, placement->lever[robot->elastic_angle[i]], pull);
+        for (int j = 0; j < m; j++)
+            matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
+    }
+}
+
+/* Half width of the play; 0 for coordinates without. */
+static double half_width(const search *s, int k)
+{
+    return er_curve_switches(s->curve, k) ? s->curve->half_width[k] : 0.0;
+}
+
+static int region_of(const search *s, int k)
+{
+    return er_curve_region(s->curve, k, s->x[k]);
+}
+
+/* Torque and residual at x. */
+static void place_at(search *s, const double *x)
+{
+    double theta[MOST], wrench[6];
+    er_angles(s->robot, s->q, x, theta);
+    er_place_bodies(s->robot, theta, &s->placement);
+    er_load_wrench(s->load, s->placement.tool_position, wrench);
+    er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
+    for (int k = 0; k < s->m; k++)
+        s->residual[k] =
+            s->torque[k] - er_curve_torque(s->curve, k, er_curve_region(s->curve, k, x[k]), x[k]);
+}
+
+/* Gradient of the torque there. */
+static void find_gradient(search *s)
+{
+    double wrench[6], support[MOST * MOST] = {0.0};
+    er_load_wrench(s->load, s->placement.tool_position, wrench);
+    er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
+    er_add_anchor(s->robot, &s->placement, &s->load->anchor, support);
+    for (int i = 0; i < s->m * s->m; i++)
+        s->gradient[i] -= support[i];
+}
+
+static double largest_of(int count, const double *values)
+{
+    double largest = 0.0;
+    for (int k = 0; k < count; k++)
+        largest = fabs(values[k]) <= largest ? largest : fabs(values[k]); /* NaN stays */
+    return largest;
+}
+
+/* What counts as nothing: rounding of a stiff spring's torque may be more than a gear feels. */
+static void find_negligible(search *s)
+{
+    const er_anchor *anchor = &s->load->anchor;
+    double reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
+    s->negligible = s->robot->settings.neutral_torque +
+                    ROUNDING * largest_of(ER_SYMMETRIC, anchor->stiffness) * reach * reach;
+}
+
+/* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
+ * and weight nor the spring can hold anywhere stays in the middle of its play. */
+static bool begin(search *s)
+{
+    double stiffness[MOST * MOST] = {0.0}, given[MOST], least = s->robot->settings.neutral_torque;
+    int m = s->m, pivot[MOST];
+    memset(s->x, 0, sizeof s->x);
+    place_at(s, s->x);
+    find_negligible(s);
+    er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
+    er_add_anchor(s->robot, &s->placement, &s->load->anchor, stiffness);
+    memcpy(s->x, s->torque, sizeof s->x);
+    for (int k = 0; k < m; k++) {
+        s->neutral[k] = er_curve_switches(s->curve, k) && fabs(given[k]) < least &&
+                        stiffness[k * m + k] * half_width(s, k) < least;
+        stiffness[k * m + k] += er_curve_flank_slope(s->curve, k, 0.0);
+    }
+    if (!er_lu_factor(m, stiffness, pivot))
+        return false;
+    er_lu_solve(m, stiffness, pivot, s->x);
+    for (int k = 0; k < m; k++) {
+        double side = s->x[k] > 0.0 ? 1.0 : s->x[k] < 0.0 ? -1.0 : 0.0;
+        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * half_width(s, k);
+    }
+    return true;
+}
+
+/* Whether the energy that a matrix is the curvature of rises in all directions: Cholesky's method. */
+static bool is_positive(int m, const double *matrix)
+{
+    double root[MOST * MOST];
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.5 * (matrix[i * m + j] + matrix[j * m + i]);
+            for (int k = 0; k < j; k++)
+                sum -= root[i * m + k] * root[j * m + k];
+            if (i == j && !(sum > 0.0))
+                return false;
+            root[i * m + j] = i == j ? sqrt(sum) : sum / root[j * m + j];
+        }
+    return true;
+}
+
+/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone.  A slope that sends it
+ * at most to the other end of the play, and vanishes with what is left to balance, keeps it from being
+ * thrown out; one that the load drives on crosses its play. */
+static void find_matrix(const search *s, double shift, double *matrix)
+{
+    int m = s->m;
+    for (int k = 0; k < m; k++) {
+        double x = s->x[k], slope = er_curve_slope(s->curve, k, region_of(s, k), x);
+        if (region_of(s, k) == 0) {
+            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * half_width(s, k));
+            slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
+        }
+        for (int j = 0; j < m; j++)
+            matrix[k * m + j] = s->neutral[k] || s->neutral[j] ? 0.0 : -s->gradient[k * m + j];
+        matrix[k * m + k] +=
+            s->neutral[k] ? 1.0 : slope + shift * er_curve_flank_slope(s->curve, k, x);
+    }
+}
+
+/* Newton's step towards less energy [rad]; false if the energy has no floor. */
+static bool find_step(search *s, double *step)
+{
+    double matrix[MOST * MOST], largest;
+    int m = s->m, pivot[MOST];
+    size_t count = sizeof shifts / sizeof *shifts, k = 0;
+    find_gradient(s);
+    for (find_matrix(s, shifts[0], matrix); !is_positive(m, matrix); find_matrix(s, shifts[k], matrix))
+        if (++k == count)
+            return false;
+    for (int i = 0; i < m; i++)
+        step[i] = s->neutral[i] ? 0.0 : s->residual[i];
+    if (!er_lu_factor(m, matrix, pivot))
+        return false;
+    er_lu_solve(m, matrix, pivot, step);
+    largest = largest_of(m, step);
+    for (int i = 0; largest > LONGEST_STEP && i < m; i++)
+        step[i] *= LONGEST_STEP / largest;
+    return true;
+}
+
+/* The torque along a step, where a part of it leads: the energy's fall.  Leaves the residual there. */
+static double downhill(search *s, const double *step, double part)
+{
+    double x[MOST], sum = 0.0;
+    for (int k = 0; k < s->m; k++)
+        x[k] = s->x[k] + part * step[k];
+    place_at(s, x);
+    for (int k = 0; k < s->m; k++)
+        sum += s->residual[k] * step[k];
+    return sum;
+}
+
+/* The part of a step that leads to the valley's floor, and the residual there: false position, in the
+ * variant that halves the value at an end which stays (Dowell and Jarratt 1971). */
+static double find_part(search *s, const double *step)
+{
+    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, last = 0.0;
+    int side = 0;
+    for (int k = 0; k < s->m; k++)
+        at_low += s->residual[k] * step[k];
+    at_high = downhill(s, step, 1.0);
+    if (!(at_high < -BEYOND * at_low))
+        return 1.0;
+    for (int tries = 0; tries < MOST_TRIES && fabs(part - last) > PART; tries++) {
+        double at;
+        last = part;
+        part = low + (high - low) * at_low / (at_low - at_high);
+        at = downhill(s, step, part);
+        if (at > 0.0) {
+            low = part, at_low = at;
+            at_high *= side > 0 ? 0.5 : 1.0;
+            side = 1;
+        } else if (at < 0.0) {
+            high = part, at_high = at;
+            at_low *= side < 0 ? 0.5 : 1.0;
+            side = -1;
+        } else {
+            break;
+        }
+    }
+    return part;
+}
+
+/* Lets gears go that are loaded in the middle of their play now that the others have given way; false
+ * if there are none. */
+static bool release_loaded(search *s)
+{
+    bool released = false;
+    for (int k = 0; k < s->m; k++)
+        if (s->neutral[k] && fabs(s->residual[k]) >= s->negligible) {
+            s->neutral[k] = false;
+            released = true;
+        }
+    return released;
+}
+
+static double left(const search *s)
+{
+    double largest = 0.0;
+    for (int k = 0; k < s->m; k++)
+        if (!s->neutral[k] && !(fabs(s->residual[k]) <= largest))
+            largest = fabs(s->residual[k]);
+    return largest;
+}
+
+/* Goes downhill from x to rest; false if there is none. */
+static bool descend(search *s)
+{
+    place_at(s, s->x);
+    for (int pass = 0; pass < MOST_PASSES; pass++) {
+        double step[MOST], part, before = left(s), after;
+        if (!find_step(s, step))
+            return false;
+        part = find_part(s, step);
+        for (int k = 0; k < s->m; k++)
+            s->x[k] += part * step[k];
+        if (!(largest_of(s->m, s->x) < LONGEST_WAY))
+            return false;
+        after = left(s);
+        /* Where it does not fall any more that is rounding, or the edge of a play. */
+        if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
+             (after <= s->negligible && after >= 0.5 * before)) &&
+            !release_loaded(s))
+            return true;
+    }
+    return false;
+}
+
+static double distance(const search *s)
+{
+    double gap[3];
+    er_anchor_gap(&s->load->anchor, 0.0, s->placement.tool_position, gap);
+    return sqrt(er_dot(gap, gap));
+}
+
+/* Whether a gear might rest on its other flank too: driven on all through its play. */
+static bool is_undecided(const search *s, int k)
+{
+    double driven = s->gradient[k * s->m + k];
+    return er_curve_switches(s->curve, k) && region_of(s, k) != 0 && driven > 0.0 &&
+           fabs(s->torque[k]) < CERTAIN * 2.0 * half_width(s, k) * driven;
+}
+
+/* Where a gear that the spring does not support could rest on either flank, takes the one with the TCP
+ * nearer to the anchor: a contact is touched there. */
+static void take_nearer_flanks(search *s, const bool *neutral)
+{
+    bool undecided[MOST];
+    find_gradient(s);
+    for (int k = 0; k < s->m; k++)
+        undecided[k] = is_undecided(s, k);
+    for (int k = 0; k < s->m; k++)
+        if (undecided[k]) {
+            search other = *s;
+            memcpy(other.neutral, neutral, sizeof other.neutral);
+            other.x[k] = -other.x[k];
+            if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s) - NEARER)
+                *s = other;
+        }
+}
+
+bool er_anchored_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+                             const double *q, const er_load *load, double *x)
+{
+    search s;
+    bool neutral[MOST];
+    s.robot = robot, s.curve = curve, s.gravity = gravity, s.load = load, s.q = q;
+    s.m = robot->elastics;
+    if (!begin(&s))
+        return false;
+    memcpy(neutral, s.neutral, sizeof neutral);
+    if (!descend(&s))
+        return false;
+    take_nearer_flanks(&s, neutral);
+    memcpy(x, s.x, (size_t)s.m * sizeof *x);
+    return true;
+}
