@@ -27,9 +27,7 @@ def held(q: np.ndarray, time: float = 0.0) -> HeldCommand:
 
 def as_core(load: Load) -> np.ndarray:
     spring = load.spring
-    return np.concatenate(
-        [load.wrench, spring.position, spring.velocity, spring.stiffness[UPPER]]
-    )
+    return np.concatenate([load.wrench, spring.position, spring.velocity, spring.stiffness[UPPER]])
 
 
 @pytest.mark.parametrize("plain", [True, False])
