@@ -22,8 +22,10 @@
  * start, turned round; longer ones are shortened to the floor, as exactly as this part of them. */
 #define BEYOND 0.1
 #define PART 1e-14
-/* Slopes that are added, over those of the flanks, until the energy's curvature is positive. */
-static const double shifts[] = {0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2, 1e4};
+/* Slopes that are added, over those of the flanks, until the energy's curvature is positive: powers of
+ * two, close to each other, since one that is far too large leads off a saddle in tiny steps. */
+#define LEAST_SHIFT (-40)
+#define MOST_SHIFT 14
 /* A gear with more than this many times the torque that it loses across its play has one flank. */
 #define CERTAIN 3.0
 /* A flank is nearer to the anchor than the other by this at least [m]; less is rounding. */
@@ -180,11 +182,14 @@ static bool find_step(search *s, double *step)
 {
     double matrix[MOST * MOST], largest;
     int m = s->m, pivot[MOST];
-    size_t count = sizeof shifts / sizeof *shifts, k = 0;
+    int power = LEAST_SHIFT;
     find_gradient(s);
-    for (find_matrix(s, shifts[0], matrix); !is_positive(m, matrix); find_matrix(s, shifts[k], matrix))
-        if (++k == count)
+    find_matrix(s, 0.0, matrix);
+    while (!is_positive(m, matrix)) {
+        if (power > MOST_SHIFT)
             return false;
+        find_matrix(s, ldexp(1.0, power++), matrix);
+    }
     for (int i = 0; i < m; i++)
         step[i] = s->neutral[i] ? 0.0 : s->residual[i];
     if (!er_lu_factor(m, matrix, pivot))
