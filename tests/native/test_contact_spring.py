@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from native_core import CURVES, LANES, Core, CoreError, with_settings
 from native_derivatives import random_stiffness
+from pendulum import held, pendulum
 from random_robots import hardly_loaded, make_robot
 
 from elastic_robot.chain import build_chain
@@ -14,15 +15,10 @@ from elastic_robot.errors import EquilibriumError
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import ContactSpring, Load, symmetric
-from elastic_robot.trajectory import HeldCommand
 
 POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
 NONE = np.zeros(6)
 UPPER = np.triu_indices(3)
-
-
-def held(q: np.ndarray, time: float = 0.0) -> HeldCommand:
-    return HeldCommand(time, q, 0 * q, 0 * q)
 
 
 def as_core(load: Load) -> np.ndarray:
@@ -81,7 +77,7 @@ def test_random_robots_rest_on_springs_as_in_python(kind):
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
 def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
-    """Hardly loaded gears of the example robot, of which some hang in their play: to 1e-11 rad."""
+    """Hardly loaded gears of the example robot, of which some hang in their play: to 1e-10 rad."""
     rng, core, hanging = np.random.default_rng(3), Core(example), 0
     python = ElasticRobot(example, kind, quasistatic=True)
     gears = python.chain.torsions
@@ -94,7 +90,7 @@ def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
         python.reset(0.0, held(q), Load(wrench, spring))
         core.reset(kind, 0.0, q, as_core(Load(wrench, spring)), quasistatic=True)
         x = core.outputs(11)["x"]
-        np.testing.assert_allclose(x, python.deflection(), rtol=0, atol=1e-11)
+        np.testing.assert_allclose(x, python.deflection(), rtol=0, atol=1e-10)
         hanging += bool(((np.abs(x[gears]) < width) & (x[gears] != 0.0)).any())
     assert hanging > 50
 
@@ -118,7 +114,7 @@ def test_random_robots_move_on_springs_as_in_python(kind, plain):
             velocity = 0.05 * rng.normal(size=3)
             load = Load(wrench, ContactSpring(anchor, velocity, symmetric(factor * k)))
             length = end - python.time
-            python.step(end, held(q, python.time), load)
+            python.step(end, held(q), load)
             core.step(end, q, as_core(load))
             anchor = anchor + length * velocity
             out = core.outputs(python.chain.elastic_count)
@@ -161,18 +157,14 @@ def test_without_stiffness_an_anchor_changes_no_bit(example, kind, quasistatic, 
     assert len(set(loads)) == 40
 
 
-def test_an_unsupported_gear_takes_the_flank_nearer_to_the_anchor(example):
-    """Both flanks of the vertical axis are rests; the spring, across it, hardly pushes the gear."""
-    python = ElasticRobot(example, "backlash", quasistatic=True)
-    python.reset(0.0, held(POSTURE), Load())
-    tool, core = python.tcp()[:3], Core(example)
-    k = symmetric(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1e5]))
-    for side in (-1.0, 1.0):
-        # Pulled inwards, along the arm, the axis buckles out of its play to either side.
-        wrench = np.array([-2000.0, 1e-9, 0.0, 0.0, 0.0, 0.0])
-        anchor = tool + [0.0, 1e-3 * side, 0.0]
-        load = Load(wrench, ContactSpring(anchor, np.zeros(3), k))
-        core.reset("backlash", 0.0, POSTURE, as_core(load), quasistatic=True)
-        x = core.outputs(11)["x"][0]
-        assert np.sign(x) == side
-        assert abs(x) >= example.joints[0].backlash
+def test_of_two_rests_the_one_nearer_to_the_anchor_is_taken():
+    """An upright arm falls either way in its play; 1 N/m does not hold it up, but tells the side."""
+    core = Core(pendulum(backlash=2e-3))
+    for side in (1.0, -1.0):
+        for lean in (5e-4, -5e-4):
+            spring = ContactSpring(np.array([side * 1e-2, 0.0, 1.0]), np.zeros(3), np.eye(3))
+            q = np.array([lean - np.pi / 2])
+            core.reset("backlash", 0.0, q, as_core(Load(spring=spring)), quasistatic=True)
+            out = core.outputs(1)
+            assert np.sign(out["x"][0]) == np.sign(out["tcp"][0]) == side
+            assert abs(out["x"][0]) > 2e-3
