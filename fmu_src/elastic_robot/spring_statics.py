@@ -8,7 +8,6 @@ has no place of its own there under a given force, rests against the spring.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
@@ -16,14 +15,13 @@ from elastic_robot.settings import SETTINGS
 from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TorqueCurve
 
-# Passes of Newton's method before there is no equilibrium.
+# Passes of Newton's method before there is no equilibrium, and tries to find the floor along a step.
 _MOST_PASSES = 200
+_MOST_TRIES = 60
 # Longest step of a coordinate [rad].
 _LONGEST_STEP = 0.5
-# A step may lead beyond the valley's floor until the torque along it is this part of the one at its
-# start, turned round; longer ones are shortened to the floor, as exactly as this part of them.
-_BEYOND = 0.1
-_PART = 1e-14
+# A step ends where the torque along it is this part of the one at its start, or before: the valley's floor.
+_LEFT = 0.1
 # Slopes that are added, over those of the flanks, until the energy's curvature is positive; close to each
 # other, since one that is far too large leads off a saddle in tiny steps.
 _SHIFTS = (0.0, *(2.0**k for k in range(-40, 15)))
@@ -75,7 +73,9 @@ class SpringStatics:
             mirrored = x.copy()
             mirrored[k] = -x[k]
             other = self._descend(mirrored, neutral)
-            if other is not None and other[k] * x[k] < 0.0 and self._gap(other) < self._gap(x) - _NEARER:
+            if other is None or other[k] * x[k] > 0.0:
+                continue
+            if self._gap(other) < self._gap(x) - _NEARER:
                 x = other
         return x
 
@@ -148,15 +148,38 @@ class SpringStatics:
         self, x: np.ndarray, free: np.ndarray, step: np.ndarray
     ) -> tuple[float, np.ndarray]:
         """Return the part of a step that leads to the valley's floor, and the residual there."""
+        residual = self._residual(x + step)
+        start, along = float(free @ step), float(residual @ step)
+        if np.abs(step).max() < SETTINGS.equilibrium_step or not along < -_LEFT * start:
+            return 1.0, residual
+        # Between two of these places the torque along the step is nearly straight.
+        low, at_low, high, at_high, stays = 0.0, start, 1.0, along, 0.0
+        for part in self._edges(x, step):
+            along = float(self._residual(x + part * step) @ step)
+            if along < 0.0:
+                high, at_high = part, along
+                break
+            low, at_low = part, along
+        for _ in range(_MOST_TRIES):
+            part = low + (high - low) * at_low / (at_low - at_high)
+            residual = self._residual(x + part * step)
+            along = float(residual @ step)
+            if abs(along) <= _LEFT * start:
+                break
+            # False position; the value at an end that stays counts half (Dowell and Jarratt 1971).
+            if along > 0.0:
+                low, at_low, at_high = part, along, at_high * (0.5 if stays > 0.0 else 1.0)
+            else:
+                high, at_high, at_low = part, along, at_low * (0.5 if stays < 0.0 else 1.0)
+            stays = along
+        return part, residual
 
-        def downhill(part: float) -> float:
-            return float(self._residual(x + part * step) @ step)
-
-        whole = self._residual(x + step)
-        if not whole @ step < -_BEYOND * (free @ step):
-            return 1.0, whole
-        part = float(brentq(downhill, 0.0, 1.0, xtol=_PART))
-        return part, self._residual(x + part * step)
+    def _edges(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return the parts of a step, rising, at which gears leave or take up their flanks."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = (np.array([[-1.0], [1.0]]) * self._width - x) / step
+        parts = parts[:, self._play]
+        return np.sort(parts[(parts > 0.0) & (parts < 1.0)])
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:
         """Return the gears that might rest on their other flank too, driven on through their play."""

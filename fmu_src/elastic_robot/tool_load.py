@@ -116,7 +116,8 @@ class Acting:
             (6,) or (k, 6) [N, N m].
         """
         stretch = self.anchor - position
-        whole = np.broadcast_to(self.wrench, (*stretch.shape[:-1], 6)).copy()
+        whole = np.empty((*stretch.shape[:-1], 6))
+        whole[...] = self.wrench
         whole[..., :3] += stretch @ self.stiffness
         return whole
 

@@ -35,6 +35,17 @@ def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     assert force == pytest.approx(1e6 * depth, rel=1e-4)
 
 
+def test_hold_against_a_spring_finds_what_coupling_with_the_wall_finds():
+    """At rest the coupled wall's depth, to its tolerance; the moving robot swings out around it."""
+    coupled, _, _ = runpy.run_path(str(EXAMPLES / "press_on_a_wall.py"))["press"]()
+    names = runpy.run_path(str(EXAMPLES / "hold_against_a_spring.py"))
+    (way, depth), (_, moving) = names["press"]("quasistatic"), names["press"]("dynamic")
+    assert depth[-1] == pytest.approx(coupled, abs=1e-9)
+    assert way[-1] == pytest.approx(2e-3 - coupled, abs=1e-9)
+    assert depth[0] == moving[0] == pytest.approx(0.0, abs=1e-12)
+    assert np.mean(moving[50:]) == pytest.approx(coupled, abs=2e-6)
+
+
 def test_robot_from_urdf_deviates_by_the_compliance_of_pinocchios_own_model():
     """J diag(1/k) J^T F with J of the URDF as Pinocchio reads it; gravity adds less than 0.5 %."""
     import pinocchio as pin
