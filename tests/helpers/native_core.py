@@ -152,6 +152,12 @@ class Core:
         )
         self._require(done)
 
+    def spring_of_matrices(self) -> np.ndarray:
+        """Stiffness of the contact spring in the matrices of Newton's method: xx, xy, xz, yy, yz, zz."""
+        stiffness = np.zeros(6)
+        self._lib.probe_spring_of_matrices(self._model, _array(stiffness))
+        return stiffness
+
     def outputs(self, m: int) -> dict[str, np.ndarray]:
         sizes = {"tcp": 7, "velocity": 3, "rigid": 7, "deviation": 6, "compliance": 6, "x": m}
         out = {name: np.zeros(size) for name, size in sizes.items()}

@@ -215,6 +215,13 @@ bool probe_step(er_model *model, double end, const double *q, const double *load
     return er_model_step(model, end, &command, &load, &failure);
 }
 
+/* Stiffness of the contact spring in the matrices of Newton's method. */
+void probe_spring_of_matrices(const er_model *model, double *stiffness)
+{
+    memcpy(stiffness, model->memory.state.linearisation.anchor,
+           sizeof model->memory.state.linearisation.anchor);
+}
+
 bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
                    double *deviation, double *compliance, double *x)
 {

@@ -170,6 +170,41 @@ def test_steps_follow_their_inputs(tmp_path, number, joints, curve, crossings):
     assert max(found.values()) < 1e-9, found
 
 
+# The same on a spring of 6e1 to 9e7 N/m, whose anchor moves.
+SPRUNG_STEPS = [
+    (0, 1, "linear", "anchor", 0),
+    (1, 2, "backlash", "anchor", 0),
+    (17, 2, "spline", "anchor_velocity", 0),
+    (25, 2, "backlash", "anchor", 0),
+    (8, 1, "spline", "anchor_stiffness", 1),
+    (9, 2, "linear", "all", 0),
+    (10, 3, "backlash", "all", 2),
+    (11, 4, "spline", "all", 1),
+]
+
+
+@pytest.mark.parametrize(("number", "joints", "curve", "seeds", "crossings"), SPRUNG_STEPS)
+def test_steps_on_a_spring_follow_their_inputs(tmp_path, number, joints, curve, seeds, crossings):
+    case = make_sprung_case(number, joints, curve, "dynamic", 0.004, seeds)
+    found, flow = errors(case, through_fmu(case, tmp_path))
+    assert flow is not None
+    assert flow.crossings == crossings
+    assert max(found.values()) < 1e-9, found
+
+
+def test_stiffness_is_differentiated_by_where_there_is_no_spring_yet(tmp_path):
+    """Steps and equilibria with the anchor off the tool and K = 0."""
+    for mode in ("dynamic", "quasistatic"):
+        case = make_sprung_case(25, 2, "backlash", mode, 0.004, "anchor_stiffness")
+        inputs, before = case.inputs.copy(), case.before.copy()
+        inputs[-6:] = before[-6:] = 0.0
+        case = replace(case, inputs=inputs, before=before)
+        found = through_fmu(case, tmp_path / mode)
+        relative, _ = errors(case, found)
+        assert np.abs(found.derivatives["tcp"]).max() > 1e-9
+        assert max(relative.values()) < 1e-9, relative
+
+
 def test_where_the_rounded_curve_bends_the_step_limits_its_derivatives(tmp_path):
     """The curve's second derivative jumps at 3B/2, where no step ends: 1e-6 at a tolerance of 1e-12."""
     case = make_case(133, 2, "spline", "dynamic", 0.004, SEEDS[133 % 5])

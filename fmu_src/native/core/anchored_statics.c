@@ -14,16 +14,16 @@
 
 /* Passes of Newton's method before there is no equilibrium, and tries to find the floor along a step. */
 #define MOST_PASSES 200
-#define MOST_TRIES 100
+#define MOST_TRIES 60
 /* Longest step of a coordinate, and what is no deflection any more [rad]. */
 #define LONGEST_STEP 0.5
 #define LONGEST_WAY 3.14159265358979
-/* A step may lead so far beyond the valley's floor that the torque along it is this part of the one at its
- * start, turned round; longer ones are shortened to the floor, as exactly as this part of them. */
-#define BEYOND 0.1
-#define PART 1e-14
-/* Slopes that are added, over those of the flanks, until the energy's curvature is positive. */
-static const double shifts[] = {0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2, 1e4};
+/* A step ends where the torque along it is this part of the one at its start, or before: the floor. */
+#define LEFT 0.1
+/* Slopes that are added, over those of the flanks, until the energy's curvature is positive: powers of
+ * two, close to each other, since one that is far too large leads off a saddle in tiny steps. */
+#define LEAST_SHIFT (-40)
+#define MOST_SHIFT 14
 /* A gear with more than this many times the torque that it loses across its play has one flank. */
 #define CERTAIN 3.0
 /* A flank is nearer to the anchor than the other by this at least [m]; less is rounding. */
@@ -180,11 +180,14 @@ static bool find_step(search *s, double *step)
 {
     double matrix[MOST * MOST], largest;
     int m = s->m, pivot[MOST];
-    size_t count = sizeof shifts / sizeof *shifts, k = 0;
+    int power = LEAST_SHIFT;
     find_gradient(s);
-    for (find_matrix(s, shifts[0], matrix); !is_positive(m, matrix); find_matrix(s, shifts[k], matrix))
-        if (++k == count)
+    find_matrix(s, 0.0, matrix);
+    while (!is_positive(m, matrix)) {
+        if (power > MOST_SHIFT)
             return false;
+        find_matrix(s, ldexp(1.0, power++), matrix);
+    }
     for (int i = 0; i < m; i++)
         step[i] = s->neutral[i] ? 0.0 : s->residual[i];
     if (!er_lu_factor(m, matrix, pivot))
@@ -208,32 +211,58 @@ static double downhill(search *s, const double *step, double part)
     return sum;
 }
 
-/* The part of a step that leads to the valley's floor, and the residual there: false position, in the
- * variant that halves the value at an end which stays (Dowell and Jarratt 1971). */
+/* The parts of a step, rising, at which gears leave or take up their flanks; returns their number. */
+static int find_edges(const search *s, const double *step, double edge[2 * MOST])
+{
+    int count = 0;
+    for (int i = 0; i < 2 * s->m; i++) {
+        int k = i / 2, place = count;
+        double part = ((i % 2 == 0 ? -1.0 : 1.0) * half_width(s, k) - s->x[k]) / step[k];
+        if (!er_curve_switches(s->curve, k) || !(part > 0.0 && part < 1.0))
+            continue;
+        for (; place > 0 && edge[place - 1] > part; place--)
+            edge[place] = edge[place - 1];
+        edge[place] = part;
+        count++;
+    }
+    return count;
+}
+
+/* The part of a step that leads to the valley's floor; the residual there is left. */
 static double find_part(search *s, const double *step)
 {
-    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, last = 0.0;
-    int side = 0;
+    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, at, start, edge[2 * MOST];
+    int edges, side = 0;
     for (int k = 0; k < s->m; k++)
         at_low += s->residual[k] * step[k];
+    start = at_low;
     at_high = downhill(s, step, 1.0);
-    if (!(at_high < -BEYOND * at_low))
+    if (largest_of(s->m, step) < s->robot->settings.equilibrium_step || !(at_high < -LEFT * start))
         return 1.0;
-    for (int tries = 0; tries < MOST_TRIES && fabs(part - last) > PART; tries++) {
-        double at;
-        last = part;
+    /* Between two of these places the torque along the step is nearly straight. */
+    edges = find_edges(s, step, edge);
+    for (int k = 0; k < edges; k++) {
+        at = downhill(s, step, edge[k]);
+        if (at < 0.0) {
+            high = edge[k], at_high = at;
+            break;
+        }
+        low = edge[k], at_low = at;
+    }
+    for (int tries = 0; tries < MOST_TRIES; tries++) {
         part = low + (high - low) * at_low / (at_low - at_high);
         at = downhill(s, step, part);
+        if (fabs(at) <= LEFT * start)
+            break;
+        /* False position; the value at an end that stays counts half (Dowell and Jarratt 1971). */
         if (at > 0.0) {
             low = part, at_low = at;
             at_high *= side > 0 ? 0.5 : 1.0;
             side = 1;
-        } else if (at < 0.0) {
+        } else {
             high = part, at_high = at;
             at_low *= side < 0 ? 0.5 : 1.0;
             side = -1;
-        } else {
-            break;
         }
     }
     return part;

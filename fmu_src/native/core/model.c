@@ -176,7 +176,7 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
-        memset(&system.load.anchor, 0, sizeof system.load.anchor);
+        memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
     if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
     model->memory.state = before;
