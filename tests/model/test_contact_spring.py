@@ -133,11 +133,14 @@ def test_gear_in_its_play_rests_against_the_spring():
 
 
 def test_gear_that_nothing_holds_rests_in_the_middle_of_its_play():
-    """Weight and spring along the axis: neither force nor support, so no flank."""
+    """Weight and spring along the axis: neither support nor force, or rounding, so no flank."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     along = ContactSpring(np.array([1.0, 0.4, 0.3]), np.zeros(3), np.diag([0.0, 1e8, 0.0]))
-    robot.reset(0.0, held([0.0]), Load(spring=along))
-    assert robot.deflection()[0] == 0.0
+    for force in (0.0, 5e-7, -5e-7):
+        robot.reset(0.0, held([0.0]), Load(push(force), along))
+        assert robot.deflection()[0] == 0.0
+    robot.reset(0.0, held([0.0]), Load(push(-1e-3), along))
+    assert robot.deflection()[0] == pytest.approx(1e-3 + 1e-7, abs=1e-9)
 
 
 def test_of_two_rests_the_one_nearer_to_the_anchor_is_taken():
@@ -288,11 +291,13 @@ def test_a_step_that_fails_leaves_no_trace(example):
     for disturbed in (False, True):
         robot = ElasticRobot(example, "backlash")
         robot.reset(0.0, q, Load(push(300.0), spring))
-        robot.step(0.01, q, Load(spring=spring))
+        robot.step(0.05, q, Load(push(299.0), spring))
+        assert robot.snapshot.state.newton is not None
         if disturbed:
             with pytest.raises(ElasticRobotError), np.errstate(all="ignore"):
-                robot.step(0.02, q, Load(spring=absurd))
-        robot.step(0.02, q, Load(spring=spring))
+                robot.step(0.06, q, Load(spring=absurd))
+        assert robot.snapshot.state.newton is not None
+        robot.step(0.06, q, Load(push(299.0), spring))
         ends.append(robot.deflection())
     assert ends[0].tobytes() == ends[1].tobytes()
 
