@@ -20,7 +20,7 @@ _MOST_PASSES = 200
 _MOST_TRIES = 60
 # Longest step of a coordinate [rad].
 _LONGEST_STEP = 0.5
-# A step ends where the torque along it is this part of the one at its start, or before: the valley's floor.
+# A step ends on the floor of the valley: where the torque along it is this part of the one at its start.
 _LEFT = 0.1
 # Slopes that are added, over those of the flanks, until the energy's curvature is positive; close to each
 # other, since one that is far too large leads off a saddle in tiny steps.
