@@ -22,8 +22,8 @@ _MOST_TRIES = 60
 _LONGEST_STEP = 0.5
 # A step ends on the floor of the valley: where the torque along it is this part of the one at its start.
 _LEFT = 0.1
-# Slopes that are added, over those of the flanks, until the energy's curvature is positive; close to each
-# other, since one that is far too large leads off a saddle in tiny steps.
+# Slopes that are added, over those of the flanks, until the energy's curvature is positive; close to
+# each other, since one that is far too large leads off a saddle in tiny steps.
 _SHIFTS = (0.0, *(2.0**k for k in range(-40, 15)))
 # A gear that carries more than this many times what it loses across its play has one flank to rest on.
 _CERTAIN = 3.0

@@ -124,7 +124,7 @@ class Flow:
         return loads + self._laws(piece_torque, x) + self.numbers.damping * v
 
     def _matrix(self, h: float) -> np.ndarray:
-        """Newton's matrix of a step: mass and spring where the flow began, slopes at its start, dampers."""
+        """Newton's matrix of a step: mass and spring where the flow began, slopes now, dampers."""
         m, zero = len(self.x), np.zeros(len(self.x))
         if self._mass is None:
             bias = self.residual(self.time, self.x, zero, zero)
@@ -137,7 +137,8 @@ class Flow:
             by_force = np.linalg.solve(self._mass, lever)
             place = 4.0 * np.finfo(float).eps * np.abs(self.numbers.anchor.real).max()
             self._rounding = [
-                place * np.abs(by_force @ part).max(initial=0.0) for part in (spring.real, spring.imag)
+                place * np.abs(by_force @ part).max(initial=0.0)
+                for part in (spring.real, spring.imag)
             ]
         slope = np.diag(self.slope(self.x).real) + self._support
         matrix = np.kron(np.eye(STAGES), self._mass) + h * np.kron(ONCE, self._damping)
