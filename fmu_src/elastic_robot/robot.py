@@ -164,17 +164,17 @@ class ElasticRobot:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
         else:
-            self._hold(drives, load)
-            self._state = self._stepper.advance(self._motion, self._now(), end)
+            state = self._hold(drives, load)
+            self._state = self._stepper.advance(self._motion, state, end)
         self._held = held
 
-    def _hold(self, drives: Drives, load: Load) -> None:
-        """Set what acts from now on; the matrices of the last step serve only the spring they are of."""
-        state, before = self._now(), self._held.acting.stiffness
+    def _hold(self, drives: Drives, load: Load) -> State:
+        """Set what acts from now on; return the state without matrices that are of another spring."""
+        state, before, now = self._now(), self._held.acting.stiffness, load.spring.stiffness
         self._motion.hold(drives, load, state.time)
-        changed = np.abs(load.spring.stiffness - before).max()
-        if changed > _SAME_SPRING * np.abs(before).max():
-            self._state = replace(state, newton=None)
+        if now is before or np.abs(now - before).max() <= _SAME_SPRING * np.abs(before).max():
+            return state
+        return replace(state, newton=None)
 
     def path_sensitivity(
         self, times: np.ndarray, drives: Drives, loads: Sequence[Load]
@@ -205,11 +205,10 @@ class ElasticRobot:
         forward = ForwardSensitivity(self._dynamics, self._curve, self._parameters.damping, start)
         by_x, by_tcp = [], []
         for time, load in zip(times, loads, strict=True):
-            since = self._now().time
-            self._hold(drives, load)
-            follow = partial(forward.follow, drives=drives, load=load, since=since)
-            self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = Held.at(time, drives, load.at(time - since))
+            state = self._hold(drives, load)
+            follow = partial(forward.follow, drives=drives, load=load, since=state.time)
+            self._state = self._stepper.advance(self._motion, state, time, follow)
+            self._held = Held.at(time, drives, load.at(time - state.time))
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)

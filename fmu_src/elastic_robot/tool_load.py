@@ -146,5 +146,7 @@ class Load:
 
     def at(self, seconds: float | np.ndarray) -> Acting:
         """Return what acts so many seconds into the step, or at k such times."""
+        if self.spring is NO_SPRING:
+            return Acting(self.wrench)
         way = np.multiply.outer(seconds, self.spring.velocity)
         return Acting(self.wrench, self.spring.position + way, self.spring.stiffness)

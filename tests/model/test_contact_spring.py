@@ -267,6 +267,36 @@ def test_order_of_the_stepper_is_kept(example):
     assert np.log2(errors[1] / errors[2]) > 7.0
 
 
+def test_a_stiff_spring_does_not_shorten_the_steps(example):
+    """At rest on 1e9 N/m, where the fastest mode swings nine times in one, they grow to the longest."""
+    q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+    robot = ElasticRobot(example, "linear")
+    robot.reset(0.0, q, Load())
+    spring = ContactSpring(robot.tcp()[:3] + 1e-4, np.zeros(3), 1e9 * np.eye(3))
+    robot.reset(0.0, q, Load(spring=spring))
+    robot.step(0.5, q, Load(spring=spring))
+    assert robot.linearise().modes.frequency.max() > 9.0 / SETTINGS.longest_step
+    assert robot.snapshot.state.step == SETTINGS.longest_step
+
+
+def test_a_step_that_fails_leaves_no_trace(example):
+    """What goes on after a refused spring is what would have gone on, bit for bit."""
+    q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
+    spring = ContactSpring(np.array([1.8, 0.0, 0.9]), np.zeros(3), 1e5 * np.eye(3))
+    absurd = ContactSpring(np.full(3, 1e200), np.zeros(3), 1e200 * np.eye(3))
+    ends = []
+    for disturbed in (False, True):
+        robot = ElasticRobot(example, "backlash")
+        robot.reset(0.0, q, Load(push(300.0), spring))
+        robot.step(0.01, q, Load(spring=spring))
+        if disturbed:
+            with pytest.raises(ElasticRobotError), np.errstate(all="ignore"):
+                robot.step(0.02, q, Load(spring=absurd))
+        robot.step(0.02, q, Load(spring=spring))
+        ends.append(robot.deflection())
+    assert ends[0].tobytes() == ends[1].tobytes()
+
+
 # The type, and what is kept.
 
 
