@@ -32,6 +32,7 @@ GOAL = 5.0
 # What the FMU in Python and FMPy are meant to add to a step of the model at most [us].
 OVERHEAD_GOAL = 20.0
 _COLUMNS = "its six derivatives by the wrench"
+_SPRING = "on a spring whose stiffness changes"
 # What both scripts begin with, each in a process of its own.
 _FMU = """
 import json, sys, time
@@ -103,7 +104,7 @@ print(*[1e6 * b / TURN for b in best])
 
 
 def from_c(folder: Path) -> dict[tuple[str, float], float]:
-    """Return what host.c measures, by task and step size [s]: `step`, `columns`, `state` [us]."""
+    """Return what host.c measures, by task and step size [s]: step, spring, columns, state [us]."""
     host, platform = folder / "host", host_platform()
     command = ["cc", "-std=c99", "-O2", f"-I{SOURCES / 'fmi'}", "-o", str(host), str(_HOST)]
     subprocess.run([*command, "-ldl", "-lm", "-lpthread"], check=True)
@@ -152,7 +153,8 @@ def main() -> None:
             file = build_fmu(ROBOT, folder / f"{kind}.fmu", BuildOptions(kind))
             fmpy.extract(str(file), unzipdir=str(folder / kind))
         costs = from_c(folder)
-        for task, title in (("step", "native FMU, host in C"), ("columns", _COLUMNS)):
+        tasks = {"step": "native FMU, host in C", "spring": _SPRING, "columns": _COLUMNS}
+        for task, title in tasks.items():
             table.add_row(title, *[f"{costs[task, size]:.1f}" for size in SIZES])
         for kind in reversed(list(KINDS)):
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]

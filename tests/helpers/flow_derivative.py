@@ -93,6 +93,7 @@ class Flow:
     piece: np.ndarray = field(init=False)
     _mass: np.ndarray | None = field(init=False, default=None)
     _support: np.ndarray | None = field(init=False, default=None)
+    _rounding: list[float] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
         self.knots = [knots(self.curve, b) for b in self.numbers.backlash.real]
@@ -123,14 +124,22 @@ class Flow:
         return loads + self._laws(piece_torque, x) + self.numbers.damping * v
 
     def _matrix(self, h: float) -> np.ndarray:
-        """Newton's matrix of a step: mass and spring where the flow began, slopes at its start, dampers."""
+        """Newton's matrix of a step: mass and spring where the flow began, slopes now, dampers."""
         m, zero = len(self.x), np.zeros(len(self.x))
         if self._mass is None:
             bias = self.residual(self.time, self.x, zero, zero)
             columns = [self.residual(self.time, self.x, zero, e) - bias for e in np.eye(m)]
             self._mass = np.array(columns).real.T.reshape(m, m)
             lever = np.array([self._position(e) for e in np.eye(m)]).reshape(m, 3)
-            self._support = lever @ self.numbers.spring_matrix.real @ lever.T
+            spring = self.numbers.spring_matrix
+            self._support = lever @ spring.real @ lever.T
+            # Accelerations that spring and seed make of the rounding of the TCP's position.
+            by_force = np.linalg.solve(self._mass, lever)
+            place = 4.0 * np.finfo(float).eps * np.abs(self.numbers.anchor.real).max()
+            self._rounding = [
+                place * np.abs(by_force @ part).max(initial=0.0)
+                for part in (spring.real, spring.imag)
+            ]
         slope = np.diag(self.slope(self.x).real) + self._support
         matrix = np.kron(np.eye(STAGES), self._mass) + h * np.kron(ONCE, self._damping)
         return np.linalg.inv(matrix + h * h * np.kron(TWICE, slope))
@@ -214,6 +223,6 @@ class Flow:
         """Whether what the polynomial leaves out matters to x and x', or to their derivatives."""
         tail, rate = (_FIT @ a)[-2:], self.v + h * END_ONCE @ a
         return all(
-            h * np.abs(part(tail)).max() <= RESOLVED * np.abs(part(rate)).max()
-            for part in (np.real, np.imag)
+            h * np.abs(part(tail)).max() <= RESOLVED * np.abs(part(rate)).max() + h * rounding
+            for part, rounding in zip((np.real, np.imag), self._rounding, strict=True)
         )
