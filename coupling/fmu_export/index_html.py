@@ -94,7 +94,8 @@ state is the equilibrium under gravity, the wrench and the contact spring set be
 every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
 <p>A contact spring pulls the TCP to an anchor: force K (a - p), p the elastic TCP, s seconds into a step
 a = <code>anchor</code> position + s velocity, K its symmetric stiffness, no eigenvalue below zero. It is
-part of the robot's equations, so it may be as stiff as the contact is; without stiffness there is none.</p>
+part of the robot's equations, so it may be as stiff as the contact is. Without stiffness there is none.
+</p>
 """
 
 _FRAMES = """
