@@ -100,7 +100,7 @@ class Acting:
     @cached_property
     def is_sprung(self) -> bool:
         """Whether there is a spring."""
-        return bool(self.stiffness.any())
+        return self.stiffness is not NO_SPRING.stiffness and bool(self.stiffness.any())
 
     def of(self, row: int | slice) -> Acting:
         """Return what acts in one or some of the k states."""
@@ -142,7 +142,7 @@ class Load:
     @cached_property
     def is_sprung(self) -> bool:
         """Whether there is a spring."""
-        return bool(self.spring.stiffness.any())
+        return self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
 
     def at(self, seconds: float | np.ndarray) -> Acting:
         """Return what acts so many seconds into the step, or at k such times."""
