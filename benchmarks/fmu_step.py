@@ -32,6 +32,7 @@ GOAL = 5.0
 # What the FMU in Python and FMPy are meant to add to a step of the model at most [us].
 OVERHEAD_GOAL = 20.0
 _COLUMNS = "its six derivatives by the wrench"
+_SPRING = "on a spring whose stiffness changes"
 # What both scripts begin with, each in a process of its own.
 _FMU = """
 import json, sys, time
@@ -77,6 +78,7 @@ sys.path.insert(0, str(folder / "resources"))
 import numpy as np
 from elastic_robot.description import Robot
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 TURN, TURNS, SIZE = 30, 3334, 1 / 256
 fmu.instantiate()
@@ -85,7 +87,7 @@ fmu.enterInitializationMode()
 fmu.exitInitializationMode()
 robot = Robot.from_json((folder / "resources" / "robot.json").read_text())
 model, rest, none = ElasticRobot(robot), np.zeros(len(robot.joints)), np.zeros(6)
-model.reset(0.0, HeldCommand(0.0, rest, rest, rest), none)
+model.reset(0.0, HeldCommand(0.0, rest, rest, rest), Load(none))
 best = [np.inf, np.inf]
 for turn in range(TURNS):
     start = time.perf_counter()
@@ -93,7 +95,7 @@ for turn in range(TURNS):
         step(k, SIZE)
     middle = time.perf_counter()
     for k in range(TURN * turn, TURN * (turn + 1)):
-        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), none)
+        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), Load(none))
         model.tcp()
     end = time.perf_counter()
     best = [min(best[0], middle - start), min(best[1], end - middle)]
@@ -102,7 +104,7 @@ print(*[1e6 * b / TURN for b in best])
 
 
 def from_c(folder: Path) -> dict[tuple[str, float], float]:
-    """Return what host.c measures, by task and step size [s]: `step`, `columns`, `state` [us]."""
+    """Return what host.c measures, by task and step size [s]: step, spring, columns, state [us]."""
     host, platform = folder / "host", host_platform()
     command = ["cc", "-std=c99", "-O2", f"-I{SOURCES / 'fmi'}", "-o", str(host), str(_HOST)]
     subprocess.run([*command, "-ldl", "-lm", "-lpthread"], check=True)
@@ -151,7 +153,8 @@ def main() -> None:
             file = build_fmu(ROBOT, folder / f"{kind}.fmu", BuildOptions(kind))
             fmpy.extract(str(file), unzipdir=str(folder / kind))
         costs = from_c(folder)
-        for task, title in (("step", "native FMU, host in C"), ("columns", _COLUMNS)):
+        tasks = {"step": "native FMU, host in C", "spring": _SPRING, "columns": _COLUMNS}
+        for task, title in tasks.items():
             table.add_row(title, *[f"{costs[task, size]:.1f}" for size in SIZES])
         for kind in reversed(list(KINDS)):
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]

@@ -41,6 +41,7 @@ from coupling.robot.robot_fmu import SIGNALS, save_trajectory
 from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import Trajectory
 
 CURVES = ("linear", "backlash", "spline")
@@ -124,10 +125,10 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         (rates,), (accelerations,) = command.qd, command.qdd
         drives = Trajectory(command.time, command.q[0], rates, accelerations)
         robot = ElasticRobot(ROBOT, curve)
-        robot.reset(times[0], drives, loads[0])
+        robot.reset(times[0], drives, Load(loads[0]))
         poses = [robot.tcp()]
         for moment, row in zip(times[1:], loads[1:], strict=True):
-            robot.step(moment, drives, row)
+            robot.step(moment, drives, Load(row))
             poses.append(robot.tcp())
         return np.array(poses)
 

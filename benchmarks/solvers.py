@@ -24,6 +24,7 @@ from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import read_trajectory
 from examples.mujoco_robot import MujocoSimulation
@@ -41,10 +42,10 @@ def stepper(task: Task, tolerance: float) -> Entry:
 
     def run() -> np.ndarray:
         robot = ElasticRobot(ROBOT, task.curve, tolerance=tolerance)
-        robot.reset(times[0], task.drives, _NO_LOAD)
+        robot.reset(times[0], task.drives, Load(_NO_LOAD))
         x = [robot.deflection()]
         for end in times[1:]:
-            robot.step(end, task.drives, _NO_LOAD)
+            robot.step(end, task.drives, Load(_NO_LOAD))
             x.append(robot.deflection())
         return np.array(x)
 
@@ -61,10 +62,10 @@ def bare_stepper(task: Task, period: float) -> Entry:
     def run() -> np.ndarray:
         drives = read_trajectory(TRAJECTORY, len(ROBOT.joints))
         robot = ElasticRobot(ROBOT, task.curve)
-        robot.reset(task.times[0], drives, _NO_LOAD)
+        robot.reset(task.times[0], drives, Load(_NO_LOAD))
         poses = [robot.tcp()]
         for end in communication_points(task, period)[1:]:
-            robot.step(end, drives, _NO_LOAD)
+            robot.step(end, drives, Load(_NO_LOAD))
             poses.append(robot.tcp())
         return np.array(poses)
 
@@ -136,7 +137,7 @@ def scipy_solver(task: Task, method: str, tolerance: float) -> Entry:
     def run() -> np.ndarray:
         times = task.times
         q = task.drives.at(times[:1])[0][0]
-        start = np.append(equilibrium(dynamics, curve, q, _NO_LOAD), np.zeros(m))
+        start = np.append(equilibrium(dynamics, curve, q, Acting(_NO_LOAD)), np.zeros(m))
         span = (times[0], times[-1])
         # rtol of angles of 1e-3 rad; atol a tenth of a permille of that.
         result = solve_ivp(

@@ -20,6 +20,7 @@ from coupling.toolpaths.part import Part
 from elastic_robot.description import Robot
 from elastic_robot.motion import Drives
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand, Trajectory
 from examples.mujoco_robot import MujocoSimulation
 
@@ -88,10 +89,10 @@ class Experiment:
     def ours(self) -> ToolPath:
         """Simulate with this project's implementation."""
         model = ElasticRobot(self.model, self.curve, tolerance=TOLERANCE)
-        model.reset(self.times[0], self.drives, self.wrench, self.undeflected)
+        model.reset(self.times[0], self.drives, Load(self.wrench), self.undeflected)
         poses = [model.tcp()]
         for end in self.times[1:]:
-            model.step(end, self.drives, self.wrench)
+            model.step(end, self.drives, Load(self.wrench))
             poses.append(model.tcp())
         return ToolPath(self.times, np.array(poses))
 

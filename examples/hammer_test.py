@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 FIGURE = Path(__file__).parent.parent / "results" / "hammer_test.html"
@@ -27,7 +28,7 @@ RECORD = 8.0  # [s]; the slowest mode has decayed to less than a thousandth
 def robot_at_rest() -> ElasticRobot:
     """Return the robot under its own weight, without play: a gear that rattles is not linear."""
     robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear", tolerance=1e-8)
-    robot.reset(0.0, rest, np.zeros(6))
+    robot.reset(0.0, rest, Load())
     return robot
 
 
@@ -38,7 +39,7 @@ def tap(direction: int) -> np.ndarray:
     start = robot.tcp()[direction]
     motion = []
     for k in range(round(RECORD / SAMPLE)):
-        robot.step((k + 1) * SAMPLE, rest, force if k == 0 else np.zeros(6))
+        robot.step((k + 1) * SAMPLE, rest, Load(force if k == 0 else np.zeros(6)))
         motion.append(robot.tcp()[direction] - start)
     s = 2j * np.pi * frequency
     time = SAMPLE * np.arange(1, len(motion) + 1)

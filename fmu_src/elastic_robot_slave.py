@@ -47,6 +47,7 @@ from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.settings import SETTINGS
+from elastic_robot.tool_load import NO_SPRING, ContactSpring, Load, symmetric
 from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -95,6 +96,8 @@ class ElasticRobotSlave(Fmi2Slave):
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
         self._wrench = self._reals.block("wrench")
+        anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
+        self._anchor = tuple(self._reals.block(key) for key in anchor)
         self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
     def _report(self, error: BaseException) -> None:
@@ -143,7 +146,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._require_step(current_time, step_size)
         if step_size > 0.0:
             model, end = self._initialised(), current_time + step_size
-            self._step(model, end, self._wrench.copy())
+            self._step(model, end, self._load())
             self._time = end
             self._computed.clear()
         return True
@@ -156,14 +159,14 @@ class ElasticRobotSlave(Fmi2Slave):
                 f"step start: expected the last step's end, {self._time} s, got {current_time} s"
             )
 
-    def _step(self, model: ElasticRobot, end: float, wrench: np.ndarray) -> None:
+    def _step(self, model: ElasticRobot, end: float, load: Load) -> None:
         if not self._parameters_changed:
-            model.step(end, self._drives(), wrench)
+            model.step(end, self._drives(), load)
             return
         before = model.snapshot
         model.parameters = self._checked_parameters()
         try:
-            model.step(end, self._drives(), wrench)
+            model.step(end, self._drives(), load)
         except ElasticRobotError:
             model.snapshot = before
             raise
@@ -253,7 +256,7 @@ class ElasticRobotSlave(Fmi2Slave):
         model.parameters = self._checked_parameters()
         self._trajectory = self._read_trajectory(self._strings)
         undeflected = self._strings["initial_state"] == "undeflected"
-        model.reset(self._time, self._drives(), self._reals.block("wrench").copy(), undeflected)
+        model.reset(self._time, self._drives(), self._load(), undeflected)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
@@ -280,6 +283,14 @@ class ElasticRobotSlave(Fmi2Slave):
         if self._trajectory is not None:
             return self._trajectory
         return HeldCommand(self._time, *self._commands)
+
+    def _load(self) -> Load:
+        """Return what acts on the tool; without stiffness the anchor is nowhere."""
+        wrench, (position, velocity, entries) = self._wrench.copy(), self._anchor
+        if not entries.any():
+            return Load(wrench, NO_SPRING)
+        spring = ContactSpring(position.copy(), velocity.copy(), symmetric(entries))
+        return Load(wrench, spring)
 
     def _checked_parameters(self) -> Parameters:
         reals = self._reals

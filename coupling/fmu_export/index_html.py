@@ -88,10 +88,14 @@ _USE = """
 <p>Inputs are held over a communication step, outputs belong to its end. The drives follow the file
 named by <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code>
 and <code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2. The initial
-state is the equilibrium under gravity and the wrench set before initialisation ends
+state is the equilibrium under gravity, the wrench and the contact spring set before initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
 (<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at
 every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
+<p>A contact spring pulls the TCP to an anchor: force K (a - p), p the elastic TCP, s seconds into a step
+a = <code>anchor</code> position + s velocity, K its symmetric stiffness, no eigenvalue below zero. It is
+part of the robot's equations, so it may be as stiff as the contact is. Without stiffness there is none.
+</p>
 """
 
 _FRAMES = """

@@ -28,6 +28,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.settings import SETTINGS
 from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 # Longest distance of the links' nodes [s]: on the reference path 4 ms leave 0.2 um, 8 ms 4 um.
@@ -197,7 +198,7 @@ class MovingRobot:
             q = theta[0, chain.drive].copy()
             q[self.model.gear_joint] -= twist
             try:
-                found = equilibrium(dynamics, self.curve, q, wrench[0])[chain.torsions]
+                found = equilibrium(dynamics, self.curve, q, Acting(wrench[0]))[chain.torsions]
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
                 twist = twist - _ASIDE

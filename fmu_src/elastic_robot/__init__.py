@@ -15,7 +15,8 @@ Frames
 Pose
     7 numbers x, y, z, qx, qy, qz, qw: position, then unit quaternion of base_from_tool, qw >= 0.
 Wrench
-    6 numbers fx, fy, fz, mx, my, mz: acts ON the robot at the TCP, in base axes.
+    6 numbers fx, fy, fz, mx, my, mz: acts ON the robot at the TCP, in base axes.  A spring between the
+    TCP and an anchor adds its force, stiffness times (anchor - TCP).
 Small rotations
     Rotation vectors in base axes: R = exp(r) R_reference.
 Joints

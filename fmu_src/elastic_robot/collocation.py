@@ -37,7 +37,7 @@ class System(Protocol):
         ...
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return M (m, m), the diagonal of D (m,) and the diagonal of K (m,) at the time of a row."""
+        """Return M (m, m), the diagonal of D (m,) and K (m, m) at the time of a row."""
         ...
 
 
@@ -47,7 +47,7 @@ class NewtonMatrix:
 
     Attributes:
         step: Length of the step that they belong to [s].
-        mass, damping, stiffness: M (m, m) and the diagonals of D and K, (m,), they are made of.
+        mass, damping, stiffness: M (m, m), the diagonal of D (m,) and K (m, m) they are made of.
         stages: Inverse for all stages, (4 m, 4 m).
         end: Inverse that filters the error estimate, (m, m).
     """
@@ -64,16 +64,20 @@ class NewtonMatrix:
         cls, step: float, mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
     ) -> NewtonMatrix:
         """Return the matrices of a step."""
-        m, h = len(mass), step
+        m, h, own = len(mass), step, stiffness.diagonal()
         matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
         stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
         matrix[stage, :, stage, :] = mass
         matrix[:, diagonal, :, diagonal] += np.multiply.outer(
             h * damping, gauss.A1
-        ) + np.multiply.outer(h * h * stiffness, gauss.A2)
+        ) + np.multiply.outer(h * h * own, gauss.A2)
         g = gauss.GAMMA * h
         end = mass.copy()
-        end[diagonal, diagonal] += g * damping + g * g * stiffness
+        end[diagonal, diagonal] += g * damping + g * g * own
+        coupling = stiffness - np.diag(own)
+        if coupling.any():
+            matrix += np.einsum("ij,ab->iajb", h * h * gauss.A2, coupling)
+            end += g * g * coupling
         try:
             stages = np.linalg.inv(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
             return cls(step, mass, damping, stiffness, stages, np.linalg.inv(end))

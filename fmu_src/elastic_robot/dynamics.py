@@ -2,7 +2,8 @@
 
     M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x' = 0        rows of x
 
-M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robot at the TCP.
+M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robot at the TCP, with
+the force K (a - p) of a spring there that follows the TCP's position p.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import pinocchio as pin
 
 from elastic_robot.chain import Chain
 from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian
+from elastic_robot.tool_load import Acting
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,8 @@ class LoadDerivatives:
         acceleration: Derivative by theta'', the rows of x of the mass matrix [kg m^2],
             (k, m, angles).
         wrench: Derivative by the wrench [m, 1], (k, m, 6).
+        anchor: Derivative by the spring's anchor [N], (k, m, 3).
+        spring: Derivative by the spring's stiffness, xx xy xz yy yz zz [m^2], (k, m, 6).
         gravity: Derivative by gravity [kg m], (k, m, 3).
     """
 
@@ -33,6 +37,8 @@ class LoadDerivatives:
     rate: np.ndarray
     acceleration: np.ndarray
     wrench: np.ndarray
+    anchor: np.ndarray
+    spring: np.ndarray
     gravity: np.ndarray
 
 
@@ -64,47 +70,57 @@ class Dynamics:
         theta: np.ndarray,
         rate: np.ndarray,
         acceleration: np.ndarray,
-        wrench: np.ndarray | None,
+        acting: Acting | None,
     ) -> np.ndarray:
         """Return M theta'' + h - J^T w in the rows of x [N m], (k, m), for k states at once.
 
         Args:
             theta, rate, acceleration: Angles of the chain and their derivatives, (k, angles).
-            wrench: Wrench on the robot at the TCP, (6,); None for none.
+            acting: What acts on the tool in all states, or in each of them; None for nothing.
         """
         model, data, rnea = self.chain.model, self.data, pin.rnea
         torque = np.empty_like(theta)
+        sprung = acting is not None and acting.is_sprung
         for k in range(len(theta)):
             torque[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
-            if wrench is not None:
-                torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
+            if acting is not None and not sprung:
+                torque[k] -= acting.wrench @ tcp_jacobian(self.chain, data, theta[k])
+        if acting is not None and sprung:
+            jacobian, position = self._tool(theta)
+            torque -= (acting.total(position)[:, None] @ jacobian)[:, 0]
         return torque.take(self.chain.elastic, axis=1)
 
     def load_derivatives(
-        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, wrench: np.ndarray
+        self, theta: np.ndarray, rate: np.ndarray, acceleration: np.ndarray, acting: Acting
     ) -> LoadDerivatives:
         """Return the derivatives of `loads`; the arguments are the same.
 
         Those of M theta'' + h are Pinocchio's (Carpentier and Mansard 2018, docs/references.md);
-        those of J^T w are `tcp_force_gradient`; that by gravity is -m J_c^T with the mass m and the
-        Jacobian J_c of the centre of mass of the whole robot.
+        those of J^T w are `tcp_force_gradient`, and -J^T K J of the spring; that by gravity is
+        -m J_c^T with the mass m and the Jacobian J_c of the centre of mass of the whole robot.
         """
         model, data, rows, count = self.chain.model, self.data, self.chain.elastic, len(theta)
         by_angle, by_rate, by_acceleration = np.empty((3, count, model.nv, model.nv))
-        jacobian, centre = np.empty((count, 6, model.nv)), np.empty((count, 3, model.nv))
+        centre = np.empty((count, 3, model.nv))
         for k in range(count):
             by_angle[k], by_rate[k], by_acceleration[k] = pin.computeRNEADerivatives(
                 model, data, theta[k], rate[k], acceleration[k]
             )
-            jacobian[k] = tcp_jacobian(self.chain, data, theta[k])
             centre[k] = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
-        if wrench.any():
-            by_angle -= tcp_force_gradient(jacobian, wrench)
+        jacobian, position = self._tool(theta)
+        lever = jacobian[:, :3].swapaxes(1, 2)
+        if acting.is_sprung:
+            by_angle -= tcp_force_gradient(jacobian, acting.total(position))
+            by_angle += lever @ acting.stiffness @ jacobian[:, :3]
+        elif acting.wrench.any():
+            by_angle -= tcp_force_gradient(jacobian, acting.wrench)
         return LoadDerivatives(
             angle=by_angle[:, rows],
             rate=by_rate[:, rows],
             acceleration=by_acceleration[:, rows],
             wrench=-jacobian[:, :, rows].swapaxes(1, 2),
+            anchor=-lever[:, rows] @ acting.stiffness,
+            spring=-lever[:, rows] @ acting.force_by_stiffness(position),
             gravity=-data.mass[0] * centre[:, :, rows].swapaxes(1, 2),
         )
 
@@ -112,16 +128,37 @@ class Dynamics:
         """Return M in the rows and columns of x [kg m^2], (m, m)."""
         return pin.crba(self.chain.model, self.data, theta)[self._rows]
 
-    def static_torque(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    def support(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """Return J^T K J, the spring at the TCP as the elastic coordinates feel it [N m/rad], (m, m)."""
+        lever = tcp_jacobian(self.chain, self.data, theta)[:3, self.chain.elastic]
+        matrix: np.ndarray = lever.T @ acting.stiffness @ lever
+        return matrix
+
+    def static_torque(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Return the torque J^T w - g that the elastic coordinates must carry at rest [N m], (m,)."""
         gravity = pin.computeGeneralizedGravity(self.chain.model, self.data, theta)
         jacobian = tcp_jacobian(self.chain, self.data, theta)
-        return (wrench @ jacobian - gravity)[self.chain.elastic]
+        return (self._wrench(acting) @ jacobian - gravity)[self.chain.elastic]
 
-    def static_torque_gradient(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    def static_torque_gradient(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Return d(static_torque)/dx [N m/rad], (m, m)."""
         of_gravity = pin.computeGeneralizedGravityDerivatives(self.chain.model, self.data, theta)
-        if not wrench.any():
+        if not (acting.is_sprung or acting.wrench.any()):
             return -of_gravity[self._rows]
         jacobian = tcp_jacobian(self.chain, self.data, theta)
-        return (tcp_force_gradient(jacobian, wrench) - of_gravity)[self._rows]
+        turned = (tcp_force_gradient(jacobian, self._wrench(acting)) - of_gravity)[self._rows]
+        return turned - self.support(theta, acting) if acting.is_sprung else turned
+
+    def _tool(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return Jacobians and positions of the TCP, (k, 6, angles) and (k, 3)."""
+        jacobian, position = np.empty((len(theta), 6, theta.shape[1])), np.empty((len(theta), 3))
+        for k, angles in enumerate(theta):
+            jacobian[k] = tcp_jacobian(self.chain, self.data, angles)
+            position[k] = self.data.oMf[self.chain.tcp].translation
+        return jacobian, position
+
+    def _wrench(self, acting: Acting) -> np.ndarray:
+        """Return the wrench with the spring's force at the angles of the last Jacobian, (6,)."""
+        if not acting.is_sprung:
+            return acting.wrench
+        return acting.total(self.data.oMf[self.chain.tcp].translation)

@@ -1,4 +1,4 @@
-"""The robot under prescribed drives and a held wrench, as the system that the stepper integrates."""
+"""The robot under prescribed drives and a load, as the system that the stepper integrates."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TorqueCurve
 
 
@@ -43,12 +44,13 @@ class DrivenMotion:
         self._damping = damping
         self._jump = jump
         self._region: np.ndarray | None = None
+        self._acting: Acting | None = None
         self.half_width = curve.half_width
 
-    def hold(self, drives: Drives, wrench: np.ndarray) -> None:
-        """Set the drives, and the wrench on the robot at the TCP, base axes, (6,), of what follows."""
-        self._drives = drives
-        self._wrench = wrench if np.any(wrench) else None
+    def hold(self, drives: Drives, load: Load, start: float) -> None:
+        """Set the drives, and the load of the communication step that starts at a time [s]."""
+        self._drives, self._load, self._start = drives, load, start
+        self._acting = load.at(0.0) if load.is_sprung or load.wrench.any() else None
 
     def next_kink(self, time: float) -> float:
         """Return the first time after `time` at which the drives' third derivative jumps."""
@@ -57,6 +59,8 @@ class DrivenMotion:
     def begin(self, times: np.ndarray, region: np.ndarray) -> None:
         """Evaluate the drives at the times of a step and take the branches of the curve."""
         self._drive = self._drives.at(times) @ self._dynamics.chain.drive_selection
+        if self._load.is_sprung:
+            self._acting = self._load.at(times - self._start)
         if region is not self._region:
             self._branch, self._region = self._curve.in_region(region), region
 
@@ -65,12 +69,16 @@ class DrivenMotion:
         chain, count = self._dynamics.chain, motion.shape[1]
         whole = motion.reshape(3 * count, -1).dot(chain.selection).reshape(3, count, -1)
         whole += self._drive[:, rows]
-        torque = self._dynamics.loads(whole[0], whole[1], whole[2], self._wrench)
+        acting = None if self._acting is None else self._acting.of(rows)
+        torque = self._dynamics.loads(whole[0], whole[1], whole[2], acting)
         torque += self._branch.torque(motion[0])
         torque += self._damping * motion[1]
         return torque
 
     def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mass matrix, damping and stiffness of the branch, at the time of a row."""
+        """Return mass matrix, damping and stiffness, with the spring's, at the time of a row."""
         theta = self._drive[0, row] + x @ self._dynamics.chain.selection
-        return self._dynamics.mass_matrix(theta), self._damping, self._branch.slope(x)
+        stiffness = np.diag(self._branch.slope(x))
+        if self._acting is not None and self._acting.is_sprung:
+            stiffness += self._dynamics.support(theta, self._acting)
+        return self._dynamics.mass_matrix(theta), self._damping, stiffness

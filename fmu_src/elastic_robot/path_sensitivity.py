@@ -22,6 +22,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.motion import Drives
 from elastic_robot.parameter_names import ByParameter, parameter_names
 from elastic_robot.residual import OperatingPoint, residual_derivatives
+from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TorqueCurve
 
 
@@ -59,14 +60,15 @@ class ForwardSensitivity:
         self.x = x
         self.rate = np.zeros_like(x)
 
-    def follow(self, start: State, step: Step, drives: Drives, wrench: np.ndarray) -> None:
+    def follow(self, start: State, step: Step, drives: Drives, load: Load, since: float) -> None:
         """Carry the derivatives over a solved step.
 
         Args:
             start: State at its start.
             step: The step.
             drives: Motion of the drives.
-            wrench: Held on the robot at the TCP, base axes, (6,).
+            load: What acts on the tool.
+            since: Start of the communication step that the load is held over [s].
         """
         h, (s, m) = step.length, (gauss.STAGES, len(self.x))
         a = step.rows[2:]
@@ -77,9 +79,9 @@ class ForwardSensitivity:
                 a,
             ]
         )
-        point = OperatingPoint(
-            drives.at(start.time + h * gauss.NODES), motion, wrench, start.region
-        )
+        times = start.time + h * gauss.NODES
+        acting = load.at(times - since)
+        point = OperatingPoint(drives.at(times), motion, acting, start.region)
         by = residual_derivatives(self._dynamics, self._curve, self._damping, point)
         matrix = np.einsum("ij,iab->iajb", h * h * gauss.A2, by.x)
         matrix += np.einsum("ij,iab->iajb", h * gauss.A1, by.rate)
@@ -94,7 +96,7 @@ class ForwardSensitivity:
 
 
 def equilibrium_sensitivity(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
 ) -> np.ndarray:
     """Return the derivatives of an equilibrium with respect to every parameter, (m, p).
 
@@ -104,7 +106,7 @@ def equilibrium_sensitivity(
     region = curve.region(x)
     drives = np.stack([q, np.zeros_like(q), np.zeros_like(q)])
     motion = np.stack([x, np.zeros_like(x), np.zeros_like(x)])
-    point = OperatingPoint(drives, motion, wrench, region)
+    point = OperatingPoint(drives, motion, acting, region)
     by = residual_derivatives(dynamics, curve, np.zeros_like(x), point)
     moving = np.flatnonzero((region != 0) | (x != 0.0))
     derivative = np.zeros((len(x), len(parameter_names(dynamics.chain))))

@@ -2,6 +2,8 @@
 
     r = M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x'        rows of x
 
+with the force K (a - p) of a spring at the TCP in the wrench w.
+
 `docs/derivatives.md` tells the formulas and where they come from.
 """
 
@@ -14,6 +16,7 @@ import numpy as np
 from elastic_robot.chain import Chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.parameter_names import ByParameter, parameter_names
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import Branch, TorqueCurve
 
 
@@ -24,13 +27,13 @@ class OperatingPoint:
     Attributes:
         drives: q, q', q'' [rad, rad/s, rad/s^2], (3, n) or (3, k, n).
         motion: x, x', x'' [rad, rad/s, rad/s^2], (3, m) or (3, k, m).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+        acting: What acts on the tool, in the one state, in all or in each of them.
         region: Branch of the torque curve of each coordinate, as `TorqueCurve.region` says, (m,).
     """
 
     drives: np.ndarray
     motion: np.ndarray
-    wrench: np.ndarray
+    acting: Acting
     region: np.ndarray
 
 
@@ -42,6 +45,8 @@ class ResidualDerivatives:
         x, rate, acceleration: Derivatives by x, x', x'' [N m/rad, N m s/rad, kg m^2], (m, m) each.
         drive, drive_rate, drive_acceleration: Derivatives by q, q', q'', units as for x, (m, n) each.
         wrench: Derivative by the wrench [m, 1], (m, 6).
+        anchor: Derivative by the anchor of the spring at the TCP [N], (m, 3).
+        spring: Derivative by its stiffness, entries xx xy xz yy yz zz [m^2], (m, 6).
         parameters: Derivatives by every parameter [N m per its unit], (m, p).
     """
 
@@ -52,6 +57,8 @@ class ResidualDerivatives:
     drive_rate: np.ndarray
     drive_acceleration: np.ndarray
     wrench: np.ndarray
+    anchor: np.ndarray
+    spring: np.ndarray
     parameters: ByParameter
 
 
@@ -68,7 +75,7 @@ def residual(
     """
     x, rate, _ = point.motion
     theta, theta_rate, theta_acceleration = _states(dynamics.chain, point)
-    loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.wrench)
+    loads = dynamics.loads(theta, theta_rate, theta_acceleration, point.acting)
     torque: np.ndarray = curve.in_region(point.region).torque(x) + damping * rate
     return torque + loads.reshape(x.shape)
 
@@ -82,7 +89,7 @@ def residual_derivatives(
     """
     chain, branch = dynamics.chain, curve.in_region(point.region)
     theta, theta_rate, theta_acceleration = _states(chain, point)
-    loads = dynamics.load_derivatives(theta, theta_rate, theta_acceleration, point.wrench)
+    loads = dynamics.load_derivatives(theta, theta_rate, theta_acceleration, point.acting)
     x, rate, _ = point.motion
     leading = x.shape[:-1]
 
@@ -102,6 +109,8 @@ def residual_derivatives(
         drive_rate=columns(loads.rate, chain.drive),
         drive_acceleration=columns(loads.acceleration, chain.drive),
         wrench=columns(loads.wrench, np.arange(6)),
+        anchor=columns(loads.anchor, np.arange(3)),
+        spring=columns(loads.spring, np.arange(6)),
         parameters=by_parameter(chain, branch, x, rate, columns(loads.gravity, np.arange(3))),
     )
 

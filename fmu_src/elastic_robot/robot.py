@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -38,7 +39,11 @@ from elastic_robot.static_sensitivity import (
     tcp_compliance,
 )
 from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
+
+# The matrices of a step serve while no entry of a spring's stiffness changes by more, over its largest.
+_SAME_SPRING = 1e-3
 
 
 class ElasticRobot:
@@ -60,10 +65,10 @@ class ElasticRobot:
         >>> joint = Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, stiffness=1e5, damping=1e3)
         >>> arm = ElasticRobot(Robot("arm", joints=(joint,), tcp_position=(1.0, 0.0, 0.0)))
         >>> rest = HeldCommand(0.0, np.zeros(1), np.zeros(1), np.zeros(1))
-        >>> arm.reset(0.0, rest, wrench=np.zeros(6))
+        >>> arm.reset(0.0, rest, Load())
         >>> float(arm.deviation()[2].round(6))  # sags by 10 kg at 0.5 m over the stiffness [m]
         -0.00049
-        >>> arm.step(0.5, rest, wrench=np.array([0.0, 0.0, -100.0, 0.0, 0.0, 0.0]))
+        >>> arm.step(0.5, rest, Load(np.array([0.0, 0.0, -100.0, 0.0, 0.0, 0.0])))
         >>> float(arm.deviation()[2].round(6))  # and by 100 N at 1 m
         -0.00149
     """
@@ -127,45 +132,52 @@ class ElasticRobot:
         """Present time [s]."""
         return self._now().time
 
-    def reset(
-        self, time: float, drives: Drives, wrench: np.ndarray, undeflected: bool = False
-    ) -> None:
+    def reset(self, time: float, drives: Drives, load: Load, undeflected: bool = False) -> None:
         """Start at a time, at rest relative to the drives.
 
         Args:
             time: Time [s].
             drives: Motion of the drives.
-            wrench: Wrench on the robot at the TCP, base axes, (6,).
-            undeflected: Start with x = 0 instead of the equilibrium under gravity and wrench.
+            load: What acts on the tool; of a moving anchor, where it is then.
+            undeflected: Start with x = 0 instead of the equilibrium under gravity and load.
 
         Raises:
             EquilibriumError: If there is no equilibrium.
             TrajectoryError: If the drives are not defined at that time.
         """
-        held = Held.at(time, drives, wrench)
+        held = Held.at(time, drives, load.at(0.0))
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
-            x = equilibrium(self._dynamics, self._curve, held.q, wrench)
+            x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
         self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
         self._held = held
 
-    def step(self, end: float, drives: Drives, wrench: np.ndarray) -> None:
-        """Move on to a time under a held wrench.
+    def step(self, end: float, drives: Drives, load: Load) -> None:
+        """Move on to a time under a load; in quasi-static mode the anchor's place there counts.
 
         Raises:
             EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
         """
-        state, held = self._now(), Held.at(end, drives, wrench)
+        state = self._now()
+        held = Held.at(end, drives, load.at(end - state.time))
         if self._quasistatic or self.chain.elastic_count == 0:
-            x = equilibrium(self._dynamics, self._curve, held.q, wrench)
+            x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
         else:
-            self._motion.hold(drives, wrench)
+            state = self._hold(drives, load)
             self._state = self._stepper.advance(self._motion, state, end)
         self._held = held
 
+    def _hold(self, drives: Drives, load: Load) -> State:
+        """Set what acts from now on; return the state without matrices that are of another spring."""
+        state, before, now = self._now(), self._held.acting.stiffness, load.spring.stiffness
+        self._motion.hold(drives, load, state.time)
+        if now is before or np.abs(now - before).max() <= _SAME_SPRING * np.abs(before).max():
+            return state
+        return replace(state, newton=None)
+
     def path_sensitivity(
-        self, times: np.ndarray, drives: Drives, wrench: np.ndarray
+        self, times: np.ndarray, drives: Drives, loads: Sequence[Load]
     ) -> PathSensitivity:
         """Return how the path from the present state on follows every parameter, in dynamic mode.
 
@@ -174,8 +186,7 @@ class ElasticRobot:
         Args:
             times: Rising [s], (k,); the first is the present time.
             drives: Motion of the drives.
-            wrench: Wrench on the robot at the TCP, base axes; row k is held over the step that ends at
-                times[k], (k, 6).
+            loads: What acts on the tool; entry k over the step that ends at times[k], k of them.
 
         Raises:
             ParameterError: If the first time is not the present one.
@@ -189,15 +200,15 @@ class ElasticRobot:
                 f"times: expected a start at the present time, {state.time:.9g} s, got {times[0]:.9g} s"
             )
         start = equilibrium_sensitivity(
-            self._dynamics, self._curve, self._held.q, state.x, self._held.wrench
+            self._dynamics, self._curve, self._held.q, state.x, self._held.acting
         )
         forward = ForwardSensitivity(self._dynamics, self._curve, self._parameters.damping, start)
         by_x, by_tcp = [], []
-        for time, row in zip(times, wrench, strict=True):
-            self._motion.hold(drives, row)
-            follow = partial(forward.follow, drives=drives, wrench=row)
-            self._state = self._stepper.advance(self._motion, self._now(), time, follow)
-            self._held = Held.at(time, drives, row)
+        for time, load in zip(times, loads, strict=True):
+            state = self._hold(drives, load)
+            follow = partial(forward.follow, drives=drives, load=load, since=state.time)
+            self._state = self._stepper.advance(self._motion, state, time, follow)
+            self._held = Held.at(time, drives, load.at(time - state.time))
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)
@@ -244,16 +255,17 @@ class ElasticRobot:
     def compliance(self) -> np.ndarray:
         """Return the static compliance of the TCP at the present state, (6, 6).
 
-        Displacement [m] and small rotation [rad] per N and per N m, base axes.
+        Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring at the
+        TCP the force is shared with it, its anchor at rest.
         """
         return tcp_compliance(
-            self._dynamics, self._curve, self._held.q, self._now().x, self._held.wrench
+            self._dynamics, self._curve, self._held.q, self._now().x, self._held.acting
         )
 
     def static_sensitivities(self) -> StaticSensitivities:
-        """Return how equilibrium and TCP follow wrench, drives and parameters at the present state."""
+        """Return how equilibrium and TCP follow load, drives and parameters at the present state."""
         x = self._now().x
-        return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.wrench)
+        return static_sensitivities(self._dynamics, self._curve, self._held.q, x, self._held.acting)
 
     def linearise(self) -> Linearisation:
         """Return the linear robot around the present state; in quasi-static mode, at rest there."""
@@ -271,7 +283,7 @@ class ElasticRobot:
         drives[0], motion[0] = self._held.q, state.x
         if not self._quasistatic:
             drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
-        point = OperatingPoint(drives, motion, self._held.wrench, state.region)
+        point = OperatingPoint(drives, motion, self._held.acting, state.region)
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

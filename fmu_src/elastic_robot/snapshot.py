@@ -10,6 +10,7 @@ import numpy as np
 from elastic_robot.collocation import NewtonMatrix, State
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
+from elastic_robot.tool_load import Acting
 
 
 @dataclass(frozen=True)
@@ -18,19 +19,19 @@ class Held:
 
     Attributes:
         q, qd, qdd: Motion of the drives [rad, rad/s, rad/s^2], (n,).
-        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
+        acting: What acts on the tool.
     """
 
     q: np.ndarray
     qd: np.ndarray
     qdd: np.ndarray
-    wrench: np.ndarray
+    acting: Acting
 
     @classmethod
-    def at(cls, time: float, drives: Drives, wrench: np.ndarray) -> Held:
-        """Return the drives' motion at a time, with a wrench."""
+    def at(cls, time: float, drives: Drives, acting: Acting) -> Held:
+        """Return the drives' motion at a time, with what acts on the tool then."""
         q, qd, qdd = drives.at(np.array([time]))[:, 0]
-        return cls(q, qd, qdd, wrench)
+        return cls(q, qd, qdd, acting)
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Snapshot:
 
     Attributes:
         state: State of the stepper.
-        held: Drives and wrench at that time.
+        held: Drives and load at that time.
         parameters: Parameters that the state was computed with.
     """
 
@@ -60,6 +61,7 @@ class Snapshot:
             "v": state.v,
             "region": state.region,
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
+            **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
         }
         if state.predictor is not None:
@@ -93,12 +95,14 @@ class Snapshot:
             predictor_step,
             newton,
         )
-        held = Held(**{key: arrays[f"held_{key}"] for key in _HELD})
+        acting = Acting(**{key: arrays[f"acting_{key}"] for key in _ACTING})
+        held = Held(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
         gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
         tables = parameters.tables
         return cls(state, held, Parameters(gravity, stiffness, damping, backlash, tables))
 
 
-_HELD = ("q", "qd", "qdd", "wrench")
+_HELD = ("q", "qd", "qdd")
+_ACTING = ("wrench", "anchor", "stiffness")
 _PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
 _NEWTON = ("mass", "damping", "stiffness")

@@ -1,8 +1,8 @@
-"""How the static equilibrium follows the wrench, the drives and every parameter.
+"""How the static equilibrium follows the load on the tool, the drives and every parameter.
 
 The equilibrium satisfies F(x; w, q, p) = S(x; p) + g(theta) - J(theta)^T w = 0.  By the implicit
-function theorem dx/dy = -K^-1 dF/dy with K = dF/dx, for y the wrench w, the drives q or a parameter p
-(docs/derivatives.md).
+function theorem dx/dy = -K^-1 dF/dy with K = dF/dx, for y the wrench w, anchor and stiffness of the
+spring at the TCP, the drives q or a parameter p (docs/derivatives.md).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import tcp_jacobian
 from elastic_robot.parameter_names import ByParameter
 from elastic_robot.residual import by_parameter
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TorqueCurve
 
 
@@ -24,11 +25,15 @@ class Sensitivity:
 
     Attributes:
         wrench: Per N and per N m, (r, 6).
+        anchor: Per m that the spring's anchor moves, (r, 3).
+        spring: Per N/m of its stiffness, entries xx xy xz yy yz zz, (r, 6).
         drives: Per rad, (r, n).
         parameters: Per unit of each parameter, (r, p).
     """
 
     wrench: np.ndarray
+    anchor: np.ndarray
+    spring: np.ndarray
     drives: np.ndarray
     parameters: ByParameter
 
@@ -40,7 +45,8 @@ class StaticSensitivities:
     Attributes:
         x: Derivatives of the elastic coordinates [rad], r = m.
         tcp: Derivatives of the TCP: displacement [m], then small rotation [rad], base axes, r = 6.
-            `tcp.wrench` is the static compliance: [m/N, m/(N m)] over [rad/N, rad/(N m)].
+            `tcp.wrench` is the static compliance: [m/N, m/(N m)] over [rad/N, rad/(N m)], on the
+            spring at the TCP where there is one.
     """
 
     x: Sensitivity
@@ -48,7 +54,7 @@ class StaticSensitivities:
 
 
 def static_sensitivities(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
 ) -> StaticSensitivities:
     """Return the derivatives of the equilibrium at the present state.
 
@@ -60,21 +66,27 @@ def static_sensitivities(
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
         x: Elastic coordinates at rest [rad], (m,).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+        acting: What acts on the tool.
     """
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
-    loads = dynamics.load_derivatives(theta, rest, rest, wrench)
+    loads = dynamics.load_derivatives(theta, rest, rest, acting)
     parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0])
-    forces = [loads.wrench[0], loads.angle[0][:, chain.drive], parameters.values]
-    moved = -np.linalg.solve(_stiffness(dynamics, curve, q, x, wrench), np.hstack(forces))
-    by_wrench, by_drives, by_parameters = np.split(moved, [6, 6 + chain.joint_count], axis=1)
+    forces = [loads.wrench[0], loads.anchor[0], loads.spring[0]]
+    forces += [loads.angle[0][:, chain.drive], parameters.values]
+    moved = -np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), np.hstack(forces))
+    ends = np.cumsum([matrix.shape[1] for matrix in forces[:-1]])
+    by_wrench, by_anchor, by_spring, by_drives, by_parameters = np.split(moved, ends, axis=1)
     jacobian = tcp_jacobian(chain, dynamics.data, theta[0])
     elastic = jacobian[:, chain.elastic]
     return StaticSensitivities(
-        x=Sensitivity(by_wrench, by_drives, ByParameter(parameters.names, by_parameters)),
+        x=Sensitivity(
+            by_wrench, by_anchor, by_spring, by_drives, ByParameter(parameters.names, by_parameters)
+        ),
         tcp=Sensitivity(
             elastic @ by_wrench,
+            elastic @ by_anchor,
+            elastic @ by_spring,
             elastic @ by_drives + jacobian[:, chain.drive],
             ByParameter(parameters.names, elastic @ by_parameters),
         ),
@@ -82,18 +94,18 @@ def static_sensitivities(
 
 
 def tcp_compliance(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
 ) -> np.ndarray:
     """Return `static_sensitivities(...).tcp.wrench`, J K^-1 J^T, alone, (6, 6)."""
     chain = dynamics.chain
     jacobian = tcp_jacobian(chain, dynamics.data, chain.theta(q, x))[:, chain.elastic]
-    return jacobian @ np.linalg.solve(_stiffness(dynamics, curve, q, x, wrench), jacobian.T)
+    return jacobian @ np.linalg.solve(_stiffness(dynamics, curve, q, x, acting), jacobian.T)
 
 
 def _stiffness(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, x: np.ndarray, acting: Acting
 ) -> np.ndarray:
     """Return K = dF/dx [N m/rad], (m, m)."""
-    stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), wrench)
+    stiffness = -dynamics.static_torque_gradient(dynamics.chain.theta(q, x), acting)
     stiffness[np.diag_indices_from(stiffness)] += curve.flank_slope(x)
     return stiffness

@@ -10,26 +10,23 @@ from scipy.linalg import lapack
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
 from elastic_robot.settings import SETTINGS
+from elastic_robot.spring_statics import SpringStatics
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TorqueCurve
 
 
 def equilibrium(
-    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, wrench: np.ndarray
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
-    Newton's method on one branch of the curve per coordinate, started at the deflection under the
-    load of the undeflected robot, so that the result does not depend on history.  A gear with play
-    rests on the flank that its load pushes it to; loaded by less than `neutral_torque` in the middle
-    of its gap it stays there; where the load changes sign inside the gap it rests at that place if
-    the robot hangs there in its play, and on the flank that then carries less torque if it could
-    rest on either.
+    The result does not depend on history.  With a spring at the TCP it is found by `SpringStatics`.
 
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         q: Drive angles [rad], (n,).
-        wrench: Wrench on the robot at the TCP, base axes, (6,).
+        acting: What acts on the tool.
 
     Returns:
         x [rad], (m,).
@@ -37,12 +34,41 @@ def equilibrium(
     Raises:
         EquilibriumError: If Newton's method finds none, because the robot buckles under the load.
     """
+    if dynamics.chain.elastic_count == 0:
+        return np.zeros(0)
+    sprung = acting.is_sprung
+    rest = (
+        SpringStatics(dynamics, curve, q, acting).rest()
+        if sprung
+        else _free_rest(dynamics, curve, q, acting)
+    )
+    if rest is None:
+        spring = (
+            f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"
+            f" {np.round(acting.anchor, 6).tolist()} m"
+        )
+        raise EquilibriumError(
+            f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
+            f" {np.round(acting.wrench, 3).tolist()} N, N m{sprung * spring}; the joints are too soft"
+            " for this load"
+        )
+    return rest
+
+
+def _free_rest(
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+) -> np.ndarray | None:
+    """Return the rest without a spring at the TCP, (m,); None if Newton's method finds none.
+
+    Newton's method on one branch of the curve per coordinate, started at the deflection under the
+    load of the undeflected robot.  A gear with play rests on the flank that its load pushes it to;
+    loaded by less than `neutral_torque` in the middle of its gap it stays there; where the load
+    changes sign inside the gap it rests at that place if the robot hangs there in its play, and on
+    the flank that then carries less torque if it could rest on either.
+    """
     chain = dynamics.chain
-    x = np.zeros(chain.elastic_count)
-    if chain.elastic_count == 0:
-        return x
     rigid = chain.theta(q)
-    torque = dynamics.static_torque(rigid, wrench)
+    torque = dynamics.static_torque(rigid, acting)
     switching = np.isfinite(curve.half_width)
     guard = np.where(switching, curve.half_width, -np.inf)
     neutral = switching & (np.abs(torque) < SETTINGS.neutral_torque)
@@ -54,9 +80,9 @@ def equilibrium(
         branch = curve.in_region(region)
         theta = rigid.copy()
         theta[chain.elastic] += x
-        torque = dynamics.static_torque(theta, wrench)
+        torque = dynamics.static_torque(theta, acting)
         if solve is None:
-            softening = dynamics.static_torque_gradient(theta, wrench)
+            softening = dynamics.static_torque_gradient(theta, acting)
             slope = branch.slope(x)
             free = (region == 0) & ~neutral
             if free.any():
@@ -90,10 +116,7 @@ def equilibrium(
         elif bends or free.any() or largest > SETTINGS.slow_equilibrium * last:
             solve = None
         last = largest
-    raise EquilibriumError(
-        f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
-        f" {np.round(wrench, 3).tolist()} N, N m; the joints are too soft for this load"
-    )
+    return None
 
 
 def _slope_in_play(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.moving import Inverter
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import Trajectory
 
@@ -48,10 +49,10 @@ def run(robot, curve, command, time, wrench, tolerance=1e-9):
     (q,), qd, qdd = command.q, command.qd or (None,), command.qdd or (None,)
     drives = Trajectory(command.time, q, qd[0], qdd[0])
     moving = ElasticRobot(robot, curve, tolerance=tolerance)
-    moving.reset(time[0], drives, wrench[0])
+    moving.reset(time[0], drives, Load(wrench[0]))
     rows = [(moving.tcp(), moving.deflection())]
     for end, load in zip(time[1:], wrench[1:], strict=True):
-        moving.step(end, drives, load)
+        moving.step(end, drives, Load(load))
         rows.append((moving.tcp(), moving.deflection()))
     return tuple(np.array(column) for column in zip(*rows, strict=True))
 

@@ -22,16 +22,28 @@ def test_press_on_a_wall_shares_the_load_like_springs_in_a_row():
     """depth = commanded / (1 + k C), C from the FMU-free model at the loaded posture, to 0.1 %."""
     from coupling.files.robot_file import load_robot, shipped_robots
     from elastic_robot.robot import ElasticRobot
+    from elastic_robot.tool_load import Load
     from elastic_robot.trajectory import HeldCommand
 
     names = runpy.run_path(str(EXAMPLES / "press_on_a_wall.py"))
     depth, force, _ = names["press"]()
     robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear", quasistatic=True)
     rest = HeldCommand(0.0, names["posture"], np.zeros(6), np.zeros(6))
-    robot.reset(0.0, rest, np.array([0.0, 0.0, force, 0.0, 0.0, 0.0]))
+    robot.reset(0.0, rest, Load(np.array([0.0, 0.0, force, 0.0, 0.0, 0.0])))
     compliance = robot.compliance()[2, 2]
     assert depth == pytest.approx(2e-3 / (1.0 + 1e6 * compliance), rel=1e-3)
     assert force == pytest.approx(1e6 * depth, rel=1e-4)
+
+
+def test_hold_against_a_spring_finds_what_coupling_with_the_wall_finds():
+    """At rest the coupled wall's depth, to its tolerance; the moving robot swings out around it."""
+    coupled, _, _ = runpy.run_path(str(EXAMPLES / "press_on_a_wall.py"))["press"]()
+    names = runpy.run_path(str(EXAMPLES / "hold_against_a_spring.py"))
+    (way, depth), (_, moving) = names["press"]("quasistatic"), names["press"]("dynamic")
+    assert depth[-1] == pytest.approx(coupled, abs=1e-9)
+    assert way[-1] == pytest.approx(2e-3 - coupled, abs=1e-9)
+    assert depth[0] == moving[0] == pytest.approx(0.0, abs=1e-12)
+    assert np.mean(moving[50:]) == pytest.approx(coupled, abs=2e-6)
 
 
 def test_robot_from_urdf_deviates_by_the_compliance_of_pinocchios_own_model():

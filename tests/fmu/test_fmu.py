@@ -29,6 +29,8 @@ def _expected_names() -> dict[str, list[str]]:
         "input": [
             *["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"],
             *[f"{name}[{i}]" for name in ("q_cmd", "qd_cmd", "qdd_cmd") for i in six],
+            *[f"anchor.{c}" for c in ("x", "y", "z", "vx", "vy", "vz")],
+            *[f"anchor.k{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
         ],
         "output": [
             *POSE,
@@ -203,6 +205,8 @@ def test_outputs_follow_what_the_model_structure_says(example_fmu, run_fmu, elem
     rest = {name: v for name, v in zip(names, variables, strict=True) if v.type == "Real"}
     rest = {name: float(v.start) for name, v in rest.items() if v.causality != "output"}
     rest |= {**POSTURE, "force.x": 300.0, "force.y": 200.0, "qd_cmd[1]": 0.1, "q_cmd[4]": 0.3}
+    rest |= {"anchor.x": 1.5, "anchor.z": 0.9, "anchor.vy": 0.1}
+    rest |= {f"anchor.k{c}{c}": 1e5 for c in "xyz"}
     time = [0.0, 0.01] if element == "Outputs" else [0.0]
     changed = [n for n in rest if element != "Outputs" or not n.startswith(("gravity", "joint"))]
     modes = ("dynamic", "quasistatic")
@@ -233,9 +237,10 @@ def test_outputs_follow_what_the_model_structure_says(example_fmu, run_fmu, elem
                 answering[output].add(name)
     for output in outputs:
         assert answering[output] <= declared[output] | {None}, output
-    for group in ("force.", "q_cmd"):
-        assert any(name.startswith(group) for name in answering["tcp.x"])
-    assert not any(name.startswith("force") for name in answering["rigid.x"])
+    for group in ("force.", "q_cmd", "anchor.x", "anchor.k"):
+        assert any(name.startswith(group) for name in answering["tcp.x"] - {None})
+    assert ("anchor.vx" in answering["tcp.x"]) == (element == "Outputs")
+    assert not any(name.startswith(("force", "anchor")) for name in answering["rigid.x"] - {None})
 
 
 MISUSE = {
@@ -269,6 +274,16 @@ MISUSE = {
         {"start": {"joint[5].backlash": -1.0}},
         "joint[5].backlash: expected a number >= 0",
         "got -1.0 rad",
+    ),
+    "pulling contact": (
+        {"start": {"anchor.kxx": 1e6, "anchor.kyy": -1.0}},
+        "(anchor.kxx to anchor.kzz): expected no eigenvalue below 0",
+        "got -1, 0, 1e+06 N/m",
+    ),
+    "contact that becomes one": (
+        {"inputs": {"anchor.kxy": [0.0, 5.0]}},
+        "expected no eigenvalue below 0",
+        "got -5, 0, 5 N/m",
     ),
     "past the end": (
         {

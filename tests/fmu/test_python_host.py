@@ -22,6 +22,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, SOURCES, host_platform, zig
 from coupling.fmu_export.python_host import host_library, without_host
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 pytestmark = [
@@ -67,11 +68,11 @@ def test_a_c_host_in_an_empty_environment_gets_the_poses_of_the_model(
     assert done.returncode == 0, done.stderr
     poses = np.loadtxt(done.stdout.splitlines(), delimiter=",")
     robot = ElasticRobot(example)
-    robot.reset(0.0, HeldCommand(0.0, POSTURE, 0 * POSTURE, 0 * POSTURE), np.zeros(6))
+    robot.reset(0.0, HeldCommand(0.0, POSTURE, 0 * POSTURE, 0 * POSTURE), Load())
     for k in range(200):
         force = np.array([0.0, 0.0, -500.0 * (k % 7 < 3), 0.0, 0.0, 0.0])
         drives = HeldCommand(robot.time, POSTURE, 0 * POSTURE, 0 * POSTURE)
-        robot.step(k * 0.004 + 0.004, drives, force)
+        robot.step(k * 0.004 + 0.004, drives, Load(force))
         np.testing.assert_array_equal(poses[k], robot.tcp())
 
 

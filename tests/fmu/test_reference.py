@@ -9,6 +9,7 @@ from places import REFERENCE
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import read_trajectory
 
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
@@ -102,10 +103,10 @@ def _error_of_the_model(curve: str, end: float, tolerance: float) -> float:
     drives = read_trajectory(REFERENCE / "iso_path_joints.npz", 6)
     description = load_robot(shipped_robots()["icme2008"])
     robot = ElasticRobot(description, CURVES[curve], tolerance=tolerance)
-    robot.reset(0.0, drives, np.zeros(6))
+    robot.reset(0.0, drives, Load())
     error = 0.0
     for row in expected[1 : np.count_nonzero(expected[:, 0] <= end + 1e-9)]:
-        robot.step(row[0], drives, np.zeros(6))
+        robot.step(row[0], drives, Load())
         error = max(error, float(np.abs(robot.tcp()[:3] - row[1:4]).max()))
     return error
 

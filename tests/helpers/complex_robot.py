@@ -6,7 +6,7 @@ Every operation is analytic, so f(y + i h) has the imaginary part h f'(y) withou
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,7 +17,10 @@ STEP = 1e-40
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`."""
+    """What the equation of motion depends on; arrays as in `OperatingPoint` and `Parameters`.
+
+    The spring at the TCP has an anchor and the entries xx xy xz yy yz zz of its stiffness.
+    """
 
     drives: np.ndarray
     motion: np.ndarray
@@ -26,6 +29,14 @@ class Numbers:
     stiffness: np.ndarray
     damping: np.ndarray
     backlash: np.ndarray
+    anchor: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    spring: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    anchor_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def spring_matrix(self) -> np.ndarray:
+        xx, xy, xz, yy, yz, zz = self.spring
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @dataclass(frozen=True)
@@ -79,7 +90,8 @@ def evaluate(robot: Robot, given: Numbers) -> Answer:
     if robot.payload is not None:
         load(robot.payload)
     tcp, tcp_velocity, _ = shifted(turn @ np.array(robot.tcp_position))
-    bodies.append((len(axes), tcp, -given.wrench[:3], -given.wrench[3:]))
+    force = given.wrench[:3] + given.spring_matrix @ (given.anchor - tcp)
+    bodies.append((len(axes), tcp, -force, -given.wrench[3:]))
     # Moment about the base's origin and force of all bodies that an axis carries, from the tool inwards.
     torques, moment_beyond, force_beyond = [], np.zeros(3), np.zeros(3)
     for i in reversed(range(len(axes))):

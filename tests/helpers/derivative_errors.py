@@ -30,15 +30,27 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, free_acceleration, residual_derivatives
 from elastic_robot.static_sensitivity import static_sensitivities
 from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Acting, symmetric
 from elastic_robot.torque_curves import TORQUE_CURVES
 
+LOADS = ("wrench", "anchor", "spring")
 PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
 # What is zero in theory is rounding of torques of some 1e4 N m here; compared with 1 N m.
 ROUNDING_FLOOR = 1.0
 
 
+def random_spring(rng: np.random.Generator) -> np.ndarray:
+    """Return a stiffness of rank 1 to 3, 1 to 1e8 N/m, as its entries xx xy xz yy yz zz, (6,)."""
+    axes = rng.normal(size=(rng.integers(1, 4), 3))
+    stiffness = sum(10.0 ** rng.uniform(0.0, 8.0) * np.outer(a, a) / (a @ a) for a in axes)
+    return stiffness[np.triu_indices(3)]
+
+
 class Case:
-    """A random robot in a random state, as the project's model and as the independent one."""
+    """A random robot in a random state, as the project's model and as the independent one.
+
+    In every other one a spring of rank 1 to 3, 1 to 1e8 N/m, holds the TCP some millimetres off.
+    """
 
     def __init__(self, robot: Robot, curve: str, seed: int) -> None:
         self.robot, self.name = robot, curve
@@ -52,9 +64,13 @@ class Case:
         # Deflections on both sides of a dead band of 1e-4 rad and inside it.
         motion = rng.normal(size=(3, m)) * [[2e-4], [0.1], [10.0]]
         wrench = rng.normal(size=6) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2]
-        self.point = OperatingPoint(drives, motion, wrench, self.curve.region(motion[0]))
         values = (parameters.gravity, parameters.stiffness, parameters.damping, parameters.backlash)
-        self.numbers = Numbers(drives, motion, wrench, *values)
+        free = Numbers(drives, motion, wrench, *values)
+        anchor = evaluate(robot, free).position.real + 3e-3 * rng.normal(size=3)
+        spring = random_spring(rng) * (seed % 2)
+        self.numbers = changed(free, anchor=anchor, spring=spring)
+        acting = Acting(wrench, anchor, symmetric(spring))
+        self.point = OperatingPoint(drives, motion, acting, self.curve.region(motion[0]))
         self.directions = {
             name: rng.normal(size=value.shape) for name, value in vars(self.numbers).items()
         }
@@ -80,7 +96,7 @@ def error(
 
 
 def residual_errors(case: Case) -> Iterator[tuple[str, float]]:
-    """By x, x', x'', q, q', q'', wrench and the four kinds of parameters."""
+    """By x, x', x'', q, q', q'', wrench, anchor, spring and the four kinds of parameters."""
     by, numbers = residual_derivatives(*case.model()), case.numbers
 
     def expected(**directions: np.ndarray) -> np.ndarray:
@@ -95,8 +111,12 @@ def residual_errors(case: Case) -> Iterator[tuple[str, float]]:
             change[row] = case.directions[name][row]
             truth = expected(**{name: change})
             yield "state and drives", error(matrix, change[row], truth, ROUNDING_FLOOR)
-    change = case.directions["wrench"]
-    yield "wrench", error(by.wrench, change, expected(wrench=change))
+    for key in LOADS:
+        change = case.directions[key]
+        truth = expected(**{key: change})
+        # By the spring it is lever arms of some metres times a distance, rounded as they are.
+        floor = 1e-2 if key == "spring" else 1e-300
+        yield key, error(getattr(by, key), change, truth, floor)
     for key in PARAMETERS:
         truth = expected(**{key: case.directions[key]})
         yield key, error(by.parameters.values, case.column_changes(key), truth)
@@ -132,8 +152,7 @@ def state_space_errors(case: Case) -> Iterator[tuple[str, float]]:
 
 def rest(case: Case) -> np.ndarray:
     """Return the equilibrium x of the case's drives and wrench, (m,)."""
-    q, wrench = case.point.drives[0], case.point.wrench
-    return equilibrium(case.dynamics, case.curve, q, wrench)
+    return equilibrium(case.dynamics, case.curve, case.point.drives[0], case.point.acting)
 
 
 def engaged(case: Case, x: np.ndarray) -> bool:
@@ -145,13 +164,13 @@ def engaged(case: Case, x: np.ndarray) -> bool:
 
 def static_errors(case: Case, x: np.ndarray) -> Iterator[tuple[str, float]]:
     """Of the equilibrium, found anew by Newton's method in complex arithmetic, and of the TCP there."""
-    q, wrench = case.point.drives[0], case.point.wrench
-    by = static_sensitivities(case.dynamics, case.curve, q, x, wrench)
+    q, acting = case.point.drives[0], case.point.acting
+    by = static_sensitivities(case.dynamics, case.curve, q, x, acting)
     numbers = changed(case.numbers, drives=np.array([q, 0 * q, 0 * q]))
     stiffness = np.diag(case.curve.slope(x)) - case.dynamics.static_torque_gradient(
-        case.chain.theta(q, x), wrench
+        case.chain.theta(q, x), acting
     )
-    for key in ("wrench", "drives", *PARAMETERS):
+    for key in (*LOADS, "drives", *PARAMETERS):
         change = case.directions[key] * ([[1.0], [0.0], [0.0]] if key == "drives" else 1.0)
         at, moved = x, along(numbers, **{key: change})
         for _ in range(4):
@@ -165,7 +184,7 @@ def static_errors(case: Case, x: np.ndarray) -> Iterator[tuple[str, float]]:
             elif key == "drives":
                 yield key, error(of.drives, change[0], truth)
             else:
-                yield key, error(of.wrench, change, truth)
+                yield key, error(getattr(of, key), change, truth)
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from complex_robot import Numbers, changed, evaluate
+from complex_robot import STEP, Numbers, changed, derivative, evaluate
 
 from elastic_robot.description import Robot
 
@@ -76,7 +76,8 @@ class Flow:
 
     Attributes:
         robot, curve: The model.
-        numbers: Drives at the command (q, q', q''), wrench and parameters; complex where moved.
+        numbers: Drives (q, q', q'') and anchor at the command, wrench and parameters; complex where
+            moved.
         x, v: State, complex.
         crossings: Knots passed so far.
     """
@@ -91,6 +92,8 @@ class Flow:
     steps: int = 0
     piece: np.ndarray = field(init=False)
     _mass: np.ndarray | None = field(init=False, default=None)
+    _support: np.ndarray | None = field(init=False, default=None)
+    _rounding: list[float] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
         self.knots = [knots(self.curve, b) for b in self.numbers.backlash.real]
@@ -114,20 +117,40 @@ class Flow:
         return self._laws(piece_slope, x)
 
     def residual(self, time: complex, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        at = changed(self.numbers, drives=self.drives(time), motion=np.array([x, v, a]))
+        anchor = self.numbers.anchor + time * self.numbers.anchor_velocity
+        motion = np.array([x, v, a])
+        at = changed(self.numbers, drives=self.drives(time), motion=motion, anchor=anchor)
         loads = evaluate(self.robot, at).loads
         return loads + self._laws(piece_torque, x) + self.numbers.damping * v
 
     def _matrix(self, h: float) -> np.ndarray:
-        """Newton's matrix of a step: mass where the flow began, slopes at the step's start, dampers."""
+        """Newton's matrix of a step: mass and spring where the flow began, slopes now, dampers."""
         m, zero = len(self.x), np.zeros(len(self.x))
         if self._mass is None:
             bias = self.residual(self.time, self.x, zero, zero)
             columns = [self.residual(self.time, self.x, zero, e) - bias for e in np.eye(m)]
             self._mass = np.array(columns).real.T.reshape(m, m)
-        slope = np.diag(self.slope(self.x).real)
+            lever = np.array([self._position(e) for e in np.eye(m)]).reshape(m, 3)
+            spring = self.numbers.spring_matrix
+            self._support = lever @ spring.real @ lever.T
+            # Accelerations that spring and seed make of the rounding of the TCP's position.
+            by_force = np.linalg.solve(self._mass, lever)
+            place = 4.0 * np.finfo(float).eps * np.abs(self.numbers.anchor.real).max()
+            self._rounding = [
+                place * np.abs(by_force @ part).max(initial=0.0)
+                for part in (spring.real, spring.imag)
+            ]
+        slope = np.diag(self.slope(self.x).real) + self._support
         matrix = np.kron(np.eye(STAGES), self._mass) + h * np.kron(ONCE, self._damping)
         return np.linalg.inv(matrix + h * h * np.kron(TWICE, slope))
+
+    def _position(self, direction: np.ndarray) -> np.ndarray:
+        """Derivative of the TCP's position along a direction of x, where the flow is now."""
+        real = Numbers(**{name: value.real for name, value in vars(self.numbers).items()})
+        zero = np.zeros(len(self.x))
+        motion = np.array([self.x.real + 1j * STEP * direction, zero, zero])
+        at = changed(real, drives=self.drives(self.time.real).real, motion=motion)
+        return derivative(evaluate(self.robot, at).position)
 
     def _solve(self, h: complex, a: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
         last = np.inf
@@ -200,6 +223,6 @@ class Flow:
         """Whether what the polynomial leaves out matters to x and x', or to their derivatives."""
         tail, rate = (_FIT @ a)[-2:], self.v + h * END_ONCE @ a
         return all(
-            h * np.abs(part(tail)).max() <= RESOLVED * np.abs(part(rate)).max()
-            for part in (np.real, np.imag)
+            h * np.abs(part(tail)).max() <= RESOLVED * np.abs(part(rate)).max() + h * rounding
+            for part, rounding in zip((np.real, np.imag), self._rounding, strict=True)
         )

@@ -12,9 +12,12 @@ from places import TESTS
 from coupling.fmu_export.compiler import compile_library, core_sources, host_platform
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
+from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 LANES = 4
+# Wrench, anchor, its velocity, stiffness of its spring.
+LOAD_ENTRIES = 6 + 3 + 3 + 6
 CURVES = tuple(TORQUE_CURVES)
 # probe_curve: the branch that x itself lies on.
 OWN_REGION = 2
@@ -33,6 +36,11 @@ def library() -> ctypes.CDLL:
     for name in ("reset", "step", "outputs", "run", "drives", "read"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
+
+
+def _load(values) -> ctypes.c_void_p:
+    """A wrench alone, or wrench, anchor, its velocity and the stiffness of its spring (xx .. zz)."""
+    return _array(np.append(values, np.zeros(LOAD_ENTRIES - len(values))))
 
 
 class CoreError(Exception):
@@ -91,6 +99,13 @@ class Core:
         self._lib.probe_loads(self._model, *arrays)
         return load.T
 
+    def pull(self, theta, force, m: int) -> tuple[np.ndarray, np.ndarray]:
+        """TCP of LANES states, (LANES, 3), and what a force on it adds to their loads, (LANES, m)."""
+        position, load = np.zeros((3, LANES)), np.zeros((m, LANES))
+        lanes = [np.ascontiguousarray(values.T) for values in (theta, force)]
+        self._lib.probe_pull(self._model, *map(_array, (*lanes, position, load)))
+        return position.T, load.T
+
     def tangent(self, motion, wrench, directions, wrench_direction, m: int) -> np.ndarray:
         """Derivative of the loads of LANES states, (LANES, m); motion and directions: (3, LANES, n)."""
         load = np.zeros((m, LANES))
@@ -100,10 +115,10 @@ class Core:
         self._lib.probe_tangent(self._model, *arrays)
         return load.T
 
-    def columns(self, end, q, wrench, m: int, accuracy: float) -> tuple[np.ndarray, int]:
+    def columns(self, end, q, load, m: int, accuracy: float) -> tuple[np.ndarray, int]:
         """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""
         x, v = np.zeros((2, 6, m))
-        values = ctypes.c_double(end), _array(np.array(q)), _array(np.array(wrench))
+        values = ctypes.c_double(end), _array(np.array(q)), _load(load)
         accurate = ctypes.c_double(accuracy)
         passes = self._lib.probe_columns(self._model, *values, accurate, _array(x), _array(v))
         self._require(passes > 0)
@@ -117,7 +132,7 @@ class Core:
         )
         return out
 
-    def reset(self, curve, time, q, wrench, *, path="", quasistatic=False, tolerance=1e-6) -> None:
+    def reset(self, curve, time, q, load, *, path="", quasistatic=False, tolerance=1e-6) -> None:
         self._require(
             self._lib.probe_reset(
                 self._model,
@@ -127,15 +142,21 @@ class Core:
                 str(path).encode(),
                 ctypes.c_double(time),
                 _array(np.array(q)),
-                _array(np.array(wrench)),
+                _load(load),
             )
         )
 
-    def step(self, end: float, q: np.ndarray, wrench: np.ndarray) -> None:
+    def step(self, end: float, q: np.ndarray, load: np.ndarray) -> None:
         done = self._lib.probe_step(
-            self._model, ctypes.c_double(end), _array(np.array(q)), _array(np.array(wrench))
+            self._model, ctypes.c_double(end), _array(np.array(q)), _load(load)
         )
         self._require(done)
+
+    def spring_of_matrices(self) -> np.ndarray:
+        """Stiffness of the contact spring in the matrices of Newton's method: xx, xy, xz, yy, yz, zz."""
+        stiffness = np.zeros(6)
+        self._lib.probe_spring_of_matrices(self._model, _array(stiffness))
+        return stiffness
 
     def outputs(self, m: int) -> dict[str, np.ndarray]:
         sizes = {"tcp": 7, "velocity": 3, "rigid": 7, "deviation": 6, "compliance": 6, "x": m}
@@ -159,3 +180,13 @@ class Core:
     def next_kink(self, time: float, end: float, jump: float) -> float:
         values = [ctypes.c_double(value) for value in (time, end, jump)]
         return self._lib.probe_next_kink(self._model, *values)
+
+
+def with_settings(robot: Robot, **values: float) -> Core:
+    """The core with other numerical settings in its data."""
+    text = robot_text(robot, "{x}")
+    for name, value in values.items():
+        line = f"setting {name} {float(getattr(SETTINGS, name))!r}"
+        assert line in text
+        text = text.replace(line, f"setting {name} {value!r}")
+    return Core(text)

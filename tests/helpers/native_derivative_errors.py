@@ -24,7 +24,16 @@ from complex_robot import (
     small_rotation,
 )
 from flow_derivative import Flow, knots, piece_slope
-from native_derivatives import CURVES, SEEDS, Case, Found, make_case, through_fmu
+from native_derivatives import (
+    CURVES,
+    SEEDS,
+    SPRING_SEEDS,
+    Case,
+    Found,
+    make_case,
+    make_sprung_case,
+    through_fmu,
+)
 
 from elastic_robot.parameters import Parameters
 
@@ -33,9 +42,17 @@ def numbers_of(case: Case) -> Numbers:
     """The inputs as the independent model takes them, moved an imaginary step along the seed."""
     n, p = len(case.robot.joints), Parameters.of(case.robot)
     none = np.zeros((3, len(p.stiffness)))
-    drives, seeds = case.inputs[6:].reshape(3, n), case.seed[6:].reshape(3, n)
-    given = Numbers(drives, none, case.inputs[:6], p.gravity, p.stiffness, p.damping, p.backlash)
-    return along(given, drives=seeds, wrench=case.seed[:6])
+    parts = np.cumsum([6, 3 * n, 3, 3])
+    wrench, drives, *spring = np.split(case.inputs, parts)
+    wrench_seed, drives_seed, *spring_seed = np.split(case.seed, parts)
+    names = ("anchor", "anchor_velocity", "spring")
+    given = Numbers(
+        *(drives.reshape(3, n), none, wrench),
+        *(p.gravity, p.stiffness, p.damping, p.backlash),
+        **dict(zip(names, spring, strict=True)),
+    )
+    seeds = dict(zip(names, spring_seed, strict=True))
+    return along(given, drives=drives_seed.reshape(3, n), wrench=wrench_seed, **seeds)
 
 
 def rest(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
@@ -122,7 +139,8 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
         x, v = flow.x, flow.v
     else:
         x = v = np.zeros(len(found.x))
-    held = changed(numbers, drives=_drives_at(numbers, case.length))
+    anchor = numbers.anchor + case.length * numbers.anchor_velocity
+    held = changed(numbers, drives=_drives_at(numbers, case.length), anchor=anchor)
     if quasistatic or case.length == 0.0:
         v = np.zeros(len(x))
         if len(x) and (case.initial_state == "equilibrium" or case.length > 0.0):
@@ -164,21 +182,29 @@ def _drives_at(numbers: Numbers, time: float) -> np.ndarray:
     return np.array([q + time * qd + 0.5 * time * time * qdd, qd + time * qdd, qdd])
 
 
+def numbered(number: int, sprung: bool, tolerance: float) -> Case:
+    """The case of a number, on a spring or not: curves, seeds and kinds of steps take turns."""
+    curve, joints = CURVES[number % 3], 1 + number % 8
+    mode = "quasistatic" if number % 7 == 6 else "dynamic"
+    length = 0.0 if number % 7 == 5 else 0.004
+    if sprung:
+        seeds = SPRING_SEEDS[number // 3 % 4]
+        return make_sprung_case(number, joints, curve, mode, length, seeds, tolerance)
+    return make_case(number, joints, curve, mode, length, SEEDS[number % 5], tolerance)
+
+
 def main() -> None:
     """Print the largest error of each kind of case, the curves' knots passed or not."""
-    count, tolerance = int(sys.argv[1]), float(sys.argv[2])
+    count, tolerance, sprung = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3:] == ["springs"]
     worst: dict[str, float] = {}
     for number in range(count):
-        curve, seeds = CURVES[number % 3], SEEDS[number % 5]
-        mode = "quasistatic" if number % 7 == 6 else "dynamic"
-        length = 0.0 if number % 7 == 5 else 0.004
-        case = make_case(number, 1 + number % 8, curve, mode, length, seeds, tolerance)
+        case = numbered(number, sprung, tolerance)
         with tempfile.TemporaryDirectory() as folder:
             found = through_fmu(case, Path(folder))
         if len(found.x) == 0:
             continue  # rigid: nothing but rounding
         relative, flow = errors(case, found)
-        kind = "equilibrium" if flow is None else f"{curve}, {min(flow.crossings, 1)} passages"
+        kind = "equilibrium" if flow is None else f"{case.curve}, {min(flow.crossings, 1)} passages"
         worst[kind] = max(worst.get(kind, 0.0), *relative.values())
         print(f"{number:4d} {kind:24s} {max(relative.values()):.1e}", file=sys.stderr, flush=True)
     for key, value in sorted(worst.items()):

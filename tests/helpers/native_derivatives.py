@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,16 +11,25 @@ from native_fmu import NativeFmu
 from random_robots import make_robot
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import blocks
+from elastic_robot.kinematics import base_from_tool
 
 CURVES = ("linear", "backlash", "spline")
 SEEDS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "all")
+INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
+# Those of the spring: the anchor, its velocity, the stiffness.
+SPRING_INPUTS = 3 + 3 + 6
+SPRING_SEEDS = ("anchor", "anchor_velocity", "anchor_stiffness", "all")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A communication step, or an equilibrium where its length is zero, and a seed of its inputs."""
+    """A communication step, or an equilibrium where its length is zero, and a seed of its inputs.
+
+    Inputs in the order of the FMU: wrench, commands, anchor, its velocity, stiffness of its spring.
+    """
 
     robot: Robot
     curve: str
@@ -36,7 +45,7 @@ class Case:
 def make_case(
     number: int, joints: int, curve: str, mode: str, length: float, seeds: str, tolerance=1e-12
 ) -> Case:
-    """A random robot that a random load and motion set in from rest."""
+    """A random robot that a random load and motion set in from rest; no spring holds its tool."""
     robot, rng = make_robot(number, joints), np.random.default_rng(number)
     n = joints
     size = np.concatenate([[1e3] * 3, [1e2] * 3, [1.5] * n, [0.5] * n, [2.0] * n])
@@ -48,7 +57,43 @@ def make_case(
     kinds = np.array(["wrench"] * 6 + ["q_cmd"] * n + ["qd_cmd"] * n + ["qdd_cmd"] * n)
     seed = rng.normal(size=6 + 3 * n) * each * ((kinds == seeds) | (seeds == "all"))
     state = "undeflected" if rng.random() < 0.25 else "equilibrium"
-    return Case(robot, curve, mode, state, tolerance, length, before, inputs, seed)
+    none = np.zeros(SPRING_INPUTS)
+    vectors = (np.append(values, none) for values in (before, inputs, seed))
+    return Case(robot, curve, mode, state, tolerance, length, *vectors)
+
+
+def make_sprung_case(
+    number: int, joints: int, curve: str, mode: str, length: float, seeds: str, tolerance=1e-12
+) -> Case:
+    """The same, its tool on a spring of 1 to 1e8 N/m in 1 to 3 directions; the anchor moves.
+
+    In one of two steps the spring is there before; else it takes hold at the step's start.
+    """
+    case = make_case(number, joints, curve, mode, length, seeds, tolerance)
+    rng, n = np.random.default_rng(number), joints
+    tool = _rigid_tool(case.robot, case.inputs[6 : 6 + n])
+    k = random_stiffness(rng)
+    spring = np.concatenate([tool + 1e-4 * rng.normal(size=3), 0.3 * rng.normal(size=3), k])
+    seed = np.concatenate([1e-5 * rng.normal(size=3), 1e-2 * rng.normal(size=3), 0.01 * k])
+    seed[6:] *= rng.normal(size=6)
+    kinds = np.array(["anchor"] * 3 + ["anchor_velocity"] * 3 + ["anchor_stiffness"] * 6)
+    inputs, before, along = case.inputs.copy(), case.before.copy(), case.seed.copy()
+    inputs[-SPRING_INPUTS:] = spring
+    before[-SPRING_INPUTS:] = spring * (number % 2)
+    along[-SPRING_INPUTS:] = seed * ((kinds == seeds) | (seeds == "all"))
+    return replace(case, inputs=inputs, before=before, seed=along)
+
+
+def random_stiffness(rng: np.random.Generator) -> np.ndarray:
+    """A spring of 1 to 1e8 N/m in 1 to 3 random directions: xx, xy, xz, yy, yz, zz [N/m]."""
+    sides = rng.normal(size=(3, rng.integers(1, 4)))
+    return (10.0 ** rng.uniform(0.0, 8.0) * sides @ sides.T)[np.triu_indices(3)]
+
+
+def _rigid_tool(robot: Robot, q: np.ndarray) -> np.ndarray:
+    chain = build_chain(robot)
+    theta = chain.theta(q)
+    return base_from_tool(chain, chain.model.createData(), theta).translation.copy()
 
 
 @dataclass(frozen=True)
@@ -82,7 +127,7 @@ def instance_of(
 
 def inputs_of(references: dict[str, list[int]]) -> list[int]:
     """Value references of the inputs, in the order of Case.inputs."""
-    return [k for name in ("wrench", "q_cmd", "qd_cmd", "qdd_cmd") for k in references[name]]
+    return [k for name in INPUTS for k in references[name]]
 
 
 def through_fmu(case: Case, folder: Path) -> Found:

@@ -20,6 +20,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.residual import OperatingPoint, residual_derivatives
 from elastic_robot.residual import residual as model_residual
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
@@ -39,7 +40,7 @@ def test_residual_is_that_of_newton_and_euler(robot, seed, curve):
 @given(robots(), SEEDS, CURVES)
 def test_residual_derivatives_are_those_of_complex_steps(robot, seed, curve):
     errors = list(residual_errors(Case(robot, curve, seed)))
-    assert len(errors) == 11
+    assert len(errors) == 13
     assert [item for item in errors if item[1] > 1e-12] == []
 
 
@@ -50,7 +51,7 @@ def test_static_sensitivities_are_those_of_complex_steps(robot, seed, curve):
     x = rest(case)
     assume(engaged(case, x))
     errors = list(static_errors(case, x))
-    assert len(errors) == 12
+    assert len(errors) == 16
     assert [item for item in errors if item[1] > 1e-10] == []
 
 
@@ -62,7 +63,7 @@ def test_states_of_a_step_at_once_are_those_one_by_one(example):
         np.stack([getattr(point, name) for point in points], axis=1)
         for name in ("drives", "motion")
     )
-    stages = OperatingPoint(drives, motion, case.point.wrench, region)
+    stages = OperatingPoint(drives, motion, case.point.acting, region)
     model = (case.dynamics, case.curve, case.parameters.damping)
     at_once, torques = residual_derivatives(*model, stages), model_residual(*model, stages)
     for k in range(3):
@@ -121,7 +122,7 @@ def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):
     held = HeldCommand(0.0, posture, np.zeros(6), np.zeros(6))
     wrench = np.array([300.0, 800.0, -1500.0, 20.0, 30.0, 40.0])
     robot = ElasticRobot(example, "backlash", quasistatic=True)
-    robot.reset(0.0, held, wrench)
+    robot.reset(0.0, held, Load(wrench))
     nominal, tcp = robot.parameters, robot.static_sensitivities().tcp
     np.testing.assert_allclose(robot.compliance(), tcp.wrench, rtol=1e-12)
     by = tcp.parameters
@@ -133,7 +134,7 @@ def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):
         index = "xyz".index(key) if group == "gravity" else robot.chain.elastic_names.index(group)
         values[index] += change
         robot.parameters = replace(nominal, **{field: values})
-        robot.reset(0.0, held, wrench)
+        robot.reset(0.0, held, Load(wrench))
         return robot.tcp()[:3]
 
     steps = {"stiffness": 1e3, "damping": 1.0, "backlash": 1e-6}
@@ -145,6 +146,6 @@ def test_every_named_sensitivity_is_that_of_the_simulated_robot(example):
 
 def test_a_parameter_that_does_not_exist_is_an_error_with_the_known_names(example):
     robot = ElasticRobot(example)
-    robot.reset(0.0, HeldCommand(0.0, *np.zeros((3, 6))), np.zeros(6))
+    robot.reset(0.0, HeldCommand(0.0, *np.zeros((3, 6))), Load())
     with pytest.raises(ParameterError, match=r"joint\[5\].stiffness.*got 'joint\[6\].stiffness'"):
         robot.residual_derivatives().parameters["joint[6].stiffness"]

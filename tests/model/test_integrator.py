@@ -35,7 +35,7 @@ class Oscillator:
         return a + self.d * v + spring - self.f[rows]
 
     def matrices(self, x, row):
-        return np.eye(1), np.array([self.d]), self.k * (self.region != 0) * np.ones(1)
+        return np.eye(1), np.array([self.d]), np.diag(self.k * (self.region != 0))
 
 
 def run(system, end, tolerance=1e-9, longest=0.1, x=1.0, v=0.0, region=1):

@@ -21,6 +21,7 @@ from elastic_robot.errors import ParameterError
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 from examples.mujoco_robot import MujocoRobot
@@ -37,7 +38,7 @@ def arm(**joint) -> Robot:
 def at_rest(robot: Robot, q, curve: str = "linear", wrench=(0.0,) * 6, **options) -> ElasticRobot:
     q = np.asarray(q, dtype=float)
     elastic = ElasticRobot(robot, curve, **options)
-    elastic.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), np.array(wrench, dtype=float))
+    elastic.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), Load(np.array(wrench, dtype=float)))
     return elastic
 
 
@@ -150,7 +151,7 @@ def test_simulated_robot_departs_from_the_linear_one_with_the_square(seed, curve
     for size in (0.04, 0.02, 0.01):
         robot = at_rest(described, q, curve, load, tolerance=1e-11)
         linear, before = robot.linearise(), robot.tcp()
-        robot.step(0.08, HeldCommand(0.0, q, 0 * q, size * drive), load + size * wrench)
+        robot.step(0.08, HeldCommand(0.0, q, 0 * q, size * drive), Load(load + size * wrench))
         turned = Rotation.from_quat(robot.tcp()[3:]) * Rotation.from_quat(before[3:]).inv()
         found = np.concatenate([robot.tcp()[:3] - before[:3], turned.as_rotvec(), robot.velocity()])
         expected = answer_of(linear, size * drive, size * wrench, 0.08)[:9]
@@ -178,7 +179,7 @@ def test_a_moving_drive_counts_in_dynamic_mode_alone(quasistatic, rate):
     """The TCP moves on a circle of 1 m: dv/dq is the rate times the unit vector to the axis."""
     q = np.array([0.3])
     robot = ElasticRobot(arm(stiffness=None, damping=0.0), quasistatic=quasistatic)
-    robot.reset(0.0, HeldCommand(0.0, q, 0 * q + 2.0, 0 * q), np.zeros(6))
+    robot.reset(0.0, HeldCommand(0.0, q, 0 * q + 2.0, 0 * q), Load())
     of_velocity = robot.linearise().feedthrough[6:9, 6]
     towards_axis = [-np.cos(0.3), 0.0, np.sin(0.3)]
     np.testing.assert_allclose(of_velocity, rate * np.array(towards_axis), atol=1e-14)

@@ -9,45 +9,23 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from pendulum import dynamics_of, held, pendulum
 from random_robots import hardly_loaded, make_robot, robots
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Joint, Robot, Tilt
-from elastic_robot.dynamics import Dynamics
+from elastic_robot.description import Body, Joint, Tilt
 from elastic_robot.errors import ElasticRobotError, EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_force_gradient, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.static_sensitivity import tcp_compliance
 from elastic_robot.statics import equilibrium
+from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TORQUE_CURVES, BacklashCurve, LinearCurve
-from elastic_robot.trajectory import HeldCommand
 
 SEEDS = st.integers(0, 10**6)
-
-
-def dynamics_of(robot: Robot) -> tuple[Dynamics, Parameters]:
-    parameters = Parameters.of(robot)
-    return Dynamics(build_chain(robot), parameters.gravity), parameters
-
-
-def held(q) -> HeldCommand:
-    q = np.asarray(q, dtype=float)
-    return HeldCommand(0.0, q, np.zeros_like(q), np.zeros_like(q))
-
-
-def pendulum(gravity=(0.0, 0.0, -9.81), **joint) -> Robot:
-    """Return a 1 m arm about the y axis with 50 kg at its end, stiffness 1e4 N m/rad."""
-    link = Body(mass=50.0, com=(1.0, 0.0, 0.0), inertia=(0.0, 0.0, 0.0))
-    values = {"stiffness": 1e4, **joint}
-    return Robot(
-        "pendulum",
-        (Joint((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), link, **values),),
-        gravity=gravity,
-        tcp_position=(1.0, 0.0, 0.0),
-    )
 
 
 @given(robots(), SEEDS)
@@ -57,11 +35,11 @@ def test_gradient_of_the_static_torque_is_the_derivative(robot, seed):
     chain, rng = dynamics.chain, np.random.default_rng(seed)
     q, x = rng.uniform(-3, 3, chain.joint_count), 0.1 * rng.normal(size=chain.elastic_count)
     wrench = rng.normal(size=6) * [1000, 1000, 1000, 100, 100, 100]
-    gradient = dynamics.static_torque_gradient(chain.theta(q, x), wrench)
+    gradient = dynamics.static_torque_gradient(chain.theta(q, x), Acting(wrench))
     for k in range(chain.elastic_count):
         step = 1e-6 * np.eye(chain.elastic_count)[k]
-        above = dynamics.static_torque(chain.theta(q, x + step), wrench)
-        below = dynamics.static_torque(chain.theta(q, x - step), wrench)
+        above = dynamics.static_torque(chain.theta(q, x + step), Acting(wrench))
+        below = dynamics.static_torque(chain.theta(q, x - step), Acting(wrench))
         scale = 1.0 + np.abs(gradient).max()
         np.testing.assert_allclose(
             (above - below) / 2e-6, gradient[:, k], rtol=0, atol=1e-7 * scale
@@ -89,7 +67,7 @@ def test_equilibrium_balances_springs_and_loads(robot, seed, curve_name):
     assume(chain.elastic_count > 0)
     curve = TORQUE_CURVES[curve_name].build(parameters)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), rng.normal(size=6) * 300.0
-    x = equilibrium(dynamics, curve, q, wrench)
+    x = equilibrium(dynamics, curve, q, Acting(wrench))
     model, data = chain.model, chain.model.createData()
     for k in range(chain.elastic_count):
         step = 1e-6 * np.eye(chain.elastic_count)[k]
@@ -107,7 +85,7 @@ def test_equilibrium_balances_springs_and_loads(robot, seed, curve_name):
 def test_loaded_pendulum_rests_where_the_closed_form_says():
     """k e = m g l cos(e) for a horizontal arm; positive e turns it down."""
     robot = ElasticRobot(pendulum(), "linear")
-    robot.reset(0.0, held([0.0]), np.zeros(6))
+    robot.reset(0.0, held([0.0]), Load())
     expected = brentq(lambda e: 1e4 * e - 50 * 9.81 * np.cos(e), 0, 1, xtol=1e-15)
     assert robot.deflection()[0] == pytest.approx(expected, abs=1e-14)
 
@@ -116,7 +94,7 @@ def test_backlash_adds_its_half_width_on_the_loaded_side():
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
     for sign in (1.0, -1.0):
         wrench = np.array([0.0, 0.0, 50 * 9.81 - sign * 400.0, 0.0, 0.0, 0.0])
-        robot.reset(0.0, held([0.0]), wrench)
+        robot.reset(0.0, held([0.0]), Load(wrench))
         e = robot.deflection()[0]
         expected = brentq(lambda e, s=sign: 1e4 * (e - s * 2e-3) - s * 400.0 * np.cos(e), -1, 1)
         assert e == pytest.approx(expected, abs=1e-11)
@@ -126,16 +104,16 @@ def test_unloaded_gear_rests_in_the_middle_of_its_play():
     """Gravity along the axis: no torque; rounding or 1e-7 N sideways must not pick a flank."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     for force in (0.0, 5e-7, -5e-7):
-        robot.reset(0.0, held([0.3]), np.array([0, 0, force, 0, 0, 0.0]))
+        robot.reset(0.0, held([0.3]), Load(np.array([0, 0, force, 0, 0, 0.0])))
         assert robot.deflection()[0] == 0.0
-    robot.reset(0.0, held([0.0]), np.array([0, 0, -1e-3, 0, 0, 0]))
+    robot.reset(0.0, held([0.0]), Load(np.array([0, 0, -1e-3, 0, 0, 0])))
     assert robot.deflection()[0] == pytest.approx(1e-3 + 1e-7, abs=1e-9)
 
 
 def test_robot_that_hangs_in_its_play_rests_where_the_load_vanishes():
     """The arm hangs down, 0.5 mrad off the vertical, in a play of 2 mrad: it finds the vertical."""
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
-    robot.reset(0.0, held([np.pi / 2 - 5e-4]), np.zeros(6))
+    robot.reset(0.0, held([np.pi / 2 - 5e-4]), Load())
     assert robot.deflection()[0] == pytest.approx(5e-4, abs=1e-12)
 
 
@@ -145,7 +123,7 @@ def test_of_two_flanks_the_less_loaded_one_is_taken():
     Both flanks are equilibria: m g l sin at -1.5 mrad and at 2.5 mrad; the first carries less.
     """
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
-    robot.reset(0.0, held([-np.pi / 2 + 5e-4]), np.zeros(6))
+    robot.reset(0.0, held([-np.pi / 2 + 5e-4]), Load())
     e = robot.deflection()[0]
     expected = brentq(
         lambda e: 1e4 * (e + 2e-3) - 50 * 9.81 * np.sin(e + 5e-4), -0.1, 0, xtol=1e-15
@@ -163,8 +141,8 @@ def test_hardly_loaded_gears_rest_in_balance(example, kind):
     curve, rng = TORQUE_CURVES[kind].build(parameters), np.random.default_rng(1)
     for _ in range(400):
         q, wrench = hardly_loaded(rng, 6)
-        x = equilibrium(dynamics, curve, q, wrench)
-        torque = dynamics.static_torque(dynamics.chain.theta(q, x), wrench)
+        x = equilibrium(dynamics, curve, q, Acting(wrench))
+        torque = dynamics.static_torque(dynamics.chain.theta(q, x), Acting(wrench))
         np.testing.assert_allclose(curve.torque(x), torque, rtol=0, atol=1e-6)
 
 
@@ -174,17 +152,17 @@ def test_equilibrium_has_no_memory(seed):
     robot = ElasticRobot(make_robot(seed, 6), "backlash", quasistatic=True)
     rng = np.random.default_rng(seed)
     q, wrench = rng.uniform(-3, 3, 6), 500.0 * rng.normal(size=6)
-    robot.reset(0.0, held(q), wrench)
+    robot.reset(0.0, held(q), Load(wrench))
     first = robot.tcp()
-    robot.step(1.0, held(rng.uniform(-3, 3, 6)), 500.0 * rng.normal(size=6))
-    robot.step(2.0, held(q), wrench)
+    robot.step(1.0, held(rng.uniform(-3, 3, 6)), Load(500.0 * rng.normal(size=6)))
+    robot.step(2.0, held(q), Load(wrench))
     assert np.array_equal(robot.tcp(), first)
 
 
 def test_buckling_robot_is_an_error():
     robot = ElasticRobot(pendulum(stiffness=1.0), "linear")
     with pytest.raises(EquilibriumError, match="too soft"):
-        robot.reset(0.0, held([-np.pi / 2 + 0.1]), np.array([0, 0, -1e6, 0, 0, 0.0]))
+        robot.reset(0.0, held([-np.pi / 2 + 0.1]), Load(np.array([0, 0, -1e6, 0, 0, 0.0])))
 
 
 @given(robots(backlash=0.0), SEEDS)
@@ -194,13 +172,13 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
     assume(chain.elastic_count > 0)
     curve = LinearCurve(parameters.stiffness)
     q, wrench = rng.uniform(-3, 3, chain.joint_count), 300.0 * rng.normal(size=6)
-    x = equilibrium(dynamics, curve, q, wrench)
-    compliance = tcp_compliance(dynamics, curve, q, x, wrench)[:3]
+    x = equilibrium(dynamics, curve, q, Acting(wrench))
+    compliance = tcp_compliance(dynamics, curve, q, x, Acting(wrench))[:3]
     for k in range(3):
         ends = []
         for sign in (1.0, -1.0):
             load = wrench + sign * 10.0 * np.eye(6)[k]
-            theta = chain.theta(q, equilibrium(dynamics, curve, q, load))
+            theta = chain.theta(q, equilibrium(dynamics, curve, q, Acting(load)))
             ends.append(base_from_tool(chain, dynamics.data, theta).translation.copy())
         expected = (ends[0] - ends[1]) / 20.0
         scale = np.abs(compliance).max() + 1e-12
@@ -210,7 +188,7 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
 def test_compliance_inside_the_play_is_that_of_the_flank():
     """Axis 1 of a robot under gravity alone carries no torque; its play is no infinite compliance."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
-    robot.reset(0.0, held([0.0]), np.zeros(6))
+    robot.reset(0.0, held([0.0]), Load())
     assert robot.compliance()[2, 2] == pytest.approx(1.0 / 1e4, rel=1e-12)
 
 
@@ -220,11 +198,11 @@ def test_one_joint_is_the_closed_form_oscillator():
     The force is a moment about the joint's axis, so that the equation is linear exactly.
     """
     robot = ElasticRobot(pendulum(gravity=(0.0, 0.0, 0.0), damping=50.0), "linear")
-    robot.reset(0.0, held([0.0]), np.zeros(6), undeflected=True)
+    robot.reset(0.0, held([0.0]), Load(), undeflected=True)
     decay, omega0 = 50.0 / 100.0, np.sqrt(1e4 / 50.0)
     omega = np.sqrt(omega0**2 - decay**2)
     for t in np.linspace(0.01, 2.0, 200):
-        robot.step(t, held([0.0]), np.array([0, 0, 0, 0, 10.0, 0.0]))
+        robot.step(t, held([0.0]), Load(np.array([0, 0, 0, 0, 10.0, 0.0])))
         swing = np.exp(-decay * t) * (np.cos(omega * t) + decay / omega * np.sin(omega * t))
         assert robot.deflection()[0] == pytest.approx(1e-3 * (1 - swing), abs=1e-10)
 
@@ -239,7 +217,7 @@ def test_energy_of_a_free_undamped_robot_is_conserved(seed):
     )
     robot = ElasticRobot(replace(described, joints=bare), "linear", tolerance=1e-12)
     q = np.linspace(-1, 1, 4)
-    robot.reset(0.0, held(q), np.zeros(6), undeflected=True)
+    robot.reset(0.0, held(q), Load(), undeflected=True)
     chain, parameters = robot.chain, robot.parameters
     model, data = chain.model, chain.model.createData()
 
@@ -253,7 +231,7 @@ def test_energy_of_a_free_undamped_robot_is_conserved(seed):
     start, largest, drift = sum(energies()), 0.0, 0.0
     mgl = 9.81 * sum(joint.body.mass for joint in described.joints)  # scale of the energies [J/m]
     for k in range(1, 501):
-        robot.step(0.02 * k, held(q), np.zeros(6))
+        robot.step(0.02 * k, held(q), Load())
         kinetic, potential, spring = energies()
         largest = max(largest, kinetic)
         drift = max(drift, abs(kinetic + potential + spring - start))
@@ -280,11 +258,11 @@ def test_rotated_base_with_rotated_gravity_gives_the_rotated_motion(seed):
     q, wrench = rng.uniform(-2, 2, 5), 500.0 * rng.normal(size=6)
     one, two = ElasticRobot(described), ElasticRobot(turned)
     turned_wrench = np.append(turn.apply(wrench[:3]), turn.apply(wrench[3:]))
-    one.reset(0.0, held(q), np.zeros(6))
-    two.reset(0.0, held([angle, *q]), np.zeros(6))
+    one.reset(0.0, held(q), Load())
+    two.reset(0.0, held([angle, *q]), Load())
     for k in range(1, 11):
-        one.step(0.01 * k, held(q), wrench)
-        two.step(0.01 * k, held([angle, *q]), turned_wrench)
+        one.step(0.01 * k, held(q), Load(wrench))
+        two.step(0.01 * k, held([angle, *q]), Load(turned_wrench))
     np.testing.assert_allclose(two.tcp()[:3], turn.apply(one.tcp()[:3]), rtol=0, atol=1e-8)
 
 
@@ -295,14 +273,14 @@ def test_payload_is_mass_on_the_last_body():
     heavier = replace(pendulum().joints[0], body=replace(link, mass=80.0))
     heavy = ElasticRobot(replace(pendulum(), joints=(heavier,)), "linear")
     for robot in (carried, heavy):
-        robot.reset(0.0, held([0.2]), np.zeros(6))
+        robot.reset(0.0, held([0.2]), Load())
     assert carried.deflection()[0] == pytest.approx(heavy.deflection()[0], abs=1e-15)
 
 
 def test_rigid_robot_has_no_elastic_coordinates_and_no_deviation():
     rigid = ElasticRobot(pendulum(stiffness=None))
-    rigid.reset(0.0, held([0.5]), np.full(6, 100.0))
-    rigid.step(0.1, held([0.5]), np.full(6, 100.0))
+    rigid.reset(0.0, held([0.5]), Load(np.full(6, 100.0)))
+    rigid.step(0.1, held([0.5]), Load(np.full(6, 100.0)))
     assert rigid.deflection().size == 0
     assert np.array_equal(rigid.tcp(), rigid.rigid())
     assert np.array_equal(rigid.compliance(), np.zeros((6, 6)))

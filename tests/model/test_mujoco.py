@@ -19,6 +19,7 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand, read_trajectory
 
@@ -91,7 +92,7 @@ def test_both_come_to_rest_at_the_same_place(curve):
         model = ElasticModel(robot, curve, INTEGRATORS["RK4"], 1e-3, range(6))
         other = settle(model, q, wrench)
         ours = ElasticRobot(robot, curve, quasistatic=True)
-        ours.reset(0.0, at_rest(q), wrench)
+        ours.reset(0.0, at_rest(q), Load(wrench))
         np.testing.assert_allclose(ours.deflection(), other, rtol=0, atol=1e-13)
 
 
@@ -122,10 +123,10 @@ def test_mujoco_converges_to_our_motion(example, scenario, curve, order):
     first, second = (np.abs(a - b).max() for a, b in itertools.pairwise(paths))
     assert np.log2(first / second) > order - 0.2
     robot = ElasticRobot(example, curve, tolerance=1e-11 if curve == "linear" else 1e-9)
-    robot.reset(times[0], drives, wrench[0])
+    robot.reset(times[0], drives, Load(wrench[0]))
     ours = [robot.tcp()]
     for end, load in zip(times[1:], wrench[1:], strict=True):
-        robot.step(end, drives, load)
+        robot.step(end, drives, Load(load))
         ours.append(robot.tcp())
     left = second / (2.0**order - 1.0)
     assert left < {1.5: 1e-8, 4.0: 1e-10}[order]

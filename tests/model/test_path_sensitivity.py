@@ -11,6 +11,7 @@ from random_robots import make_robot
 from elastic_robot.errors import ParameterError
 from elastic_robot.parameter_names import parameter_names
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import ContactSpring, Load
 from elastic_robot.trajectory import Trajectory
 
 # Tolerance of the simulations that are subtracted from each other [m].
@@ -23,11 +24,11 @@ def drives(n: int) -> Trajectory:
     return Trajectory(time, 0.3 + 0.4 * np.sin(5.0 * time[:, None] + phase))
 
 
-def path(robot: ElasticRobot, n: int, times: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-    robot.reset(0.0, drives(n), wrench[0])
+def path(robot: ElasticRobot, n: int, times: np.ndarray, loads: list[Load]) -> np.ndarray:
+    robot.reset(0.0, drives(n), loads[0])
     positions = [robot.tcp()[:3]]
-    for time, held in zip(times[1:], wrench[1:], strict=True):
-        robot.step(time, drives(n), held)
+    for time, load in zip(times[1:], loads[1:], strict=True):
+        robot.step(time, drives(n), load)
         positions.append(robot.tcp()[:3])
     return np.array(positions)
 
@@ -46,20 +47,31 @@ def changed(robot: ElasticRobot, name: str, by: float) -> None:
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed):
-    """One parameter of each kind, with a step of the force that drives gears through their play."""
+@pytest.mark.parametrize("stiffness", [0.0, 1e6])
+def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed, stiffness):
+    """One parameter of each kind, with a step of the force that drives gears through their play.
+
+    The spring at the TCP has an anchor that moves from step to step.
+    """
     description = make_robot(seed, 3)
     n = len(description.joints)
     times = np.linspace(0.0, 0.1, 5)
     wrench = np.zeros((5, 6))
     wrench[2:] = [150.0, -100.0, 400.0, 5.0, -10.0, 8.0]
+    bare = ElasticRobot(description, curve)
+    bare.reset(0.0, drives(n), Load())
+    along, velocity = bare.tcp()[:3] + 1e-4, np.array([0.02, 0.0, -0.01])
+    springs = [
+        ContactSpring(along + time * velocity, velocity, stiffness * np.eye(3)) for time in times
+    ]
+    loads = [Load(row, spring) for row, spring in zip(wrench, springs, strict=True)]
 
     def robot() -> ElasticRobot:
         return ElasticRobot(description, curve, tolerance=TOLERANCE)
 
     follower = robot()
-    follower.reset(0.0, drives(n), wrench[0])
-    sensitivity = follower.path_sensitivity(times, drives(n), wrench)
+    follower.reset(0.0, drives(n), loads[0])
+    sensitivity = follower.path_sensitivity(times, drives(n), loads)
     names = sensitivity.tcp.names
     kinds = [name.rsplit(".", 1)[-1] for name in names]
     for kind in ("z", "stiffness", "damping", "backlash"):
@@ -72,7 +84,7 @@ def test_sensitivities_are_the_slopes_of_the_nonlinear_simulation(curve, seed):
         plus, minus = robot(), robot()
         changed(plus, name, step)
         changed(minus, name, -step)
-        difference = path(plus, n, times, wrench) - path(minus, n, times, wrench)
+        difference = path(plus, n, times, loads) - path(minus, n, times, loads)
         exact = sensitivity.tcp[name][:, :3] * 2.0 * step
         # Differences are of the order of 1e-8 m; the step's own error is 1e-8 of the effect.
         np.testing.assert_allclose(
@@ -90,10 +102,10 @@ def test_the_start_and_the_mode_are_checked():
     description = make_robot(3, 4)
     n = len(description.joints)
     robot = ElasticRobot(description)
-    robot.reset(0.0, drives(n), np.zeros(6))
+    robot.reset(0.0, drives(n), Load())
     with pytest.raises(ParameterError, match="present time, 0 s, got"):
-        robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), np.zeros((2, 6)))
+        robot.path_sensitivity(np.array([0.1, 0.2]), drives(n), 2 * [Load()])
     still = ElasticRobot(description, quasistatic=True)
-    still.reset(0.0, drives(n), np.zeros(6))
+    still.reset(0.0, drives(n), Load())
     with pytest.raises(ParameterError, match="dynamic mode"):
-        still.path_sensitivity(np.array([0.0, 0.2]), drives(n), np.zeros((2, 6)))
+        still.path_sensitivity(np.array([0.0, 0.2]), drives(n), 2 * [Load()])

@@ -18,6 +18,7 @@ from elastic_robot.errors import RobotFileError
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.spline_curve import SplineCurve, akima
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 
@@ -110,12 +111,12 @@ def test_equilibrium_on_the_rounded_corner_is_its_closed_form():
     """k (e - B/2)^2 / (2 B) = M for moments below k B / 2, e = B + M / k above; 0 without load."""
     robot = ElasticRobot(arm(), "spline")
     for value in (1e-3, 1.0, 9.9, -5.0):
-        robot.reset(0.0, REST, moment(value))
+        robot.reset(0.0, REST, Load(moment(value)))
         expected = np.sign(value) * (1e-3 + np.sqrt(2 * 2e-3 * abs(value) / 1e4))
         assert robot.deflection()[0] == pytest.approx(expected, rel=1e-9)
-    robot.reset(0.0, REST, moment(50.0))
+    robot.reset(0.0, REST, Load(moment(50.0)))
     assert robot.deflection()[0] == pytest.approx(2e-3 + 50.0 / 1e4, rel=1e-12)
-    robot.reset(0.0, REST, moment(0.0))
+    robot.reset(0.0, REST, Load(moment(0.0)))
     assert robot.deflection()[0] == 0.0
 
 
@@ -124,7 +125,7 @@ def test_an_arm_that_almost_hangs_in_its_play_finds_its_rest_on_the_corner():
     hanging = replace(arm(), gravity=(0.0, 0.0, -9.81))
     robot, delta = ElasticRobot(hanging, "spline"), 1.05e-3
     q = np.array([np.pi / 2 - delta])
-    robot.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), np.zeros(6))
+    robot.reset(0.0, HeldCommand(0.0, q, 0 * q, 0 * q), Load())
     corner, weight = 1e4 / (2 * 2e-3), 50 * 9.81
     expected = brentq(
         lambda e: corner * (e - 1e-3) ** 2 - weight * np.sin(delta - e), 1e-3, delta, xtol=1e-16
@@ -139,11 +140,11 @@ def test_motion_through_the_gap_agrees_with_another_integrator(table):
     described = arm(torque_table=points) if table else arm()
     robot = ElasticRobot(described, "spline", tolerance=1e-9)
     curve = SplineCurve.build(Parameters.of(described))
-    robot.reset(0.0, REST, moment(0.0))
+    robot.reset(0.0, REST, Load(moment(0.0)))
     state, step, largest = np.zeros(2), 0.02, 0.0
     for k in range(100):
         load = 30.0 * np.sin(2 * np.pi * 1.5 * k * step)
-        robot.step((k + 1) * step, REST, moment(load))
+        robot.step((k + 1) * step, REST, Load(moment(load)))
         state = solve_ivp(
             lambda t, y, load=load: [y[1], (load - 20.0 * y[1] - curve.torque(y[:1])[0]) / 50.0],
             (0.0, step),
@@ -163,6 +164,6 @@ def test_spline_lies_between_line_and_sharp_corner(example):
     sag = {}
     for name in ("linear", "spline", "backlash"):
         robot = ElasticRobot(replace(example), name)
-        robot.reset(0.0, q, np.zeros(6))
+        robot.reset(0.0, q, Load())
         sag[name] = robot.deviation()[2]
     assert sag["backlash"] <= sag["spline"] < sag["linear"]

@@ -19,6 +19,7 @@ from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 SEEDS = range(25)
@@ -238,7 +239,7 @@ def test_the_fmu_needs_no_urdf(tmp_path, run_fmu):
     }
     (answer,) = run_fmu(tmp_path / "R.fmu", job)
     assert "error" not in answer, answer
-    model.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench)
+    model.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load(wrench))
     expected = np.concatenate([model.tcp(), model.rigid()])
     assert np.linalg.norm(expected[:3] - expected[7:10]) > 1e-4  # it gives way
     for row in answer["values"]:

@@ -26,6 +26,31 @@ static inline double draw_step(void)
     return size > 1.0 ? -size : size;
 }
 
+/* The six entries of a stiffness that a spring may have, of one to three random directions. */
+static inline void draw_stiffness(double entries[6])
+{
+    static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
+    for (int k = 0; k < 6; k++)
+        entries[k] = 0.0;
+    for (unsigned sides = draw(4); sides > 0; sides--) {
+        double size = pow(10.0, draw(10)), side[3];
+        for (int c = 0; c < 3; c++)
+            side[c] = 0.01 * (draw(200) - 100.0);
+        for (int k = 0; k < 6; k++)
+            entries[k] += size * side[row[k]] * side[column[k]];
+    }
+}
+
+/* The variable of a name. */
+static inline const variable *named(const char *name)
+{
+    for (unsigned k = 0; k < variable_count; k++)
+        if (strcmp(variables[k].name, name) == 0)
+            return &variables[k];
+    fprintf(stderr, "there is no variable %s\n", name);
+    exit(1);
+}
+
 /* A value for a string variable. */
 static inline const char *draw_text(void)
 {

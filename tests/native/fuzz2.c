@@ -2,6 +2,17 @@
 #include "draw.h"
 #include "master.h"
 
+/* A spring as it may be; its entries are the variables behind the first. */
+static void set_spring(fmi2Component c)
+{
+    fmi2ValueReference references[6];
+    double entries[6];
+    draw_stiffness(entries);
+    for (unsigned k = 0; k < 6; k++)
+        references[k] = named("anchor.kxx")->reference + k;
+    ffmi2SetReal(c, references, 6, entries);
+}
+
 /* Random calls with random arguments, in any order: a status each time, and finite outputs. */
 static void make_calls(long calls)
 {
@@ -66,6 +77,7 @@ static void make_calls(long calls)
             ffmi2GetDirectionalDerivative(c, references, count, inputs, 2, seeds, values);
             break;
         case 18: ffmi2FreeFMUstate(c, &state); break;
+        case 23: case 24: case 25: set_spring(c); break;
         case 19: ffmi2GetInteger(c, references, draw(2), NULL); break;
         case 20: ffmi2SetBoolean(c, references, draw(2), NULL); break;
         case 21:

@@ -67,6 +67,15 @@ static void set(fmi3Instance c, const char *causality)
     free(r.values);
 }
 
+/* A spring as it may be. */
+static void set_spring(fmi3Instance c)
+{
+    fmi3ValueReference reference = named("anchor.stiffness")->reference;
+    double entries[6];
+    draw_stiffness(entries);
+    fmi3SetFloat64(c, &reference, 1, entries, 6);
+}
+
 static void differentiate(fmi3Instance c)
 {
     request unknowns = draw_request("output"), knowns = draw_request("input");
@@ -143,6 +152,7 @@ int main(int count, char **arguments)
         case 13: serialise(c, &state); break;
         case 14: differentiate(c); break;
         case 15: fmi3FreeFMUState(c, &state); break;
+        case 21: case 22: set_spring(c); break;
         case 16: fmi3UpdateDiscreteStates(c, NULL, NULL, NULL, NULL, NULL, NULL); break;
         case 17: {
             fmi3ValueReference reference = 0;

@@ -6,7 +6,7 @@
 
 #include "master.h"
 
-static fmi2ValueReference wrench[6], drives[6], tcp[7];
+static fmi2ValueReference wrench[6], drives[6], tcp[7], anchor[12];
 
 static unsigned reference_of(const char *name)
 {
@@ -25,6 +25,8 @@ static void find_variables(void)
                                        "tcp.qy", "tcp.qz", "tcp.qw"};
     for (int i = 0; i < 7; i++)
         tcp[i] = reference_of(pose[i]);
+    for (unsigned i = 0; i < 12; i++) /* position, velocity, stiffness */
+        anchor[i] = reference_of("anchor.x") + i;
     for (int i = 0; i < 6; i++) {
         char name[24];
         snprintf(name, sizeof name, "q_cmd[%d]", i + 1);
@@ -117,30 +119,42 @@ static double derivatives(fmi2Component c, double time, double size)
     return spent / 200;
 }
 
-/* Cost of set 6, step, get 7, of a step's six columns, and of saving and restoring a state [us], by
- * step size. */
+/* Cost of set 6, step, get 7 [us]; on a spring of some 1e6 N/m set 12 more, its stiffness changes. */
+static double stepping(double size, bool sprung)
+{
+    double load[6] = {0}, spring[12] = {0}, pose[7], best = INFINITY;
+    for (int trial = 0; trial < 100; trial++) {
+        fmi2Component c = new_instance();
+        double start;
+        shake(c, 1, size, pose);
+        memcpy(spring, pose, 3 * sizeof *spring);
+        start = seconds();
+        for (int k = 1; k <= 500; k++) {
+            load[2] = -500.0 * (k % 70 < 30);
+            ffmi2SetReal(c, wrench, 6, load);
+            if (sprung) {
+                spring[6] = spring[9] = spring[11] = 1e6 + 1e3 * (k % 70);
+                ffmi2SetReal(c, anchor, 12, spring);
+            }
+            CHECK(ffmi2DoStep(c, k * size, size, fmi2True) == fmi2OK);
+            ffmi2GetReal(c, tcp, 7, pose);
+        }
+        best = fmin(best, (seconds() - start) / 500);
+        ffmi2FreeInstance(c);
+    }
+    return 1e6 * best;
+}
+
+/* Cost of a step, of one on a spring, of a step's six columns, and of saving and restoring a state [us],
+ * by step size. */
 static void measure(void)
 {
     static const double sizes[] = {1e-3, 4e-3, 1e-2};
-    double load[6] = {0}, pose[7], best;
+    double pose[7], best;
     for (int s = 0; s < 3; s++) {
         double scratch[7];
-        best = INFINITY;
-        for (int trial = 0; trial < 100; trial++) {
-            fmi2Component c = new_instance();
-            double start;
-            shake(c, 1, sizes[s], scratch);
-            start = seconds();
-            for (int k = 1; k <= 500; k++) {
-                load[2] = -500.0 * (k % 70 < 30);
-                ffmi2SetReal(c, wrench, 6, load);
-                CHECK(ffmi2DoStep(c, k * sizes[s], sizes[s], fmi2True) == fmi2OK);
-                ffmi2GetReal(c, tcp, 7, pose);
-            }
-            best = fmin(best, (seconds() - start) / 500);
-            ffmi2FreeInstance(c);
-        }
-        printf("step %g %.3f\n", sizes[s], 1e6 * best);
+        printf("step %g %.3f\n", sizes[s], stepping(sizes[s], false));
+        printf("spring %g %.3f\n", sizes[s], stepping(sizes[s], true));
         best = INFINITY;
         for (int trial = 0; trial < 100; trial++) {
             fmi2Component c = new_instance();

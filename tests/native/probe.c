@@ -11,6 +11,17 @@
 
 static er_failure failure;
 
+/* Wrench, then the anchor's position and velocity and the stiffness of its spring. */
+static er_load load_of(const double values[18])
+{
+    er_load load;
+    memcpy(load.wrench, values, sizeof load.wrench);
+    memcpy(load.anchor.position, values + 6, sizeof load.anchor.position);
+    memcpy(load.anchor.velocity, values + 9, sizeof load.anchor.velocity);
+    memcpy(load.anchor.stiffness, values + 12, sizeof load.anchor.stiffness);
+    return load;
+}
+
 const char *probe_failure(void)
 {
     return failure.text;
@@ -89,8 +100,34 @@ void probe_loads(const er_model *model, const double *reference, const double *t
     memcpy(motion.rate, rate, bytes);
     memcpy(motion.acceleration, acceleration, bytes);
     model->kernel.turn(robot->angles, sine, cosine, (const er_lanes *)change, &motion);
-    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, wrench, result);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, wrench, NULL, result);
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
+}
+
+/* Position of the TCP in four states, by [axis][state]; theta and force by [angle or axis][state].  And the
+ * loads that a force of each state adds. */
+void probe_pull(const er_model *model, const double *theta, const double *force, double *position,
+                double *load)
+{
+    const er_robot *robot = &model->robot;
+    er_motion motion;
+    ER_ALIGNED er_lanes result[ER_MAX_ANGLES], without[ER_MAX_ANGLES];
+    ER_ALIGNED er_vector pull, reach;
+    memset(&motion, 0, sizeof motion);
+    for (int i = 0; i < robot->angles; i++)
+        for (int l = 0; l < ER_LANES; l++) {
+            motion.sine[i][l] = sin(theta[i * ER_LANES + l]);
+            motion.cosine[i][l] = cos(theta[i * ER_LANES + l]);
+        }
+    memcpy(pull, force, sizeof pull);
+    model->kernel.reach(robot, &motion, ER_LANES, reach);
+    memcpy(position, reach, sizeof reach);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, NULL, NULL, without);
+    model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, NULL,
+                        (const er_lanes *)pull, result);
+    for (int k = 0; k < robot->elastics; k++)
+        for (int l = 0; l < ER_LANES; l++)
+            load[k * ER_LANES + l] = result[k][l] - without[k][l];
 }
 
 /* Derivative of these loads along directions, by [angle][state], and a change of the wrench. */
@@ -114,17 +151,18 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
     memcpy(along.angle, direction, bytes);
     memcpy(along.rate, direction + count, bytes);
     memcpy(along.acceleration, direction + 2 * count, bytes);
-    model->kernel.link(robot, &motion, robot->parameters.gravity, wrench, &links);
-    model->kernel.tangent(robot, &links, &along, wrench_direction, result);
+    model->kernel.link(robot, &motion, robot->parameters.gravity, wrench, NULL, &links);
+    model->kernel.tangent(robot, &links, &along, wrench_direction, NULL, result);
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
 /* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of
  * the column that took most, 0 if it fails. */
-int probe_columns(er_model *model, double end, const double *q, const double *wrench,
+int probe_columns(er_model *model, double end, const double *q, const double *load_values,
                   double accuracy, double *x, double *v)
 {
     const er_state state = model->memory.state;
+    const er_load load = load_of(load_values);
     int m = model->robot.elastics;
     er_command command;
     bool good;
@@ -132,7 +170,7 @@ int probe_columns(er_model *model, double end, const double *q, const double *wr
     memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
     er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
     model->sensitivity.accuracy = accuracy;
-    good = er_model_follow(model, &state, end, &command, wrench, &failure);
+    good = er_model_follow(model, &state, end, &command, &load, &failure);
     for (int column = 0; column < 6; column++) {
         memcpy(x + column * m, model->sensitivity.x[column], (size_t)m * sizeof *x);
         memcpy(v + column * m, model->sensitivity.v[column], (size_t)m * sizeof *v);
@@ -155,8 +193,9 @@ void probe_curve(er_model *model, int kind, int region, int count, const double 
 }
 
 bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance, const char *path,
-                 double time, const double *q, const double *wrench)
+                 double time, const double *q, const double *load_values)
 {
+    const er_load load = load_of(load_values);
     er_command command;
     memset(&command, 0, sizeof command);
     memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
@@ -164,15 +203,23 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance,
     model->memory.options.quasistatic = quasistatic;
     model->memory.options.tolerance = tolerance;
     strcpy(model->memory.options.trajectory, path);
-    return er_model_reset(model, time, &command, wrench, &failure);
+    return er_model_reset(model, time, &command, &load, &failure);
 }
 
-bool probe_step(er_model *model, double end, const double *q, const double *wrench)
+bool probe_step(er_model *model, double end, const double *q, const double *load_values)
 {
+    const er_load load = load_of(load_values);
     er_command command;
     memset(&command, 0, sizeof command);
     memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
-    return er_model_step(model, end, &command, wrench, &failure);
+    return er_model_step(model, end, &command, &load, &failure);
+}
+
+/* Stiffness of the contact spring in the matrices of Newton's method. */
+void probe_spring_of_matrices(const er_model *model, double *stiffness)
+{
+    memcpy(stiffness, model->memory.state.linearisation.anchor,
+           sizeof model->memory.state.linearisation.anchor);
 }
 
 bool probe_outputs(const er_model *model, double *tcp, double *velocity, double *rigid,
@@ -189,10 +236,10 @@ bool probe_outputs(const er_model *model, double *tcp, double *velocity, double 
 /* Runs to each time under no wrench along the trajectory; poses and deflections as rows. */
 bool probe_run(er_model *model, int count, const double *times, double *rows)
 {
-    static const double none[ER_MAX_JOINTS];
+    static const double rest[ER_MAX_JOINTS], none[18];
     int width = 7 + model->robot.elastics;
     for (int i = 0; i < count; i++) {
-        if (i > 0 && !probe_step(model, times[i], none, none))
+        if (i > 0 && !probe_step(model, times[i], rest, none))
             return false;
         er_model_tcp(model, rows + i * width);
         memcpy(rows + i * width + 7, model->memory.state.x,

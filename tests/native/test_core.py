@@ -18,6 +18,7 @@ from elastic_robot.errors import EquilibriumError
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import TORQUE_CURVES
 from elastic_robot.trajectory import HeldCommand
 
@@ -54,7 +55,7 @@ def test_a_thousand_random_chains_agree_with_pinocchio(plain):
         rate, acceleration = rng.normal(size=(2, LANES, angles))
         wrench = rng.normal(size=6) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2] * bool(seed % 5)
         loaded = wrench if wrench.any() else None
-        expected = dynamics.loads(theta, rate, acceleration, wrench)
+        expected = dynamics.loads(theta, rate, acceleration, Acting(wrench))
         found = core.loads(reference_angles, theta, rate, acceleration, loaded, m)
         _assert_relative(found, expected, 1e-12)
         found = core.chain(theta[0].copy(), wrench, m)
@@ -62,8 +63,8 @@ def test_a_thousand_random_chains_agree_with_pinocchio(plain):
         np.testing.assert_allclose(found["pose"], pose, rtol=0, atol=1e-12)
         _assert_relative(found["jacobian"], tcp_jacobian(chain, dynamics.data, theta[0]), 1e-12)
         _assert_relative(found["mass"], dynamics.mass_matrix(theta[0]), 1e-12)
-        _assert_relative(found["torque"], dynamics.static_torque(theta[0], wrench), 1e-12)
-        gradient = dynamics.static_torque_gradient(theta[0], wrench)
+        _assert_relative(found["torque"], dynamics.static_torque(theta[0], Acting(wrench)), 1e-12)
+        gradient = dynamics.static_torque_gradient(theta[0], Acting(wrench))
         _assert_relative(found["gradient"], gradient, 1e-11)
 
 
@@ -194,7 +195,7 @@ def test_random_robots_rest_as_in_python(kind):
         command = HeldCommand(0.0, q, np.zeros(n), np.zeros(n))
         python, core = ElasticRobot(robot, kind, quasistatic=True), Core(robot)
         try:
-            python.reset(0.0, command, wrench)
+            python.reset(0.0, command, Load(wrench))
         except EquilibriumError:
             with pytest.raises(CoreError, match="no static equilibrium"):
                 core.reset(kind, 0.0, q, wrench, quasistatic=True)
@@ -217,7 +218,7 @@ def test_hardly_loaded_gears_rest_as_in_python(example, kind):
     python = ElasticRobot(example, kind, quasistatic=True)
     for _ in range(300):
         q, wrench = hardly_loaded(rng, 6)
-        python.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), wrench)
+        python.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load(wrench))
         core.reset(kind, 0.0, q, wrench, quasistatic=True)
         np.testing.assert_allclose(core.outputs(11)["x"], python.deflection(), rtol=0, atol=1e-9)
 
@@ -236,13 +237,13 @@ def test_random_robots_move_as_in_python(kind):
         python, core = ElasticRobot(robot, kind, tolerance=1e-8), Core(robot)
         command = HeldCommand(0.0, q, np.zeros(n), np.zeros(n))
         try:
-            python.reset(0.0, command, NO_LOAD)
+            python.reset(0.0, command, Load(NO_LOAD))
         except EquilibriumError:
             continue
         core.reset(kind, 0.0, q, NO_LOAD, tolerance=1e-8)
         for end in (0.003, 0.02, 0.021, 0.06):
             load = wrench if end < 0.05 else NO_LOAD
-            python.step(end, HeldCommand(python.time, q, np.zeros(n), np.zeros(n)), load)
+            python.step(end, HeldCommand(python.time, q, np.zeros(n), np.zeros(n)), Load(load))
             core.step(end, q, load)
             out = core.outputs(python.chain.elastic_count)
             np.testing.assert_allclose(out["tcp"], python.tcp(), rtol=0, atol=2e-8)

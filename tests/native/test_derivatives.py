@@ -8,16 +8,27 @@ import numpy as np
 import pytest
 from native_core import LANES, Core
 from native_derivative_errors import errors
-from native_derivatives import CURVES, SEEDS, Case, instance_of, make_case, through_fmu
+from native_derivatives import (
+    CURVES,
+    SEEDS,
+    SPRING_INPUTS,
+    SPRING_SEEDS,
+    Case,
+    instance_of,
+    make_case,
+    make_sprung_case,
+    through_fmu,
+)
 from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
+from elastic_robot.tool_load import Acting
 
 LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
 POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
 # Places in Case.inputs, and of the inputs in the order of the FMU.
-FORCE_Z, Q_CMD = 2, 6
+FORCE_Z, Q_CMD, ANCHOR = 2, 6, 24
 
 
 @pytest.mark.parametrize("plain", [True, False])
@@ -32,7 +43,7 @@ def test_tangents_of_the_loads_are_those_of_pinocchio(plain):
         directions = rng.normal(size=(3, LANES, n))
         wrench, push = rng.normal(size=(2, 6)) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2]
         loaded, pushed = bool(seed % 3), bool(seed % 2)
-        by = dynamics.load_derivatives(*motion, wrench * loaded)
+        by = dynamics.load_derivatives(*motion, Acting(wrench * loaded))
         matrices = zip((by.angle, by.rate, by.acceleration), directions, strict=True)
         terms = [np.einsum("kij,kj->ki", matrix, direction) for matrix, direction in matrices]
         terms.append(by.wrench @ push * pushed)
@@ -73,7 +84,7 @@ def test_refinements_gain_three_digits_each(example, curve, length):
 
 
 def _example_case(example, **changes) -> Case:
-    inputs = np.concatenate([LOAD, POSTURE, [0.05] * 6, [0.3] * 6])
+    inputs = np.concatenate([LOAD, POSTURE, [0.05] * 6, [0.3] * 6, np.zeros(SPRING_INPUTS)])
     given = Case(
         robot=example,
         curve="backlash",
@@ -81,9 +92,9 @@ def _example_case(example, **changes) -> Case:
         initial_state="equilibrium",
         tolerance=1e-6,
         length=0.004,
-        before=inputs * (np.arange(24) >= 6),
+        before=inputs * (np.arange(len(inputs)) >= 6),
         inputs=inputs,
-        seed=np.zeros(24),
+        seed=np.zeros(len(inputs)),
     )
     return replace(given, **changes)
 
@@ -101,10 +112,20 @@ def test_equilibria_follow_their_inputs(tmp_path, number):
     assert max(found.values()) < 1e-9, found
 
 
+@pytest.mark.parametrize("number", range(24))
+def test_equilibria_on_a_spring_follow_their_inputs(tmp_path, number):
+    """The same on springs of 1 to 1e8 N/m, by anchor, velocity and stiffness too."""
+    mode, length = (("quasistatic", 0.004), ("dynamic", 0.0))[number % 2]
+    seeds = SPRING_SEEDS[number % 4]
+    case = make_sprung_case(2000 + number, 1 + number % 8, CURVES[number % 3], mode, length, seeds)
+    found, _ = errors(case, through_fmu(case, tmp_path))
+    assert max(found.values()) < 1e-9, found
+
+
 def test_a_gear_without_load_stays_in_the_middle_of_its_play(example, tmp_path):
     """That of the vertical axis under weight alone; the others follow, to 1e-9."""
-    inputs = np.concatenate([np.zeros(6), POSTURE, np.zeros(12)])
-    seed = np.zeros(24)
+    inputs = np.concatenate([np.zeros(6), POSTURE, np.zeros(12 + SPRING_INPUTS)])
+    seed = np.zeros(len(inputs))
     seed[[0, 1, 2, Q_CMD + 1]] = 1.0, 2.0, 3.0, 1e-6
     case = _example_case(example, length=0.0, inputs=inputs, seed=seed)
     found = through_fmu(case, tmp_path)
@@ -147,6 +168,41 @@ def test_steps_follow_their_inputs(tmp_path, number, joints, curve, crossings):
     assert flow is not None
     assert flow.crossings == crossings
     assert max(found.values()) < 1e-9, found
+
+
+# The same on a spring of 6e1 to 9e7 N/m, whose anchor moves.
+SPRUNG_STEPS = [
+    (0, 1, "linear", "anchor", 0),
+    (1, 2, "backlash", "anchor", 0),
+    (17, 2, "spline", "anchor_velocity", 0),
+    (25, 2, "backlash", "anchor", 0),
+    (8, 1, "spline", "anchor_stiffness", 1),
+    (9, 2, "linear", "all", 0),
+    (10, 3, "backlash", "all", 2),
+    (11, 4, "spline", "all", 1),
+]
+
+
+@pytest.mark.parametrize(("number", "joints", "curve", "seeds", "crossings"), SPRUNG_STEPS)
+def test_steps_on_a_spring_follow_their_inputs(tmp_path, number, joints, curve, seeds, crossings):
+    case = make_sprung_case(number, joints, curve, "dynamic", 0.004, seeds)
+    found, flow = errors(case, through_fmu(case, tmp_path))
+    assert flow is not None
+    assert flow.crossings == crossings
+    assert max(found.values()) < 1e-9, found
+
+
+def test_stiffness_is_differentiated_by_where_there_is_no_spring_yet(tmp_path):
+    """Steps and equilibria with the anchor off the tool and K = 0."""
+    for mode in ("dynamic", "quasistatic"):
+        case = make_sprung_case(25, 2, "backlash", mode, 0.004, "anchor_stiffness")
+        inputs, before = case.inputs.copy(), case.before.copy()
+        inputs[-6:] = before[-6:] = 0.0
+        case = replace(case, inputs=inputs, before=before)
+        found = through_fmu(case, tmp_path / mode)
+        relative, _ = errors(case, found)
+        assert np.abs(found.derivatives["tcp"]).max() > 1e-9
+        assert max(relative.values()) < 1e-9, relative
 
 
 def test_where_the_rounded_curve_bends_the_step_limits_its_derivatives(tmp_path):
@@ -255,7 +311,7 @@ def test_along_a_trajectory_only_the_wrench_matters(native, example, tmp_path):
     expected = (8.0 * near - far) / (12.0 * h)
     outputs(0.0)
     found = _jacobian(native, slave)
-    assert not found[Q_CMD:].any()
+    assert not found[Q_CMD:ANCHOR].any()
     for block in (slice(0, 3), slice(3, 7), slice(7, 10), slice(17, 20), slice(23, 29)):
         scale = np.abs(expected[block]).max()
         np.testing.assert_allclose(

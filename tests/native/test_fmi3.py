@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
+from native_derivatives import random_stiffness
 from native_fmu import POSTURE, SANITIZERS, compiler
 from native_pair import Pair, make_pair
 from places import DOCS, TESTS
@@ -32,6 +33,9 @@ def test_variables_are_those_of_fmi2_with_arrays(pair):
         "q_cmd": ((6,), "rad"),
         "qd_cmd": ((6,), "rad/s"),
         "qdd_cmd": ((6,), "rad/s2"),
+        "anchor.position": ((3,), "m"),
+        "anchor.velocity": ((3,), "m/s"),
+        "anchor.stiffness": ((6,), "N/m"),
         "tcp.position": ((3,), "m"),
         "tcp.orientation": ((4,), "1"),
         "tcp.velocity": ((3,), "m/s"),
@@ -78,7 +82,7 @@ def test_start_values_are_those_of_fmi2(pair):
 
 @pytest.mark.parametrize(("seed", "joints"), [(2, 1), (5, 3), (8, 7)])
 def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
-    """Random robots under random commands and loads, a parameter changed on the way."""
+    """Random robots under random commands, loads and springs, a parameter changed on the way."""
     pair = make_pair(make_robot(seed, joints), tmp_path)
     rng = np.random.default_rng(seed)
     two, three = pair.fmi2(), pair.fmi3()
@@ -91,12 +95,18 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
     three.enterInitializationMode(startTime=0.5, tolerance=1e-7)
     pair.set(three, "q_cmd", q.tolist())
     three.exitInitializationMode()
+    tool, anchor = np.array(pair.get(three, "tcp.position")), pair.scalars["anchor.x"]
     time = 0.5
     for k in range(12):
         wrench, rate = 100.0 * rng.normal(size=6), rng.normal(size=joints)
         q = q + STEP * rate
         inputs = [*wrench, *q, *rate]
         two.setReal(list(range(len(inputs))), inputs)
+        spring = [*(tool + 1e-3 * rng.normal(size=3)), *(0.1 * rng.normal(size=3))]
+        spring += list(random_stiffness(rng) * (k % 3 > 0))
+        two.setReal(list(range(anchor, anchor + 12)), spring)
+        parts = [pair.references[f"anchor.{x}"] for x in ("position", "velocity", "stiffness")]
+        three.setFloat64(parts, spring)
         references = [pair.references[name] for name in ("force", "moment", "q_cmd", "qd_cmd")]
         three.setFloat64(references, inputs)
         if k == 6:
@@ -176,22 +186,30 @@ def test_reset_begins_again(pair):
 
 
 def test_directional_derivatives_are_those_of_fmi2_by_element(pair):
+    """On a spring, by force, drives and the three parts of the spring."""
     two, three = pair.fmi2(), pair.started()
     two.setupExperiment(startTime=0.0)
     two.enterInitializationMode()
     drives = [pair.scalars[f"q_cmd[{i}]"] for i in range(1, 7)]
     two.setReal(drives, POSTURE)
     two.exitInitializationMode()
+    spring = [1.8, 0.1, 0.9, 0.1, -0.1, 0.2, 1e5, 1e4, 0.0, 2e5, 0.0, 3e5]
+    anchor = list(range(pair.scalars["anchor.x"], pair.scalars["anchor.x"] + 12))
+    two.setReal(anchor, spring)
+    for name, part in (("position", [0, 3]), ("velocity", [3, 6]), ("stiffness", [6, 12])):
+        pair.set(three, f"anchor.{name}", spring[slice(*part)])
     two.doStep(0.0, STEP)
     three.doStep(0.0, STEP)
     seed = [1.0, -2.0, 3.0, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0]
+    seed += [1e-3, 2e-3, 3e-3, 0.1, 0.2, 0.3, 1e3, 2e3, 3e3, 4e3, 5e3, 6e3]
     tcp, velocity = pair.scalars["tcp.x"], pair.scalars["tcp.vx"]
     scalars = [*range(tcp, tcp + 3), *range(velocity, velocity + 3)]
     expected = two.getDirectionalDerivative(
-        scalars, [*(pair.scalars[f"force.{c}"] for c in "xyz"), *drives], seed
+        scalars, [*(pair.scalars[f"force.{c}"] for c in "xyz"), *drives, *anchor], seed
     )
     unknowns = [pair.references[name] for name in ("tcp.position", "tcp.velocity")]
-    knowns = [pair.references[name] for name in ("force", "q_cmd")]
+    names = ("force", "q_cmd", "anchor.position", "anchor.velocity", "anchor.stiffness")
+    knowns = [pair.references[name] for name in names]
     assert three.getDirectionalDerivative(unknowns, knowns, seed, 6) == expected
     assert np.all(np.abs(expected) > 0.0)
 

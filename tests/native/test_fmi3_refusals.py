@@ -45,6 +45,10 @@ REFUSED = {
         lambda p, s: p.set(s, "force", [0.0, NAN, 0.0]),
         "force.y: expected a finite number, got nan N",
     ),
+    "spring": (
+        lambda p, s: p.set(s, "anchor.stiffness", [1e5, NAN, 0.0, 1e5, 0.0, 0.0]),
+        "anchor.kxy: expected a finite number, got nan N/m",
+    ),
     "time": (lambda p, s: p.set(s, "time", [1.0]), "value reference of a real variable: expected"),
     "Float64 as string": (
         lambda p, s: s.getString([p.references["force"]]),
@@ -97,6 +101,24 @@ def test_a_refused_call_says_why_and_changes_nothing(pair, capfd, name):
     assert sentence in capfd.readouterr().err
     assert pair.everything(slave) == before
     slave.doStep(0.0, STEP)
+
+
+def test_a_spring_that_pushes_away_is_refused_at_the_step(pair, capfd):
+    """And only there, since the six entries may be set one after another."""
+    slave, twin = pair.started(), pair.started()
+    pair.set(slave, "anchor.stiffness", [0.0, 0.0, 2e5, 0.0, 0.0, 0.0])
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    said = capfd.readouterr().err
+    assert "(anchor.kxx to anchor.kzz): expected no eigenvalue below 0, got -200000" in said
+    assert pair.get(slave, "tcp.position") == pair.get(twin, "tcp.position")
+    # Rounding is no matter: a spring along one axis.
+    axis = [0.1, 0.7, -0.3]
+    entries = [1e5 * axis[i] * axis[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
+    for one in (slave, twin):
+        pair.set(one, "anchor.stiffness", entries)
+        one.doStep(0.0, STEP)
+    assert pair.everything(slave) == pair.everything(twin)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from native_fmu import POSTURE, SANITIZERS, build_master, run_master
 from coupling.fmu_export.compiler import compile_library, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 
@@ -26,10 +27,10 @@ def test_a_c_host_in_an_empty_environment_gets_the_poses_of_the_python_model(nat
     poses = np.loadtxt(run_master(native, [str(host)], "run").splitlines(), delimiter=",")
     robot = ElasticRobot(example)
     q = np.array(POSTURE)
-    robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), np.zeros(6))
+    robot.reset(0.0, HeldCommand(0.0, q, np.zeros(6), np.zeros(6)), Load())
     for k in range(200):
         force = np.array([0.0, 0.0, -500.0 * (k % 7 < 3), 0.0, 0.0, 0.0])
-        robot.step(0.004 * (k + 1), HeldCommand(robot.time, q, 0 * q, 0 * q), force)
+        robot.step(0.004 * (k + 1), HeldCommand(robot.time, q, 0 * q, 0 * q), Load(force))
         np.testing.assert_allclose(poses[k, :3], robot.tcp()[:3], rtol=0, atol=2e-6)
 
 

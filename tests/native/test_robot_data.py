@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from native_core import Core, CoreError, read_data
+from native_core import Core, CoreError, read_data, with_settings
 from native_fmu import SANITIZERS, compiler
 from places import TESTS
 
@@ -17,7 +17,6 @@ from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
 from elastic_robot.fmi.interface import blocks
-from elastic_robot.settings import SETTINGS
 
 
 def test_robots_that_the_core_cannot_hold_are_refused(example):
@@ -33,16 +32,6 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
     long = replace(example, joints=(replace(joint, torque_table=table), *example.joints[1:]))
     with pytest.raises(RobotFileError, match="at most 64 points for a native FMU, got 80"):
         robot_text(long, "{x}")
-
-
-def with_settings(robot: Robot, **values: float) -> Core:
-    """The core with other numerical settings in its data."""
-    text = robot_text(robot, "{x}")
-    for name, value in values.items():
-        line = f"setting {name} {float(getattr(SETTINGS, name))!r}"
-        assert line in text
-        text = text.replace(line, f"setting {name} {value!r}")
-    return Core(text)
 
 
 def test_the_core_takes_its_settings_from_its_data(example):

@@ -14,6 +14,7 @@ from random_robots import make_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import Trajectory
 
 
@@ -138,7 +139,7 @@ def test_kinds_agree_on_random_robots(tmp_path):
         python = ElasticRobot(robot, "backlash", tolerance=1e-8)
         stiffness = 0.7 * python.parameters.stiffness
         python.parameters = replace(python.parameters, stiffness=stiffness)
-        python.reset(0.0, drives, np.zeros(6))
+        python.reset(0.0, drives, Load())
         slave = fmu.slave()
         slave.setupExperiment(startTime=0.0, tolerance=1e-8)
         slave.setString(fmu.of(["trajectory"]), [str(tmp_path / "t.npz")])
@@ -148,7 +149,7 @@ def test_kinds_agree_on_random_robots(tmp_path):
         slave.exitInitializationMode()
         for k in range(1, 16):
             load = wrench * (k % 4 < 2)
-            python.step(float(time[k]), drives, load)
+            python.step(float(time[k]), drives, Load(load))
             slave.setReal(fmu.of(WRENCH), load.tolist())
             slave.doStep(time[k - 1], time[k] - time[k - 1])
             np.testing.assert_allclose(fmu.get(slave, *TCP), python.tcp(), rtol=0, atol=2e-8)

@@ -23,6 +23,8 @@ STEP_SIZE = 0.01
 TOLERANCE = 1e-6
 AXES = ("x", "y", "z")
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+# Entries of a symmetric 3x3 matrix, in their order.
+SYMMETRIC = ("xx", "xy", "xz", "yy", "yz", "zz")
 TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -93,10 +95,19 @@ class Block:
 
 
 # Sizes that occur, for solvers and plots that scale by them.
-_FORCE, _MOMENT, _DEVIATION, _ANGLE, _COMPLIANCE = 1e3, 1e2, 1e-3, 1e-3, 1e-6
+_FORCE, _MOMENT, _DEVIATION, _ANGLE, _COMPLIANCE, _SPRING = 1e3, 1e2, 1e-3, 1e-3, 1e-6, 1e6
 # What the state at a step's end follows, and what the initial equilibrium follows.
-_STEP = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd")
-_REST = ("wrench", "q_cmd", "gravity", "stiffness", "backlash", "strings")
+_STEP = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
+_REST = (
+    "wrench",
+    "q_cmd",
+    "anchor",
+    "anchor_stiffness",
+    "gravity",
+    "stiffness",
+    "backlash",
+    "strings",
+)
 
 
 def blocks(robot: Robot) -> dict[str, Block]:
@@ -117,6 +128,8 @@ def _inputs(joints: int) -> dict[str, Block]:
         return block(variables, Array(name, all_text, joints))
 
     on_tool = "on the tool at the TCP"
+    of_anchor = "of the spring's anchor, base axes,"
+    stiffness = "Stiffness of the spring from TCP to anchor, base axes"
     return {
         "wrench": block(
             [
@@ -143,6 +156,33 @@ def _inputs(joints: int) -> dict[str, Block]:
             "rad/s2",
             "Acceleration, held over the step,",
             "Accelerations of the drives, held over the step",
+        ),
+        "anchor": block(
+            [
+                Variable(f"anchor.{c}", "m", f"Position {c} {of_anchor} at the step's start", 0.0)
+                for c in AXES
+            ],
+            Array("anchor.position", f"Position {of_anchor} at the step's start: x, y, z", 3),
+        ),
+        "anchor_velocity": block(
+            [
+                Variable(f"anchor.v{c}", "m/s", f"Velocity {c} {of_anchor} over the step", 0.0)
+                for c in AXES
+            ],
+            Array("anchor.velocity", f"Velocity {of_anchor} over the step: x, y, z", 3),
+        ),
+        "anchor_stiffness": block(
+            [
+                Variable(
+                    f"anchor.k{c}",
+                    "N/m",
+                    f"{stiffness}: force {c[0]} by its length {c[1]}",
+                    0.0,
+                    nominal=_SPRING,
+                )
+                for c in SYMMETRIC
+            ],
+            Array("anchor.stiffness", f"{stiffness}: {', '.join(SYMMETRIC)}", 6),
         ),
     }
 
@@ -184,8 +224,7 @@ def _outputs(chain: Chain) -> dict[str, Block]:
 
     apart = "TCP minus rigid TCP"
     turned = "Rotation vector from the rigid to the elastic tool"
-    compliance = "Static compliance of the TCP"
-    entries = ("xx", "xy", "xz", "yy", "yz", "zz")
+    compliance = "Static compliance of the TCP on the anchor's spring"
     names = chain.elastic_names
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
@@ -220,11 +259,11 @@ def _outputs(chain: Chain) -> dict[str, Block]:
                     f"{compliance}: displacement {c[0]} by force {c[1]}, base axes",
                     nominal=_COMPLIANCE,
                 )
-                for c in entries
+                for c in SYMMETRIC
             ],
             Array(
                 "compliance",
-                f"{compliance} in base axes, displacement by force: {', '.join(entries)}",
+                f"{compliance} in base axes, displacement by force: {', '.join(SYMMETRIC)}",
                 6,
             ),
         ),

@@ -20,7 +20,10 @@ static void drive_step(const er_run *r, double time, double h)
     er_workspace *w = r->work;
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
     for (int l = 0; l < ER_STAGES; l++) {
-        er_drives_at(&r->system->drives, time + h * er_gauss_node[l], q, qd, qdd);
+        double at = time + h * er_gauss_node[l];
+        er_drives_at(&r->system->drives, at, q, qd, qdd);
+        w->stages.elapsed[l] = at - r->system->start;
+        w->end.elapsed[l] = time + h - r->system->start;
         for (int i = 0; i < robot->joints; i++) {
             w->stages.q[i][l] = q[i];
             w->stages.qd[i][l] = qd[i];
@@ -71,6 +74,31 @@ void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acc
                              (const er_lanes *)w->change, &w->motion);
 }
 
+void er_stage_gap(const er_run *r, const er_nodes *nodes, int states)
+{
+    er_workspace *w = r->work;
+    const er_anchor *anchor = &r->system->load.anchor;
+    r->means->kernel.reach(r->system->robot, &w->motion, states, w->gap);
+    for (int c = 0; c < 3; c++)
+        for (int l = 0; l < states; l++)
+            w->gap[c][l] = anchor->position[c] + nodes->elapsed[l] * anchor->velocity[c] -
+                           w->gap[c][l];
+}
+
+const er_lanes *er_stage_pull(const er_run *r, int states)
+{
+    er_workspace *w = r->work;
+    if (!r->system->anchored)
+        return NULL;
+    for (int l = 0; l < states; l++) {
+        double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]}, pull[3];
+        er_anchor_times(r->system->load.anchor.stiffness, gap, pull);
+        for (int c = 0; c < 3; c++)
+            w->pull[c][l] = pull[c];
+    }
+    return (const er_lanes *)w->pull;
+}
+
 /* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
 static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
                           const int *region, int states)
@@ -79,8 +107,11 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     const er_robot *robot = system->robot;
     er_workspace *w = r->work;
     er_stage_motion(r, nodes, acceleration);
+    if (system->anchored)
+        er_stage_gap(r, nodes, states);
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
-                              system->loaded ? system->wrench : NULL, w->residual);
+                           system->loaded ? system->load.wrench : NULL, er_stage_pull(r, states),
+                           w->residual);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < states; l++)
             w->residual[k][l] += er_curve_torque(system->curve, k, region[k], w->x[k][l]) +

@@ -20,4 +20,10 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
 /* The chain's motion at the nodes of a step, into w->motion, from w->x, w->v and the accelerations. */
 void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration);
 
+/* From the TCP to the anchor at this motion, into w->gap. */
+void er_stage_gap(const er_run *r, const er_nodes *nodes, int states);
+
+/* The spring's force across this gap, w->pull; NULL without a spring. */
+const er_lanes *er_stage_pull(const er_run *r, int states);
+
 #endif

@@ -35,9 +35,18 @@ typedef void er_turn_function(int angles, const double *reference_sine,
                               const double *reference_cosine, const er_lanes *change,
                               er_motion *motion);
 
-/* Loads [N m], [x][state]; `wrench` on the robot at the TCP in base axes, NULL for none. */
+/* A vector in each state, in base axes or in the frame behind a rotation. */
+typedef er_lanes er_vector[3];
+
+/* Position of the TCP in the base frame [m], from sines and cosines alone. */
+typedef void er_reach_function(const er_robot *robot, const er_motion *motion, int states,
+                               er_vector position);
+
+/* Loads [N m], [x][state]; on the robot at the TCP act in base axes `wrench`, the same in all states, and
+ * the force `pull` of each; NULL for none. */
 typedef void er_loads_function(const er_robot *robot, const er_motion *motion, int states,
-                               const double gravity[3], const double *wrench, er_lanes *load);
+                               const double gravity[3], const double *wrench,
+                               const er_lanes *pull, er_lanes *load);
 
 /* Positions and rates at the stages of a step of length h [s] from those at its start and the stage
  * accelerations. */
@@ -65,9 +74,6 @@ typedef double er_improve_function(int n, const er_complex_pair *factors, const 
  * side: the error estimate's filter. */
 typedef double er_filter_function(int n, const er_complex_pair *factors, const double *defect);
 
-/* A vector in each state, in the frame behind a rotation unless said otherwise. */
-typedef er_lanes er_vector[3];
-
 /* What the tangent of the loads needs to know about the motion at one rotation. */
 typedef struct {
     er_vector turn[3];                  /* rows of R: frame before it from frame behind it */
@@ -83,8 +89,8 @@ typedef struct {
 typedef struct {
     ER_ALIGNED er_link link[ER_MAX_ANGLES];
     ER_ALIGNED er_vector base[3];       /* rows of base_from_last */
-    ER_ALIGNED er_vector force, moment; /* wrench on the TCP, in the last frame */
-    bool loaded;                        /* the wrench is not zero */
+    ER_ALIGNED er_vector force, moment; /* wrench and pull on the TCP, in the last frame */
+    bool loaded;                        /* they are not zero */
 } er_links;
 
 /* A direction in which the motion of the chain changes: theta, theta', theta''. */
@@ -94,21 +100,29 @@ typedef struct {
 
 /* Prepares the tangent of the loads at a motion; the arguments are those of the loads. */
 typedef void er_link_function(const er_robot *robot, const er_motion *motion,
-                              const double gravity[3], const double *wrench, er_links *links);
+                              const double gravity[3], const double *wrench,
+                              const er_lanes *pull, er_links *links);
 
-/* Derivative of the loads along a direction of the motion and of the wrench, NULL for none. */
+/* Displacement of the TCP along a direction of the motion [m], base axes. */
+typedef void er_shift_function(const er_robot *robot, const er_links *links,
+                               const er_direction *direction, er_vector shift);
+
+/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, NULL for
+ * none. */
 typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_direction *direction, const double *wrench,
-                                 er_lanes *load);
+                                 const er_lanes *pull, er_lanes *load);
 
 typedef struct {
     er_turn_function *turn;
+    er_reach_function *reach;
     er_loads_function *loads;
     er_stages_function *stages;
     er_factor_function *factor;
     er_improve_function *improve;
     er_filter_function *filter;
     er_link_function *link;
+    er_shift_function *shift;
     er_tangent_function *tangent;
 } er_kernel;
 

@@ -80,8 +80,10 @@ static bool has_avx2(void)
 
 er_kernel er_best_kernel(void)
 {
-    return has_avx2() ? (er_kernel){avx2_turn, avx2_loads, avx2_stages, avx2_factor, avx2_improve,
-                       avx2_filter, avx2_link, avx2_tangent} : er_plain_kernel();
+    return has_avx2() ? (er_kernel){avx2_turn, avx2_reach, avx2_loads, avx2_stages, avx2_factor,
+                                   avx2_improve, avx2_filter, avx2_link, avx2_shift,
+                                   avx2_tangent}
+                     : er_plain_kernel();
 }
 
 #else

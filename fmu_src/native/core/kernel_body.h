@@ -78,9 +78,44 @@ static inline vec out_of(const turned *R, vec v)
                  r[2].x * v.x + r[2].y * v.y + r[2].z * v.z};
 }
 
+/* Vectors of ER_WIDTH states from `first` on. */
+static inline vec load_vec(const er_lanes *v, int first)
+{
+    return (vec){load(&v[0][first]), load(&v[1][first]), load(&v[2][first])};
+}
+
+static inline void store_vec(er_lanes *v, int first, vec value)
+{
+    *(er_real *)&v[0][first] = value.x;
+    *(er_real *)&v[1][first] = value.y;
+    *(er_real *)&v[2][first] = value.z;
+}
+
+/* From the tool inwards. */
+static void ER_NAME(reach)(const er_robot *robot, const er_motion *motion, int states,
+                           er_vector position)
+{
+    const double *tool = robot->tool_position;
+    for (int first = 0; first < states; first += ER_WIDTH) {
+        er_real none = 0.0 * load(&motion->cosine[0][first]);
+        vec reach = {none + tool[0], none + tool[1], none + tool[2]};
+        for (int i = robot->angles - 1; i >= 0; i--) {
+            const er_rotation *rotation = &robot->rotation[i];
+            const double *origin = rotation->origin;
+            turned R = turn_about(rotation->axis, load(&motion->sine[i][first]),
+                                  load(&motion->cosine[i][first]));
+            reach = out_of(&R, reach);
+            if (rotation->shifted)
+                reach = (vec){reach.x + origin[0], reach.y + origin[1], reach.z + origin[2]};
+        }
+        store_vec(position, first, reach);
+    }
+}
+
 /* The recursive Newton-Euler algorithm in the bodies' frames: ER_WIDTH states from `first` on. */
 static void loads_from(const er_robot *robot, const er_motion *motion, int first,
-                       const double gravity[3], const double *wrench, er_lanes *result)
+                       const double gravity[3], const double *wrench, const er_lanes *pull,
+                       er_lanes *result)
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     const double *force_at_base = wrench != NULL ? wrench : zero;
@@ -93,8 +128,11 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
     vec push = {none - gravity[0], none - gravity[1], none - gravity[2]};
     vec force = {none + force_at_base[0], none + force_at_base[1], none + force_at_base[2]};
     vec moment = {none + moment_at_base[0], none + moment_at_base[1], none + moment_at_base[2]};
+    bool loaded = wrench != NULL || pull != NULL;
     int n = robot->angles;
 
+    if (pull != NULL)
+        force = add(force, load_vec(pull, first));
     for (int i = 0; i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
         er_real rate = load(&motion->rate[i][first]);
@@ -111,7 +149,7 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
         spin_rate = add(spin_rate,
                         scaled(rotation->axis, load(&motion->acceleration[i][first])));
         spin = add(spin, own);
-        if (wrench != NULL) {
+        if (loaded) {
             force = into(R, force);
             moment = into(R, moment);
         }
@@ -128,7 +166,7 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
                                swing.z + wobble.z - weight.z};
         }
     }
-    if (wrench != NULL) { /* what acts on the tool need not be carried by the joints */
+    if (loaded) { /* what acts on the tool need not be carried by the joints */
         vec lever = cross_fixed(force, robot->tool_position);
         force = (vec){-force.x, -force.y, -force.z};
         moment = (vec){lever.x - moment.x, lever.y - moment.y, lever.z - moment.z};
@@ -154,10 +192,11 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
 }
 
 static void ER_NAME(loads)(const er_robot *robot, const er_motion *motion, int states,
-                           const double gravity[3], const double *wrench, er_lanes *result)
+                           const double gravity[3], const double *wrench, const er_lanes *pull,
+                           er_lanes *result)
 {
     for (int first = 0; first < states; first += ER_WIDTH)
-        loads_from(robot, motion, first, gravity, wrench, result);
+        loads_from(robot, motion, first, gravity, wrench, pull, result);
 }
 
 static bool is_small(int angles, const er_lanes *change)

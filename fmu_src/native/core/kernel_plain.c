@@ -42,6 +42,6 @@ static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor
 
 er_kernel er_plain_kernel(void)
 {
-    return (er_kernel){plain_turn, plain_loads, plain_stages, plain_factor, plain_improve,
-                       plain_filter, plain_link, plain_tangent};
+    return (er_kernel){plain_turn,    plain_reach,  plain_loads, plain_stages, plain_factor,
+                       plain_improve, plain_filter, plain_link,  plain_shift,  plain_tangent};
 }

@@ -5,18 +5,6 @@
  * of f_before = R f follows df_before = R (df + (axis x f) dtheta).
  */
 
-static inline vec load_vec(const er_lanes *v, int first)
-{
-    return (vec){load(&v[0][first]), load(&v[1][first]), load(&v[2][first])};
-}
-
-static inline void store_vec(er_lanes *v, int first, vec value)
-{
-    *(er_real *)&v[0][first] = value.x;
-    *(er_real *)&v[1][first] = value.y;
-    *(er_real *)&v[2][first] = value.z;
-}
-
 static inline turned load_turn(const er_vector *rows, int first)
 {
     return (turned){{load_vec(rows[0], first), load_vec(rows[1], first), load_vec(rows[2], first)}};
@@ -45,7 +33,8 @@ static inline er_real along(vec v, const double a[3])
 }
 
 static void link_from(const er_robot *robot, const er_motion *motion, int first,
-                      const double gravity[3], const double *wrench, er_links *links)
+                      const double gravity[3], const double *wrench, const er_lanes *pull,
+                      er_links *links)
 {
     vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES]; /* that a body needs, about its origin */
     er_real none = 0.0 * load(&motion->cosine[0][first]), one = 1.0 + none;
@@ -92,11 +81,13 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
         }
     }
     store_turn(links->base, first, &base);
-    if (wrench != NULL) {
-        for (int k = 0; k < 3; k++) {
+    if (links->loaded) {
+        for (int k = 0; wrench != NULL && k < 3; k++) {
             force = plus(force, base.row[k], none + wrench[k]);
             moment = plus(moment, base.row[k], none + wrench[3 + k]);
         }
+        for (int k = 0; pull != NULL && k < 3; k++)
+            force = plus(force, base.row[k], load(&pull[k][first]));
         store_vec(links->force, first, force);
         store_vec(links->moment, first, moment);
         moment = minus(cross_fixed(force, robot->tool_position), moment);
@@ -121,16 +112,38 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
 }
 
 static void ER_NAME(link)(const er_robot *robot, const er_motion *motion, const double gravity[3],
-                          const double *wrench, er_links *links)
+                          const double *wrench, const er_lanes *pull, er_links *links)
 {
-    links->loaded = wrench != NULL;
+    links->loaded = wrench != NULL || pull != NULL;
     for (int first = 0; first < ER_LANES; first += ER_WIDTH)
-        link_from(robot, motion, first, gravity, wrench, links);
+        link_from(robot, motion, first, gravity, wrench, pull, links);
+}
+
+static void ER_NAME(shift)(const er_robot *robot, const er_links *links,
+                           const er_direction *direction, er_vector result)
+{
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+        er_real none = 0.0 * load(&direction->angle[0][first]);
+        vec shift = {none, none, none}, turn = shift; /* of the frame */
+        for (int i = 0; i < robot->angles; i++) {
+            const er_rotation *rotation = &robot->rotation[i];
+            turned R = load_turn(links->link[i].turn, first);
+            if (rotation->shifted)
+                shift = add(shift, cross_fixed(turn, rotation->origin));
+            shift = into(&R, shift);
+            turn = add(into(&R, turn), scaled(rotation->axis, load(&direction->angle[i][first])));
+        }
+        shift = add(shift, cross_fixed(turn, robot->tool_position));
+        {
+            turned base = load_turn(links->base, first);
+            store_vec(result, first, out_of(&base, shift));
+        }
+    }
 }
 
 static void tangent_from(const er_robot *robot, const er_links *links,
                          const er_direction *direction, int first, const double *wrench,
-                         er_lanes *result)
+                         const er_lanes *pull, er_lanes *result)
 {
     vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES];
     er_real none = 0.0 * load(&direction->angle[0][first]);
@@ -184,6 +197,8 @@ static void tangent_from(const er_robot *robot, const er_links *links,
         force = plus(force, row, none + wrench[k]);
         moment = plus(moment, row, none + wrench[3 + k]);
     }
+    for (int k = 0; pull != NULL && k < 3; k++)
+        force = plus(force, load_vec(links->base[k], first), load(&pull[k][first]));
     moment = minus(cross_fixed(force, robot->tool_position), moment);
     force = minus(zero, force);
     for (int i = n - 1; i >= 0; i--) {
@@ -205,8 +220,9 @@ static void tangent_from(const er_robot *robot, const er_links *links,
 }
 
 static void ER_NAME(tangent)(const er_robot *robot, const er_links *links,
-                             const er_direction *direction, const double *wrench, er_lanes *result)
+                             const er_direction *direction, const double *wrench,
+                             const er_lanes *pull, er_lanes *result)
 {
     for (int first = 0; first < ER_LANES; first += ER_WIDTH)
-        tangent_from(robot, links, direction, first, wrench, result);
+        tangent_from(robot, links, direction, first, wrench, pull, result);
 }

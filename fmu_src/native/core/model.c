@@ -54,13 +54,15 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
     return drives;
 }
 
-static bool hold(const er_model *model, const er_drives *drives, double time, const double wrench[6],
-                 er_held *held, er_failure *failure)
+/* Drives at a time, and the load as it is a while after its beginning. */
+static bool hold(const er_model *model, const er_drives *drives, double time, const er_load *load,
+                 double elapsed, er_held *held, er_failure *failure)
 {
     if (!er_drives_cover(drives, time, model->robot.settings.time_slack, failure))
         return false;
     er_drives_at(drives, time, held->q, held->qd, held->qdd);
-    memcpy(held->wrench, wrench, sizeof held->wrench);
+    held->load = *load;
+    er_anchor_move(&held->load.anchor, elapsed);
     return true;
 }
 
@@ -131,8 +133,8 @@ static void derive(er_model *model)
     model->derived_parameters = *parameters;
 }
 
-bool er_model_reset(er_model *model, double time, const er_command *command,
-                    const double wrench[6], er_failure *failure)
+bool er_model_reset(er_model *model, double time, const er_command *command, const er_load *load,
+                    er_failure *failure)
 {
     er_memory *memory = &model->memory;
     er_drives drives;
@@ -142,12 +144,12 @@ bool er_model_reset(er_model *model, double time, const er_command *command,
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     drives = drives_of(model, time, command);
-    if (!hold(model, &drives, time, wrench, &memory->held, failure))
+    if (!hold(model, &drives, time, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
         !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
-                        wrench, memory->state.x, failure))
+                        load, memory->state.x, failure))
         return false;
     er_state_start(&memory->state, &model->robot, &model->curve, time);
     return true;
@@ -158,37 +160,38 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
     er_state *state = &model->memory.state;
     double x[ER_MAX_ANGLES];
     if (!er_equilibrium(&model->robot, &model->curve, model->memory.parameters.gravity, held->q,
-                        held->wrench, x, failure))
+                        &held->load, x, failure))
         return false;
     memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
     er_state_start(state, &model->robot, &model->curve, end);
     return true;
 }
 
-static bool move_to(er_model *model, double end, const er_drives *drives, const er_held *held,
+static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
                     er_failure *failure)
 {
     const er_state before = model->memory.state;
-    er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, {0}, false};
-    for (int k = 0; k < 6; k++) {
-        system.wrench[k] = held->wrench[k];
-        system.loaded |= held->wrench[k] != 0.0;
-    }
+    er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, *load,
+                        before.time, false, er_anchor_holds(&load->anchor)};
+    for (int k = 0; k < 6; k++)
+        system.loaded |= load->wrench[k] != 0.0;
+    if (!system.anchored) /* of either sign */
+        memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
     if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
     model->memory.state = before;
     return false;
 }
 
-bool er_model_step(er_model *model, double end, const er_command *command, const double wrench[6],
+bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
                    er_failure *failure)
 {
     er_drives drives = drives_of(model, model->memory.state.time, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    if (!hold(model, &drives, end, wrench, &held, failure) ||
+    if (!hold(model, &drives, end, load, end - model->memory.state.time, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
-                : move_to(model, end, &drives, &held, failure)))
+                : move_to(model, end, &drives, load, failure)))
         return false;
     model->memory.held = held;
     return true;
@@ -214,7 +217,7 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 }
 
 bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
-                     const double wrench[6], er_failure *failure)
+                     const er_load *load, er_failure *failure)
 {
     const er_memory memory = model->memory;
     bool good;
@@ -224,7 +227,7 @@ bool er_model_follow(er_model *model, const er_state *state, double end, const e
     memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
     model->means.iteration = EXACT_ITERATION / model->means.tolerance;
     model->work.sensitivity = &model->sensitivity;
-    good = er_model_step(model, end, command, wrench, failure);
+    good = er_model_step(model, end, command, load, failure);
     model->work.sensitivity = NULL;
     model->means.iteration = model->robot.settings.iteration;
     model->memory = memory;
@@ -281,5 +284,5 @@ bool er_model_compliance(const er_model *model, double compliance[6], er_failure
 {
     const er_memory *memory = &model->memory;
     return er_compliance(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
-                         memory->state.x, memory->held.wrench, compliance, failure);
+                         memory->state.x, &memory->held.load, compliance, failure);
 }

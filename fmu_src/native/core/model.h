@@ -15,7 +15,7 @@
 /* What acts on the robot at the present time. */
 typedef struct {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* of the drives */
-    double wrench[6];                                               /* at the TCP, base axes */
+    er_load load; /* on the tool; its anchor is where it is now */
 } er_held;
 
 /* Drives as they are commanded at a step's start; used where there is no trajectory. */
@@ -64,11 +64,11 @@ er_model *er_model_create(const er_robot *robot);
 void er_model_free(er_model *model);
 
 /* Starts at a time, at rest relative to the drives, with the memory's options and parameters. */
-bool er_model_reset(er_model *model, double time, const er_command *command,
-                    const double wrench[6], er_failure *failure);
+bool er_model_reset(er_model *model, double time, const er_command *command, const er_load *load,
+                    er_failure *failure);
 
-/* Moves on to a time under a held wrench; the memory is as before if that fails. */
-bool er_model_step(er_model *model, double end, const er_command *command, const double wrench[6],
+/* Moves on to a time under a load that begins now; the memory is as before if that fails. */
+bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
                    er_failure *failure);
 
 /* Lets changed parameters take effect from the present time on. */
@@ -81,7 +81,7 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 /* Takes a step from a state again, solved to rounding, carries model->sensitivity along and returns to
  * the present memory. */
 bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
-                     const double wrench[6], er_failure *failure);
+                     const er_load *load, er_failure *failure);
 
 /* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
 void er_model_tcp(const er_model *model, double pose[7]);

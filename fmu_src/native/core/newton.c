@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "vector.h"
+
 /* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005
 
@@ -22,6 +24,41 @@ static void find_mass(const er_run *r)
     er_angles(robot, w->linearisation.q, w->linearisation.x, theta);
     er_place_bodies(robot, theta, &w->placement);
     er_mass_matrix(robot, &w->placement, w->mass);
+    for (int k = 0; k < r->m; k++)
+        memcpy(w->lever[k], w->placement.lever[robot->elastic_angle[k]], sizeof w->lever[k]);
+}
+
+/* Adds J_p^T K J_p, the spring that the tool leans on, to the stiffness in the factors. */
+static void add_anchor(const er_run *r)
+{
+    er_workspace *w = r->work;
+    const er_linearisation *at = &w->linearisation;
+    double h2 = at->length * at->length, squared_re[ER_PAIRS], squared_im[ER_PAIRS];
+    for (int p = 0; p < ER_PAIRS; p++) {
+        double re = er_gauss_eigen_re[p], im = er_gauss_eigen_im[p];
+        squared_re[p] = h2 * (re * re - im * im);
+        squared_im[p] = h2 * 2.0 * re * im;
+    }
+    for (int i = 0; i < r->m; i++) {
+        double pull[3];
+        er_anchor_times(at->anchor, w->lever[i], pull);
+        for (int j = 0; j <= i; j++) {
+            double stiffness = er_dot(pull, w->lever[j]);
+            er_complex_pair *entry = &w->factors[i * r->m + j];
+            for (int p = 0; p < ER_PAIRS; p++) {
+                entry->re[p] += squared_re[p] * stiffness;
+                entry->im[p] += squared_im[p] * stiffness;
+            }
+        }
+    }
+}
+
+static bool has_anchor(const er_linearisation *at)
+{
+    bool has = false;
+    for (int k = 0; k < ER_SYMMETRIC; k++)
+        has |= at->anchor[k] != 0.0;
+    return has;
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
@@ -44,7 +81,15 @@ static bool factorise(const er_run *r)
             diagonal->im[p] += im * damping + 2.0 * re * im * at->slope[k];
         }
     }
+    if (has_anchor(at))
+        add_anchor(r);
     return r->means->kernel.factor(m, w->factors);
+}
+
+/* Whether the factors are those of the present spring. */
+static bool is_held(const er_system *system, const er_linearisation *at)
+{
+    return memcmp(at->anchor, system->load.anchor.stiffness, sizeof at->anchor) == 0;
 }
 
 bool er_linearise(const er_run *r, const er_state *state, double h)
@@ -56,7 +101,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
     if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
-        if (fabs(at->length - h) <= r->settings->same_length * h)
+        if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at))
             return true;
     } else {
         memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);
@@ -66,6 +111,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     }
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
+    memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
     at->length = h;
     if (factorise(r))
         return true;
@@ -79,7 +125,8 @@ static bool same(const er_run *r, const er_linearisation *a, const er_linearisat
     return a->has_mass == b->has_mass && a->length == b->length &&
            memcmp(a->q, b->q, joints * sizeof *a->q) == 0 &&
            memcmp(a->x, b->x, m * sizeof *a->x) == 0 &&
-           memcmp(a->slope, b->slope, m * sizeof *a->slope) == 0;
+           memcmp(a->slope, b->slope, m * sizeof *a->slope) == 0 &&
+           memcmp(a->anchor, b->anchor, sizeof a->anchor) == 0;
 }
 
 void er_linearise_as(const er_run *r, const er_linearisation *linearisation)

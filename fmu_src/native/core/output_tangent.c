@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "anchored_statics.h"
 #include "linear.h"
 #include "vector.h"
 
@@ -31,26 +32,41 @@ static void move(const er_model *model, const er_change *change, bool rigid, boo
     er_placement_along(robot, &out->at, theta, bodies, &out->along);
 }
 
+/* Wrench on the tool, the spring's pull among it, and how it changes along with load and TCP. */
+static void wrench_along(const er_model *model, const er_change *change, const motion *p,
+                         double wrench[6], double wrench_change[6])
+{
+    const er_load *load = &model->memory.held.load;
+    double gap[3], pull[3];
+    er_load_wrench(load, p->at.tool_position, wrench);
+    er_anchor_gap(&load->anchor, 0.0, p->at.tool_position, gap);
+    er_anchor_along(&load->anchor, gap, &change->held.load.anchor, p->along.tool_position, pull);
+    memcpy(wrench_change, change->held.load.wrench, 6 * sizeof *wrench_change);
+    for (int c = 0; c < 3; c++)
+        wrench_change[c] += pull[c];
+}
+
 bool er_equilibrium_along(const er_model *model, const er_held *held, double *x)
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
     const er_curve *curve = &model->curve;
     er_change change = {*held, {0.0}, {0.0}};
-    double stiffness[MOST * MOST];
+    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     motion p;
     move(model, &change, false, true, &p);
-    er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, memory->held.wrench,
-                           held->wrench, x);
-    er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, memory->held.wrench,
-                              stiffness);
+    wrench_along(model, &change, &p, wrench, wrench_change);
+    er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
+                           x);
+    er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
+    er_add_anchor(robot, &p.at, &memory->held.load.anchor, support);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its play, whatever the others do. */
         bool neutral = er_curve_switches(curve, k) && at == 0.0;
         for (int j = 0; j < m; j++)
-            stiffness[k * m + j] = neutral ? 0.0 : -stiffness[k * m + j];
+            stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
             neutral ? 1.0 : er_curve_slope(curve, k, er_curve_region(curve, k, at), at);
         x[k] = neutral ? 0.0 : x[k];
@@ -141,13 +157,36 @@ void er_deviation_along(const er_model *model, const er_change *change, double d
     rotation_vector_along(at + 3, turn, deviation + 3);
 }
 
+/* Adds the change of J_p^T K J_p, the spring's part of the stiffness, times -1. */
+static void take_off_support(const er_model *model, const er_change *change, const motion *p,
+                             double *matrix)
+{
+    const er_robot *robot = &model->robot;
+    const er_anchor *anchor = &model->memory.held.load.anchor, *along = &change->held.load.anchor;
+    int m = robot->elastics;
+    for (int k = 0; k < m; k++) {
+        int i = robot->elastic_angle[k];
+        double pull[3], of_lever[3], of_stiffness[3];
+        er_anchor_times(anchor->stiffness, p->at.lever[i], pull);
+        er_anchor_times(anchor->stiffness, p->along.lever[i], of_lever);
+        er_anchor_times(along->stiffness, p->at.lever[i], of_stiffness);
+        for (int c = 0; c < 3; c++)
+            of_stiffness[c] += of_lever[c];
+        for (int l = 0; l < m; l++) {
+            int j = robot->elastic_angle[l];
+            matrix[k * m + l] -= er_dot(of_stiffness, p->at.lever[j]) + er_dot(pull, p->along.lever[j]);
+        }
+    }
+}
+
 /* C = L^T K^-1 L with the levers L: dC = dL^T Y + L^T K^-1 (dL - dK Y), Y = K^-1 L. */
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6])
 {
     static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    const double *gravity = memory->parameters.gravity, *wrench = memory->held.wrench;
+    const double *gravity = memory->parameters.gravity;
+    double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], moved[3][MOST], moved_change[3][MOST];
     motion p;
@@ -155,11 +194,13 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     if (m == 0)
         return true;
     move(model, change, false, true, &p);
+    wrench_along(model, change, &p, wrench, wrench_change);
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
-    er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, change->held.wrench,
-                                    softening);
+    er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
+    take_off_support(model, change, &p, softening);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
+    er_add_anchor(robot, &p.at, &memory->held.load.anchor, stiffness);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
         stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);

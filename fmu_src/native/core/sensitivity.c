@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "linear.h"
+#include "vector.h"
 
 /* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11
@@ -14,14 +15,26 @@
 
 er_share er_share_of(const er_robot *robot, int column, double elapsed)
 {
-    int n = robot->joints, order = (column - 6) / n;
-    if (column < 6)
-        return (er_share){-1, 0.0, 0.0, 0.0};
-    if (order == 0)
-        return (er_share){column - 6, 1.0, 0.0, 0.0};
-    if (order == 1)
-        return (er_share){column - 6 - n, elapsed, 1.0, 0.0};
-    return (er_share){column - 6 - 2 * n, 0.5 * elapsed * elapsed, elapsed, 1.0};
+    int n = robot->joints, command = column - ER_WRENCH_COLUMNS, anchor = command - 3 * n;
+    er_share share;
+    memset(&share, 0, sizeof share);
+    share.joint = -1;
+    if (command < 0) {
+        share.load.wrench[column] = 1.0;
+    } else if (anchor < 0) {
+        const double powers[] = {0.5 * elapsed * elapsed, elapsed, 1.0, 0.0, 0.0};
+        const double *motion = powers + 2 - command / n;
+        share.joint = command % n;
+        share.q = motion[0], share.qd = motion[1], share.qdd = motion[2];
+    } else if (anchor < 3) {
+        share.load.anchor.position[anchor] = 1.0;
+    } else if (anchor < ER_ANCHOR_COLUMNS) {
+        share.load.anchor.position[anchor - 3] = elapsed;
+        share.load.anchor.velocity[anchor - 3] = 1.0;
+    } else {
+        share.load.anchor.stiffness[anchor - ER_ANCHOR_COLUMNS] = 1.0;
+    }
+    return share;
 }
 
 void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
@@ -44,11 +57,37 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
+    if (system->anchored || s->first + s->count > er_stiffness_column(system->robot))
+        er_stage_gap(r, &w->stages, ER_STAGES);
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
-                             system->loaded ? system->wrench : NULL, &s->links);
+                          system->loaded ? system->load.wrench : NULL,
+                          er_stage_pull(r, ER_STAGES), &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
+}
+
+/* Derivative of the spring's pull along a change of the motion and of a column's input, into `pull`; NULL
+ * where there is none. */
+static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int column,
+                                 const er_share share[], const er_direction *direction,
+                                 er_vector pull)
+{
+    const er_system *system = r->system;
+    const er_workspace *w = r->work;
+    ER_ALIGNED er_vector shift;
+    if (!system->anchored && column < er_stiffness_column(system->robot))
+        return NULL;
+    r->means->kernel.shift(system->robot, &s->links, direction, shift);
+    for (int l = 0; l < ER_STAGES; l++) {
+        const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
+        const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
+        double force[3];
+        er_anchor_along(&system->load.anchor, gap, &share[l].load.anchor, moved, force);
+        for (int c = 0; c < 3; c++)
+            pull[c][l] = force[c];
+    }
+    return (const er_lanes *)pull;
 }
 
 /* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
@@ -58,19 +97,17 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
 {
     const er_robot *robot = r->system->robot;
     size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
-    double wrench[6] = {0.0};
     er_direction direction;
+    ER_ALIGNED er_vector pull;
     memset(direction.angle, 0, lanes);
     memset(direction.rate, 0, lanes);
     memset(direction.acceleration, 0, lanes);
-    if (column < 6)
-        wrench[column] = 1.0;
-    else
-        for (int l = 0, i = robot->drive_angle[share[0].joint]; l < ER_STAGES; l++) {
-            direction.angle[i][l] = share[l].q;
-            direction.rate[i][l] = share[l].qd;
-            direction.acceleration[i][l] = share[l].qdd;
-        }
+    for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
+        int i = robot->drive_angle[share[0].joint];
+        direction.angle[i][l] = share[l].q;
+        direction.rate[i][l] = share[l].qd;
+        direction.acceleration[i][l] = share[l].qdd;
+    }
     for (int k = 0; k < r->m; k++) {
         int i = robot->elastic_angle[k];
         for (int l = 0; l < ER_STAGES; l++) {
@@ -79,7 +116,9 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
             direction.acceleration[i][l] += acceleration[k][l];
         }
     }
-    r->means->kernel.tangent(robot, &s->links, &direction, column < 6 ? wrench : NULL, tangent);
+    r->means->kernel.tangent(robot, &s->links, &direction,
+                             column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
+                             find_pull(s, r, column, share, &direction, pull), tangent);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             tangent[k][l] += s->slope[k][l] * x[k][l] +
@@ -98,13 +137,21 @@ static double length_of(int m, const er_lanes *values)
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
 static double negligible(const er_run *r, int column, const er_share *share)
 {
-    double unit[ER_MAX_ANGLES], time = r->settings->longest_step;
-    if (column >= 6)
+    double unit[ER_MAX_ANGLES], time = r->settings->longest_step, force = 1.0;
+    if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
     for (int k = 0; k < r->m; k++)
         unit[k] = 1.0;
-    return NEGLIGIBLE * r->means->kernel.filter(r->m, r->work->factors, unit);
+    if (column >= er_anchor_column(r->system->robot)) {
+        const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
+                                r->work->gap[2][ER_STAGES - 1]};
+        const double still[3] = {0.0, 0.0, 0.0};
+        double pull[3];
+        er_anchor_along(&r->system->load.anchor, last, &share->load.anchor, still, pull);
+        force = sqrt(er_dot(pull, pull));
+    }
+    return force * NEGLIGIBLE * r->means->kernel.filter(r->m, r->work->factors, unit);
 }
 
 /* Solves the linearised collocation equations

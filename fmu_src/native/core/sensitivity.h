@@ -1,15 +1,29 @@
 /* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step
  * to step of the integration, whose lengths are held.
  *
- * An input is named by its column, which is its value reference: the wrench, then q, q' and q'' of
- * the held command.  elastic_robot/path_sensitivity.py does the same for the parameters.
+ * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
+ * command, then the anchor's position and velocity and the stiffness of its spring.  elastic_robot/path_sensitivity.py does the same for the parameters.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
 
 #include "collocation.h"
 
-enum { ER_MAX_COLUMNS = 6 + 3 * ER_MAX_JOINTS };
+enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6 };
+enum {
+    ER_MAX_COLUMNS = ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
+};
+
+/* The first of the anchor's columns, and of the stiffness of its spring. */
+static inline int er_anchor_column(const er_robot *robot)
+{
+    return ER_WRENCH_COLUMNS + 3 * robot->joints;
+}
+
+static inline int er_stiffness_column(const er_robot *robot)
+{
+    return er_anchor_column(robot) + ER_ANCHOR_COLUMNS;
+}
 
 /* Columns `first` to `first + count - 1`; of each, the derivatives of x and x'. */
 typedef struct er_sensitivity {
@@ -24,10 +38,11 @@ typedef struct er_sensitivity {
     ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of the torque curve at the stages [N m/rad] */
 } er_sensitivity;
 
-/* An input's share in the motion of its drive at a time after the command. */
+/* An input's share in the motion of its drive and in the load, a time after they began. */
 typedef struct {
-    int joint; /* -1: the input is an entry of the wrench */
+    int joint; /* -1: the input is part of the load */
     double q, qd, qdd;
+    er_load load; /* its anchor is where it is then */
 } er_share;
 
 er_share er_share_of(const er_robot *robot, int column, double elapsed);

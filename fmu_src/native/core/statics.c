@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "anchored_statics.h"
 #include "linear.h"
 
 /* A step longer than this [rad] is no deflection any more. */
@@ -205,41 +206,54 @@ static void list(char *text, size_t room, const char *format, int count, const d
 }
 
 bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
-                    const double *q, const double wrench[6], double *x, er_failure *failure)
+                    const double *q, const er_load *load, double *x, er_failure *failure)
 {
     search s;
-    char posture[400], load[200];
-    s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = wrench, s.q = q, s.x = x;
+    char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "";
+    s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
     s.m = robot->elastics;
     if (s.m == 0)
         return true;
-    begin(&s);
-    if (iterate(&s))
-        return true;
+    if (er_anchor_holds(&load->anchor)) {
+        if (er_anchored_equilibrium(robot, curve, gravity, q, load, x))
+            return true;
+    } else {
+        begin(&s);
+        if (iterate(&s))
+            return true;
+    }
     list(posture, sizeof posture, "%.4g", robot->joints, q);
-    list(load, sizeof load, "%.6g", 6, wrench);
+    list(wrench, sizeof wrench, "%.6g", 6, load->wrench);
+    list(stiffness, sizeof stiffness, "%.6g", ER_SYMMETRIC, load->anchor.stiffness);
+    list(anchor, sizeof anchor, "%.6g", 3, load->anchor.position);
+    if (er_anchor_holds(&load->anchor))
+        snprintf(spring, sizeof spring, " and a spring of [%s] N/m anchored at [%s] m", stiffness,
+                 anchor);
     return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
-                   " N m; the joints are too soft for this load", posture, load);
+                   " N m%s; the joints are too soft for this load", posture, wrench, spring);
 }
 
 bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
-                   const double *q, const double *x, const double wrench[6], double compliance[6],
+                   const double *q, const double *x, const er_load *load, double compliance[6],
                    er_failure *failure)
 {
     static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
     int m = robot->elastics, pivot[MOST];
-    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST];
+    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6];
     er_placement placement;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
         return true;
     er_angles(robot, q, x, theta);
     er_place_bodies(robot, theta, &placement);
+    er_load_wrench(load, placement.tool_position, wrench);
     er_static_torque_gradient(robot, &placement, gravity, wrench, stiffness);
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
     for (int k = 0; k < m; k++)
         stiffness[k * m + k] += er_curve_flank_slope(curve, k, x[k]);
+    if (er_anchor_holds(&load->anchor))
+        er_add_anchor(robot, &placement, &load->anchor, stiffness);
     if (!er_lu_factor(m, stiffness, pivot))
         return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
     for (int axis = 0; axis < 3; axis++) {

@@ -178,6 +178,9 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     double most =
         settings->most_steps + settings->most_steps_per_longest * (end - start) / longest;
     er_linearise_as(&r, &state->linearisation);
+    if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
+               sizeof system->load.anchor.stiffness) != 0)
+        state->rate = 1.0; /* of other matrices */
     for (double steps = 0.0; end - state->time > negligible; steps++) {
         if (steps > most)
             return er_fail(failure, "the motion from t = %.9g s needs more than %.0f steps to"

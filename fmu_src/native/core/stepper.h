@@ -8,6 +8,7 @@
 #ifndef ER_STEPPER_H
 #define ER_STEPPER_H
 
+#include "anchor.h"
 #include "chain.h"
 #include "crossings.h"
 #include "kernel.h"
@@ -20,6 +21,7 @@ typedef struct {
     double q[ER_MAX_JOINTS], x[ER_MAX_ANGLES];    /* posture of the mass matrix [rad] */
     double length;                                /* of the step [s]; 0: there are no factors */
     double slope[ER_MAX_ANGLES];                  /* of the torque curves [N m/rad] */
+    double anchor[ER_SYMMETRIC];                  /* stiffness of the contact spring [N/m] */
 } er_linearisation;
 
 /* State of an integration, all of it: a copy of its bytes continues identically. */
@@ -35,14 +37,16 @@ typedef struct {
     er_linearisation linearisation;      /* of the last step's matrices */
 } er_state;
 
-/* What is integrated: M theta'' + h - J^T w + S(x) + d x' = 0. */
+/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) + S(x) + d x' = 0. */
 typedef struct {
     const er_robot *robot;
     const er_curve *curve;
     const er_parameters *parameters;
     er_drives drives;
-    double wrench[6]; /* on the robot at the TCP, base axes [N, N m] */
-    bool loaded;      /* the wrench is not zero */
+    er_load load;  /* its anchor is that of `start` */
+    double start;  /* [s] */
+    bool loaded;   /* the wrench is not zero */
+    bool anchored; /* the stiffness of the contact spring is not zero */
 } er_system;
 
 /* How accurate it shall be, and with which arithmetic. */
@@ -53,8 +57,9 @@ typedef struct {
     er_kernel kernel;
 } er_means;
 
-/* Drives at the nodes of a step: [joint][node]. */
+/* Drives at the nodes of a step: [joint][node]; and the time since the load's start [s]. */
 typedef struct {
+    double elapsed[ER_LANES];
     ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
 } er_nodes;
 
@@ -77,10 +82,12 @@ typedef struct {
     double reference[ER_MAX_JOINTS];                                       /* their angles [rad] */
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], residual[ER_MAX_ANGLES];
     ER_ALIGNED er_lanes change[ER_MAX_ANGLES];
+    ER_ALIGNED er_vector gap, pull; /* from the TCP to the anchor [m]; the spring's force [N] */
     er_motion motion;
     er_placement placement;
     er_linearisation linearisation; /* of the matrices that follow */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    double lever[ER_MAX_ANGLES][3]; /* of the TCP about each entry of x, in the posture of the mass [m] */
     ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */

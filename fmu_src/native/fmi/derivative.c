@@ -11,8 +11,25 @@
 
 #include "../core/output_tangent.h"
 
-/* Columns that are computed together: those of the wrench, and those of the command. */
-enum { WRENCH_COLUMNS = 6, OF_WRENCH = 1, OF_COMMAND = 2 };
+/* Columns that are computed together. */
+typedef enum { OF_WRENCH, OF_COMMAND, OF_ANCHOR, OF_STIFFNESS } column_group;
+
+static column_group group_of(const er_robot *robot, int column)
+{
+    if (column < ER_WRENCH_COLUMNS)
+        return OF_WRENCH;
+    if (column < er_anchor_column(robot))
+        return OF_COMMAND;
+    return column < er_stiffness_column(robot) ? OF_ANCHOR : OF_STIFFNESS;
+}
+
+static void start_group(er_model *model, column_group group, double start)
+{
+    const er_robot *robot = &model->robot;
+    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot)};
+    const int count[] = {ER_WRENCH_COLUMNS, 3 * robot->joints, ER_ANCHOR_COLUMNS, ER_SYMMETRIC};
+    er_sensitivity_start(&model->sensitivity, first[group], count[group], start);
+}
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
 {
@@ -37,13 +54,18 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
     return true;
 }
 
-/* The column of an input: of the wrench first, then of q, q' and q'' of all drives. */
 static int column_of(const er_instance *instance, unsigned reference)
 {
     const er_interface *interface = &instance->interface;
+    const er_robot *robot = &instance->model->robot;
     int block = interface->block[reference], k = (int)reference - interface->first[block];
-    return block == ER_WRENCH
-               ? k : WRENCH_COLUMNS + (block - ER_Q_CMD) * instance->model->robot.joints + k;
+    switch (block) {
+    case ER_WRENCH: return k;
+    case ER_ANCHOR: return er_anchor_column(robot) + k;
+    case ER_ANCHOR_VELOCITY: return er_anchor_column(robot) + 3 + k;
+    case ER_ANCHOR_STIFFNESS: return er_stiffness_column(robot) + k;
+    default: return ER_WRENCH_COLUMNS + (block - ER_Q_CMD) * robot->joints + k;
+    }
 }
 
 /* The column's unit change of what is held at the present time. */
@@ -53,9 +75,14 @@ static void held_along(const er_instance *instance, int column, double factor, e
     const er_step_start *start = &instance->step_start;
     double elapsed = start->stepped ? start->end - start->state.time : 0.0;
     er_share share = er_share_of(&model->robot, column, elapsed);
-    if (share.joint < 0) {
-        held->wrench[column] += factor;
-    } else if (model->memory.options.trajectory[0] == '\0') { /* else commands are not looked at */
+    for (int k = 0; k < 6; k++)
+        held->load.wrench[k] += factor * share.load.wrench[k];
+    for (int c = 0; c < 3; c++)
+        held->load.anchor.position[c] += factor * share.load.anchor.position[c];
+    for (int k = 0; k < ER_SYMMETRIC; k++)
+        held->load.anchor.stiffness[k] += factor * share.load.anchor.stiffness[k];
+    /* Along a trajectory commands are not looked at. */
+    if (share.joint >= 0 && model->memory.options.trajectory[0] == '\0') {
         held->q[share.joint] += factor * share.q;
         held->qd[share.joint] += factor * share.qd;
         held->qdd[share.joint] += factor * share.qdd;
@@ -75,22 +102,20 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
 }
 
 /* Has the columns of a group, for the present state. */
-static bool require_columns(er_instance *instance, unsigned group)
+static bool require_columns(er_instance *instance, column_group group)
 {
     const er_model *model = instance->model;
     const er_options *options = &model->memory.options;
     const er_step_start *start = &instance->step_start;
     er_sensitivity *sensitivity = &instance->model->sensitivity;
-    bool of_wrench = group == OF_WRENCH, fixed = !of_wrench && options->trajectory[0] != '\0';
-    if ((instance->columns & group) != 0)
+    bool fixed = group == OF_COMMAND && options->trajectory[0] != '\0';
+    if ((instance->columns & 1u << group) != 0)
         return true;
-    er_sensitivity_start(sensitivity, of_wrench ? 0 : WRENCH_COLUMNS,
-                         of_wrench ? WRENCH_COLUMNS : 3 * model->robot.joints,
-                         start->state.time);
+    start_group(instance->model, group, start->state.time);
     if (!fixed && model->robot.elastics > 0) {
         if (start->stepped && !options->quasistatic) {
             if (!er_model_follow(instance->model, &start->state, start->end,
-                                 &start->command, start->wrench, &instance->failure))
+                                 &start->command, &start->load, &instance->failure))
                 return false;
         } else if (start->stepped || !options->undeflected) {
             follow_equilibrium(instance, sensitivity);
@@ -99,7 +124,7 @@ static bool require_columns(er_instance *instance, unsigned group)
     if (sensitivity->reason != NULL)
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: %s",
                        instance->progress.time, sensitivity->reason);
-    instance->columns |= group;
+    instance->columns |= 1u << group;
     return true;
 }
 
@@ -113,7 +138,7 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
         int column = column_of(instance, knowns[j]);
         if (seed[j] == 0.0)
             continue;
-        if (!require_columns(instance, column < WRENCH_COLUMNS ? OF_WRENCH : OF_COMMAND))
+        if (!require_columns(instance, group_of(&instance->model->robot, column)))
             return false;
         held_along(instance, column, seed[j], &change->held);
         for (int k = 0; k < instance->model->robot.elastics; k++) {

@@ -111,7 +111,7 @@ static void keep_step_start(er_instance *instance, const er_state *state, double
     er_step_start *start = &instance->step_start;
     start->state = *state;
     start->command = instance->inputs.command;
-    memcpy(start->wrench, instance->inputs.wrench, sizeof start->wrench);
+    start->load = instance->inputs.load;
     start->end = end;
     start->stepped = stepped;
     instance->columns = 0;
@@ -129,11 +129,12 @@ bool er_instance_initialise(er_instance *instance)
     er_model *model = instance->model;
     if (instance->progress.computed)
         return true;
-    if (!require_parameters(instance))
+    if (!require_parameters(instance) ||
+        !er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
-                        instance->inputs.wrench, &instance->failure))
+                        &instance->inputs.load, &instance->failure))
         return false;
     keep_step_start(instance, &model->memory.state, instance->progress.time, false);
     instance->progress.computed = true;
@@ -150,11 +151,21 @@ bool er_instance_start(er_instance *instance)
     return true;
 }
 
+/* Whether the spring can be one; that of the last step was. */
+static bool require_anchor(er_instance *instance)
+{
+    const er_anchor *anchor = &instance->inputs.load.anchor;
+    const er_anchor *last = &instance->model->memory.held.load.anchor;
+    return memcmp(anchor->stiffness, last->stiffness, sizeof anchor->stiffness) == 0 ||
+           er_anchor_require(anchor, &instance->failure);
+}
+
 static bool move(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     const er_state before = model->memory.state;
-    if (!er_model_step(model, end, &instance->inputs.command, instance->inputs.wrench,
+    if (!require_anchor(instance) ||
+        !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load,
                        &instance->failure))
         return false;
     keep_step_start(instance, &before, end, true);

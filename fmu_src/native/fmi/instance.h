@@ -14,7 +14,7 @@
 
 /* What is set from outside: the inputs, and the parameters that the next step takes. */
 typedef struct {
-    double wrench[6];
+    er_load load;
     er_command command;
     er_parameters parameters;
 } er_inputs;
@@ -31,7 +31,7 @@ typedef struct {
 typedef struct {
     er_state state;
     er_command command; /* of the step */
-    double wrench[6];   /* of the step */
+    er_load load;       /* of the step, at its beginning */
     double end;         /* [s] */
     bool stepped;       /* false: the present state is the initial one, computed from these inputs */
 } er_step_start;

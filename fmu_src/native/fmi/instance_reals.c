@@ -10,10 +10,13 @@ static double *settable(er_instance *instance, int reference)
     er_block block = (er_block)instance->interface.block[reference];
     int k = reference - instance->interface.first[block];
     switch (block) {
-    case ER_WRENCH: return &instance->inputs.wrench[k];
+    case ER_WRENCH: return &instance->inputs.load.wrench[k];
     case ER_Q_CMD: return &instance->inputs.command.q[k];
     case ER_QD_CMD: return &instance->inputs.command.qd[k];
     case ER_QDD_CMD: return &instance->inputs.command.qdd[k];
+    case ER_ANCHOR: return &instance->inputs.load.anchor.position[k];
+    case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
+    case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
     default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
     }
 }

@@ -6,6 +6,7 @@
 #ifndef ER_INTERFACE_H
 #define ER_INTERFACE_H
 
+#include "../core/anchor.h"
 #include "../core/curves.h"
 
 /* Blocks of reals: inputs, then outputs, then parameters.  Each has its name in the table and its number
@@ -15,6 +16,9 @@
     BLOCK(ER_Q_CMD, "q_cmd", 0, 1, 0, 0) \
     BLOCK(ER_QD_CMD, "qd_cmd", 0, 1, 0, 0) \
     BLOCK(ER_QDD_CMD, "qdd_cmd", 0, 1, 0, 0) \
+    BLOCK(ER_ANCHOR, "anchor", 3, 0, 0, 0) \
+    BLOCK(ER_ANCHOR_VELOCITY, "anchor_velocity", 3, 0, 0, 0) \
+    BLOCK(ER_ANCHOR_STIFFNESS, "anchor_stiffness", ER_SYMMETRIC, 0, 0, 0) \
     BLOCK(ER_TCP, "tcp", 7, 0, 0, 0) \
     BLOCK(ER_VELOCITY, "velocity", 3, 0, 0, 0) \
     BLOCK(ER_RIGID, "rigid", 7, 0, 0, 0) \

@@ -1,4 +1,7 @@
-"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE save|load."""
+"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE TRAJECTORY STIFFNESS save|load.
+
+The stiffness [N/m] is that of a spring at the TCP whose anchor moves; it comes and goes.
+"""
 
 import sys
 from pathlib import Path
@@ -9,10 +12,23 @@ from fmu import Fmu, push
 STEPS = [0.004, 0.004, 0.011, 0.0007, 0.02, 0.004, 0.003, 0.05]
 
 
+def contact(k):
+    """A spring in every other four steps, its anchor rising and falling."""
+    touches = stiffness * (k // 4 % 2)
+    return {
+        "anchor.x": 1.75,
+        "anchor.z": 0.8 + 1e-3 * (k % 5),
+        "anchor.vz": 0.1 * (k % 3 - 1),
+        "anchor.kxx": touches,
+        "anchor.kzz": 3.0 * touches,
+        "anchor.kxz": touches,
+    }
+
+
 def shake(instance, first, count=24):
     rows = []
     for k in range(first, first + count):
-        instance.set(push(k))
+        instance.set({**push(k), **contact(k)})
         instance.step(STEPS[k % len(STEPS)])
         rows.append(instance.get())
     return np.array(rows)
@@ -112,6 +128,7 @@ def load(fmu, folder, strings):
 
 
 if __name__ == "__main__":
-    file, folder, curve, mode, trajectory, what = sys.argv[1:]
+    file, folder, curve, mode, trajectory, stiffness, what = sys.argv[1:]
+    stiffness = float(stiffness)
     strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
     {"save": save, "load": load}[what](Fmu(file), Path(folder), strings)

@@ -7,6 +7,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
 
 from coupling.files.robot_file import load_robot, shipped_robots
 from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import Load
 from elastic_robot.trajectory import HeldCommand
 
 
@@ -46,12 +47,12 @@ class StockRobot(Fmi2Slave):
     def exit_initialization_mode(self):
         self.robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]))
         self.drives = HeldCommand(0.0, np.zeros(6), np.zeros(6), np.zeros(6))
-        self.robot.reset(0.0, self.drives, np.zeros(6))
+        self.robot.reset(0.0, self.drives, Load())
 
     def do_step(self, current_time, step_size):
         wrench = np.array([0.0, 0.0, self.values["force.z"], 0.0, 0.0, 0.0])
         self.time += step_size
-        self.robot.step(self.time, self.drives, wrench)
+        self.robot.step(self.time, self.drives, Load(wrench))
         for axis, value in zip("xyz", self.robot.tcp()[:3].tolist(), strict=True):
             self.values[f"tcp.{axis}"] = value
         return True
