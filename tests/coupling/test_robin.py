@@ -1,4 +1,4 @@
-"""Scheme robin: the spring changes no answer, Newton's method where the stiffness is right, contraction."""
+"""Scheme robin: springs that change no answer, Newton's method where the stiffness is right."""
 
 from __future__ import annotations
 
