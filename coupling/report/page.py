@@ -72,7 +72,7 @@ def robot_page(
         text = _FLANKS_TEXT + tables.gears(changes)
         sections.insert(3, ("Gears in their play", "flanks", figures.flanks(robot), text))
     sections += _of_workpieces(workpieces)
-    head = (tables.deviations, tables.robustness, tables.drives)
+    head = (tables.deviations, tables.plant, tables.robustness, tables.drives)
     return _page(robot.figures, "".join(part(robot.figures) for part in head), sections)
 
 
@@ -100,7 +100,7 @@ def cell_page(cell: StoredRun) -> str:
     table = (
         f"{tables.table(header, rows)}"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
-        f"{tables.robustness(cell.figures)}"
+        f"{tables.plant(cell.figures)}{tables.robustness(cell.figures)}"
     )
     sections = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
@@ -165,6 +165,8 @@ def _deviation_text(run: StoredRobot) -> str:
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
             " on the path that the tool really takes."
         )
+    if run.plant is not None:
+        text += " On the plant the same command is as good as model and plant agree."
     return text
 
 
