@@ -130,7 +130,7 @@ Spread = Range | NormalTable
 
 
 class StudyTable(Schema):
-    """[study]: uncertain parameters, each with [low, high] or { mean, deviation }, and how to sample them.
+    """[study]: uncertain parameters, [low, high] or { mean, deviation } each, and how to sample them.
 
     Attributes:
         samples, seed, design: Number of sampled robots, seed and kind of their design.

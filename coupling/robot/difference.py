@@ -104,6 +104,9 @@ class Difference:
         return np.repeat(np.broadcast_to(factors, len(joints)), coordinates)
 
 
+AS_THE_MODEL = Difference()
+
+
 def _joined(bodies: Sequence[Body]) -> Body:
     """Return the bodies of one frame as a single one, by the parallel axis theorem."""
     mass = sum(body.mass for body in bodies)
@@ -127,7 +130,7 @@ class PlantRobot:
 
     description: Robot
     torque_curve: str
-    difference: Difference = Difference()
+    difference: Difference = AS_THE_MODEL
 
 
 @dataclass(frozen=True)

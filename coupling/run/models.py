@@ -24,7 +24,7 @@ _POLISH = {"native": 300, "python": 20}
 
 
 class Models:
-    """FMUs of robots, each built and loaded when it is first asked for; a context manager that ends them.
+    """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
 
     Args:
         kind: Kind of the FMUs.
@@ -52,13 +52,30 @@ class Models:
             BuildError: If it cannot be built.
             SimulationError: If it cannot run here.
         """
-        key = (robot.to_json(), torque_curve)
-        if key not in self._loaded:
-            file = self._folder / f"{len(self._loaded)}.fmu"
-            build_fmu(robot, file, BuildOptions(self.kind))
-            fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch))
-            self._loaded[key] = SimulatedModel(robot, torque_curve, fmu)
-        return self._loaded[key]
+        found = self._loaded.get((robot.to_json(), torque_curve))
+        if found is not None:
+            return found
+        file = build_fmu(robot, self._file(), BuildOptions(self.kind))
+        return self._load(robot, torque_curve, file)
+
+    def take(self, robot: Robot, torque_curve: str, fmu: bytes) -> SimulatedModel:
+        """Return a robot with its FMU, which is there already.
+
+        Raises:
+            SimulationError: If it cannot run here.
+        """
+        file = self._file()
+        file.write_bytes(fmu)
+        return self._load(robot, torque_curve, file)
+
+    def _file(self) -> Path:
+        return self._folder / f"{len(self._loaded)}.fmu"
+
+    def _load(self, robot: Robot, torque_curve: str, file: Path) -> SimulatedModel:
+        fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch))
+        loaded = SimulatedModel(robot, torque_curve, fmu)
+        self._loaded[robot.to_json(), torque_curve] = loaded
+        return loaded
 
 
 def cell_of(

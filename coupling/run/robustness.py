@@ -10,7 +10,7 @@ import numpy as np
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import WrenchHistory
 from coupling.robot.cell import Cell
-from coupling.robot.difference import Difference
+from coupling.robot.difference import AS_THE_MODEL, Difference
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
 from coupling.solve.correction import Correction
 from elastic_robot.description import Robot
@@ -26,12 +26,12 @@ class Variation:
         force: Factor of the wrench.
 
     Example:
-        >>> Variation("force +5 %", force=1.05).difference == Difference()
+        >>> Variation("force +5 %", force=1.05).difference is AS_THE_MODEL
         True
     """
 
     name: str
-    difference: Difference = Difference()
+    difference: Difference = AS_THE_MODEL
     force: float = 1.0
 
 
