@@ -1,4 +1,4 @@
-"""The command line: elastic-robot build | ssp | couple | compensate | report."""
+"""The command line: elastic-robot build | ssp | couple | compensate | study | report."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 
 from coupling.case import Case, load_case
+from coupling.cli_study import study
 from coupling.errors import CouplingError
 from coupling.events import Progress, Watch
 from coupling.files.robot_file import find_robot, load_robot
@@ -86,6 +87,9 @@ def couple(case: CaseFile, output: Output = None, overwrite: Overwrite = False) 
 def compensate(case: CaseFile, output: Output = None, overwrite: Overwrite = False) -> None:
     """Correct the command until the tool follows the desired path."""
     _run(case, output, overwrite, run_compensation)
+
+
+app.command()(study)
 
 
 @app.command()

@@ -121,17 +121,31 @@ def _page(
     figures_: dict[str, Any], table: str, sections: list[tuple[str, str, go.Figure, str]]
 ) -> str:
     """Return verdict, table and sections as one self-contained HTML text."""
+    head = f"{_verdict(figures_)}{table}{_warnings(figures_)}"
+    return document(f"{figures_['case']}: {figures_['kind']}", head, sections, _THINNED_TEXT)
+
+
+def document(
+    title: str, head: str, sections: list[tuple[str, str, go.Figure, str]], end: str = ""
+) -> str:
+    """Return a self-contained HTML text.
+
+    Args:
+        title: Title, as plain text.
+        head: HTML before the sections.
+        sections: Title, name, figure and HTML of each.
+        end: HTML after them.
+    """
     body = "".join(
-        f"<h2>{title}</h2><div>{text}</div>"
+        f"<h2>{heading}</h2><div>{text}</div>"
         + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
-        for title, name, figure, text in sections
+        for heading, name, figure, text in sections
     )
-    title = html.escape(f"{figures_['case']}: {figures_['kind']}")
+    title = html.escape(title)
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<h1>{title}</h1>{_verdict(figures_)}{table}{_warnings(figures_)}{body}{_THINNED_TEXT}"
-        "</body></html>"
+        f"<h1>{title}</h1>{head}{body}{end}</body></html>"
     )
 
 

@@ -68,7 +68,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "rate_warnings": [str(warning) for warning in warnings],
         "durations_s": run.durations,
         "fmu_fingerprint": run.fmu_fingerprint,
-        "versions": _versions(),
+        "versions": versions(),
     }
 
 
@@ -182,7 +182,8 @@ def _pass_figures(entry: Pass) -> dict[str, Any]:
     }
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that a result depends on."""
     found = {}
     for package in _PACKAGES:
         try:

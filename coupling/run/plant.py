@@ -16,7 +16,7 @@ from coupling.process.base import Answer, Process
 from coupling.robot.cell import Cell
 from coupling.robot.difference import Difference, Plant
 from coupling.run.models import Models
-from coupling.run.robustness import differing, scaled
+from coupling.run.robustness import differing
 from coupling.solve.correction import Correction, Refined
 from coupling.solve.fixed_point import Coupling, Loop, couple
 
@@ -43,7 +43,7 @@ class Forced:
         """Return its answer to a path, times the factor."""
         answer = self.process.evaluate(path)
         stiffness = None if answer.stiffness is None else self.factor * answer.stiffness
-        return replace(answer, wrench=scaled(answer.wrench, self.factor), stiffness=stiffness)
+        return replace(answer, wrench=answer.wrench.scaled(self.factor), stiffness=stiffness)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnP
     """
     assert case.plant is not None
     coupling, remark = None, ""
-    loads = scaled(found.answer.wrench, case.plant.force)
+    loads = found.answer.wrench.scaled(case.plant.force)
     if case.plant.couple:
         try:
             coupling = coupled_on(case, cell, case.plant.force, found.joints, found.achieved, watch)
@@ -106,7 +106,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnP
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
     said = in_words(case.plant, case.robots)
-    return OnPlant(said, found.desired, path, loads, coupling, remark)
+    return OnPlant(said, found.desired, path, loads.on(path), coupling, remark)
 
 
 def coupled_on(

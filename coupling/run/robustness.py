@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import WrenchHistory
 from coupling.robot.cell import Cell
 from coupling.robot.difference import AS_THE_MODEL, Difference
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
@@ -96,9 +95,8 @@ def replayed(cell: Cell, models: Sequence[SimulatedModel], found: Correction) ->
         pushes = variation.force != 1.0 and bool(np.any(loaded.wrench))
         if not (changes(models, differences) or pushes):
             continue
-        wrench = scaled(loaded, variation.force)
         path = differing(cell, models, differences, variation.name).simulate(
-            found.joints, wrench, "dynamic"
+            found.joints, loaded.scaled(variation.force), "dynamic"
         )
         pairs = zip(path.tools, found.desired.tools, strict=True)
         tools = tuple(measure(own, desired) for own, desired in pairs)
@@ -110,11 +108,6 @@ def changes(models: Sequence[SimulatedModel], differences: Sequence[Difference])
     """Return whether differences change anything in the models' parameters."""
     pairs = zip(models, differences, strict=True)
     return any(own.parameters(model.robot, model.torque_curve) for model, own in pairs)
-
-
-def scaled(wrench: WrenchHistory, factor: float) -> WrenchHistory:
-    """Return a wrench history times a factor."""
-    return WrenchHistory(wrench.time, factor * wrench.wrench)
 
 
 def differing(

@@ -77,9 +77,7 @@ class Band:
         shape = np.maximum(high, 1e-3 * high.max(initial=0.0))
         ratio = np.divide(distance, shape, out=np.zeros_like(distance), where=shape > 0.0)
         lifted = quantile(ratio.max(axis=1), coverage) * shape
-        return cls(
-            coverage, quantile(distance, tail), quantile(distance, 0.5), high, lifted
-        )
+        return cls(coverage, quantile(distance, tail), quantile(distance, 0.5), high, lifted)
 
 
 @dataclass(frozen=True)
@@ -99,9 +97,10 @@ class Influence:
 def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] | None:
     """Return how much each parameter matters for a figure, out of samples as they are.
 
-    The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with fewer
-    samples, 2, which are orthogonal over uniform probabilities; the variance of each part, without what chance puts there, over the figure's is
-    the share.  What is left is of several parameters together, or not a polynomial.
+    The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with
+    fewer samples, 2, which are orthogonal over uniform probabilities.  The share is the variance of a
+    part, without what chance puts there, over the figure's.  What is left is of several parameters
+    together, or not a polynomial.
 
     Args:
         points: Probabilities of the parameters' values, (n, k), each column uniform in 0 to 1.
@@ -140,7 +139,7 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] 
 
 
 def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:
-    """Return the first rows of equal parts of a path's time, each with a row at least, (m,), m <= parts."""
+    """Return the first rows of equal parts of a path's time that have a row, (m,), m <= parts."""
     edges = np.searchsorted(time, np.linspace(time[0], time[-1], parts + 1)[:-1])
     return np.unique(edges)
 

@@ -16,7 +16,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Cell
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
-from coupling.run.robustness import differing, scaled
+from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Coupling
 from coupling.study.bands import largest_in_parts, parts_of_path
 from coupling.study.parameters import Parameters, Sampled
@@ -110,7 +110,7 @@ class Bench:
     def _run(self, sampled: Sampled, own: Models) -> tuple[ToolPath, Coupling | None]:
         """Return the path of the sampled robots, and how they came together with the process."""
         work, coupling = self._work, None
-        cell, loads = self._sampled_cell(sampled, own), scaled(work.wrench, sampled.force)
+        cell, loads = self._sampled_cell(sampled, own), work.wrench.scaled(sampled.force)
         if self._case is not None:
             coupling = coupled_on(
                 self._case, cell, sampled.force, work.joints, work.achieved, unwatched

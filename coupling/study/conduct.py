@@ -181,7 +181,9 @@ def _identity(case: Case, table: StudyTable, work: Work) -> dict[str, Any]:
         digest.update(values.tobytes())
     for history in (work.wrench.wrench, work.desired.time, work.desired.pose):
         digest.update(history.tobytes())
-    resolved = {name: keys for name, keys in case.resolved.items() if name not in ("plant", "study")}
+    resolved = {
+        name: keys for name, keys in case.resolved.items() if name not in ("plant", "study")
+    }
     samples = {} if table.design in GROWS else {"samples": table.samples}
     return {
         "case": resolved,

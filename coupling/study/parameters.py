@@ -132,9 +132,13 @@ class Parameters:
         by_name = dict(zip(self.names, values, strict=True))
         differences = []
         for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
-            factors = [self._factors(by_name, f"{key}_factor", robot, joints) for key in _FACTORS]
+            stiffness, damping, backlash = (
+                self._factors(by_name, f"{key}_factor", robot, joints) for key in _FACTORS
+            )
             payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
-            differences.append(Difference(*factors, payload, self.payload_position))
+            differences.append(
+                Difference(stiffness, damping, backlash, payload, self.payload_position)
+            )
         return Sampled(tuple(differences), by_name.get("force_factor", 1.0))
 
     def _factors(
@@ -179,6 +183,11 @@ def _shows(key: str, case: Case, loaded: bool) -> bool:
 
 def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     """Return whether a factor at one joint changes a parameter of the robot."""
-    factors = [2.0 if i == joint else 1.0 for i in range(len(robot.description.joints))]
-    other = Difference(**{key.removesuffix("_factor"): tuple(factors)})
+    factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
+    by_key = {
+        "stiffness_factor": Difference(stiffness=factors),
+        "damping_factor": Difference(damping=factors),
+        "backlash_factor": Difference(backlash=factors),
+    }
+    other = by_key[key]
     return bool(other.parameters(robot.description, robot.torque_curve))
