@@ -118,15 +118,52 @@ class PlantTable(_PlantRobotTable):
         return found
 
 
-class NormalTable(Schema):
-    """A normal distribution, cut off at three standard deviations."""
-
-    mean: float
-    deviation: Positive
+# Standard deviations beyond which a normal distribution is cut off.
+CUT_OFF = 3.0
 
 
-Range = Annotated[list[float], Field(min_length=2, max_length=2)]
-Spread = Range | NormalTable
+class Spread(Schema):
+    """Distribution of an uncertain parameter: uniform from low to high, or normal about a mean.
+
+    The normal one is cut off at three standard deviations.
+    """
+
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    deviation: Positive | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Spread:
+        uniform, normal = (self.low, self.high), (self.mean, self.deviation)
+        if (None in uniform) == (None in normal) or any(
+            value is not None for value in (normal if None in normal else uniform)
+        ):
+            raise ValueError("expected [low, high] or { mean = .., deviation = .. }, got neither")
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError(f"expected [low, high], low < high, got [{self.low}, {self.high}]")
+        return self
+
+    @property
+    def least(self) -> float:
+        """Lowest value."""
+        if self.low is not None:
+            return self.low
+        assert self.mean is not None
+        assert self.deviation is not None
+        return self.mean - CUT_OFF * self.deviation
+
+
+def _as_spread(value: object) -> object:
+    """Return [low, high] as the table that it is short for."""
+    if isinstance(value, list) and len(value) == 2:
+        return {"low": value[0], "high": value[1]}
+    if isinstance(value, dict | Spread):
+        return value
+    raise ValueError(f"expected [low, high] or {{ mean = .., deviation = .. }}, got {value!r}")
+
+
+Uncertain = Annotated[Spread | None, BeforeValidator(_as_spread)]
 
 
 class StudyTable(Schema):
@@ -147,25 +184,23 @@ class StudyTable(Schema):
     design: Literal["sobol", "latin-hypercube"] = "sobol"
     coverage: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.9
     joints: Literal["alike", "each"] = "alike"
-    stiffness_factor: Spread | None = None
-    damping_factor: Spread | None = None
-    backlash_factor: Spread | None = None
-    force_factor: Spread | None = None
-    payload_kg: Spread | None = None
+    stiffness_factor: Uncertain = None
+    damping_factor: Uncertain = None
+    backlash_factor: Uncertain = None
+    force_factor: Uncertain = None
+    payload_kg: Uncertain = None
     payload_position_m: Vector3 | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _spreads(cls, data: Any) -> Any:
-        """Refuse what is no spread with one sentence, where a union would give two."""
-        for name in SPREADS:
-            value = data.get(name) if isinstance(data, dict) else None
-            if value is None or isinstance(value, NormalTable):
-                continue
-            _require_spread(name, value)
-        return data
+    @model_validator(mode="after")
+    def _are_possible(self) -> StudyTable:
+        for name, spread in self.spreads().items():
+            if name == "stiffness_factor" and spread.least <= 0.0:
+                raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
+            if spread.least < 0.0:
+                raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
+        return self
 
-    def spreads(self) -> dict[str, list[float] | NormalTable]:
+    def spreads(self) -> dict[str, Spread]:
         """Return what is uncertain, by key: as given, or the defaults where nothing is."""
         given = {name: getattr(self, name) for name in SPREADS}
         found = {name: spread for name, spread in given.items() if spread is not None}
@@ -173,34 +208,9 @@ class StudyTable(Schema):
 
 
 SPREADS = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor", "payload_kg")
-DEFAULT_SPREADS: dict[str, list[float] | NormalTable] = {
-    "stiffness_factor": [0.98, 1.02],
-    "damping_factor": [0.8, 1.2],
-    "backlash_factor": [0.8, 1.2],
-    "force_factor": [0.95, 1.05],
+DEFAULT_SPREADS = {
+    "stiffness_factor": Spread(low=0.98, high=1.02),
+    "damping_factor": Spread(low=0.8, high=1.2),
+    "backlash_factor": Spread(low=0.8, high=1.2),
+    "force_factor": Spread(low=0.95, high=1.05),
 }
-
-
-def _require_spread(name: str, value: object) -> None:
-    """Raise a ValueError unless a value is a spread whose least value is possible."""
-    if isinstance(value, dict):
-        table = NormalTable.model_validate(value)
-        low = table.mean - CUT_OFF * table.deviation
-        shown = f"{low:.6g} at three standard deviations below the mean"
-    else:
-        ends = value if isinstance(value, list) else []
-        if len(ends) != 2 or not all(type(end) in (int, float) for end in ends):
-            raise ValueError(
-                f"{name}: expected [low, high] or {{ mean = .., deviation = .. }}, got {value!r}"
-            )
-        low, high = ends
-        if not low < high:
-            raise ValueError(f"{name}: expected [low, high], low < high, got {value!r}")
-        shown = f"{low:.6g}"
-    if low < 0.0 or (name == "stiffness_factor" and low == 0.0):
-        bound = "> 0" if name == "stiffness_factor" else ">= 0"
-        raise ValueError(f"{name}: expected values {bound}, got {shown}")
-
-
-# Standard deviations beyond which a normal distribution is cut off.
-CUT_OFF = 3.0

@@ -50,9 +50,9 @@ def study(
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)
+    loaded = load_case(case)
+    table = changed_table(loaded.study, samples=samples, seed=seed)
     with locked(folder, overwrite), RunView(Console()) as view:
-        loaded = load_case(case, watch=view.watch)
-        table = changed_table(loaded.study, samples=samples, seed=seed)
         place = run or _own_run(case, folder / RUN, view.watch)
         begun = opened(folder, loaded, table, place, couple)
         found = simulated(begun, crew, view.watch)

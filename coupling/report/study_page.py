@@ -162,7 +162,8 @@ def _verdict(figures: dict[str, Any]) -> str:
     command, share = figures["command"], figures["coverage"]
     limit = figures["quantiles_m"]["maximum"][f"{share:g}"]
     state = "yes" if command["converged"] else "no"
-    text = f"<b>{100 * share:g} % of further robots stay below {_UM * limit:.1f} um</b> along the whole path."
+    text = f"<b>{100 * share:g} % of further robots stay below {_UM * limit:.1f} um</b>"
+    text += " along the whole path."
     if not command["converged"]:
         text += f" <b>The command is not converged</b>: {html.escape(command['reason'])}"
     if figures["failed"]:

@@ -33,7 +33,7 @@ except ImportError as cause:
     ) from cause
 
 # How long a cluster is waited for [s].
-_PATIENCE = 15.0
+_PATIENCE = 10.0
 # Times that a sample is tried again after the process of its FMU has ended.
 _RETRIES = 3
 

@@ -23,7 +23,7 @@ from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.bands import samples_for
 from coupling.study.bench import Work
 from coupling.study.design import GROWS
-from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same
+from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
 from coupling.study.parameters import Parameters
 from coupling.study.rows import Rows, Sample
 from coupling.study.workers import Workers
@@ -80,7 +80,7 @@ def require_run_of(case: Case, run: Path) -> None:
     other = different(whole, wanted)
     if other:
         raise StudyError(
-            f"{run}: holds the command of another case, which differs in {', '.join(other)}: compute"
+            f"{run}: holds the command of another case, which differs in {some(other)}: compute"
             " it anew (--overwrite), or name another folder"
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -100,10 +100,21 @@ def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
     other = different(begun, wanted)
     if other:
         raise StudyError(
-            f"{folder}: holds a study that differs in {', '.join(other)}: give the command that began"
+            f"{folder}: holds a study that differs in {some(other)}: give the command that began"
             " it, name another folder, or add --overwrite to start anew"
         )
     return True
+
+
+def some(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are.
+
+    Example:
+        >>> some(["a", "b", "c", "d", "e"])
+        'a, b, c and 2 more'
+    """
+    more = len(names) - 3
+    return ", ".join(names[:3]) + (f" and {more} more" if more > 0 else "")
 
 
 def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import truncnorm
 
 from coupling.case import Case, PlacedRobot
-from coupling.case_plant import CUT_OFF, NormalTable, StudyTable
+from coupling.case_plant import CUT_OFF, Spread, StudyTable
 from coupling.robot.difference import Difference
 
 _FACTORS = ("stiffness", "damping", "backlash")
@@ -22,16 +22,15 @@ class Parameter:
     Attributes:
         name: Its key in [study]; with a joint's number in brackets where each joint has its own, and the
             robot's name before it where there are two robots.
-        spread: [low, high], uniform between them; or mean and deviation of a normal distribution, cut
-            off at three standard deviations.
+        spread: Its distribution.
 
     Example:
-        >>> Parameter("stiffness_factor", [0.98, 1.02]).at(np.array([0.0, 0.5, 1.0]))
+        >>> Parameter("stiffness_factor", Spread(low=0.98, high=1.02)).at(np.array([0.0, 0.5, 1.0]))
         array([0.98, 1.  , 1.02])
     """
 
     name: str
-    spread: Sequence[float] | NormalTable
+    spread: Spread
 
     @property
     def range(self) -> tuple[float, float]:
@@ -41,19 +40,19 @@ class Parameter:
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Return the values that are not exceeded with given probabilities, any shape."""
-        if isinstance(self.spread, NormalTable):
-            spread = self.spread
-            normal = truncnorm(-CUT_OFF, CUT_OFF, loc=spread.mean, scale=spread.deviation)
-            found: np.ndarray = normal.ppf(share)
-            return found
-        low, high = self.spread
-        return low + (high - low) * share
+        spread = self.spread
+        if spread.low is not None and spread.high is not None:
+            return spread.low + (spread.high - spread.low) * share
+        normal = truncnorm(-CUT_OFF, CUT_OFF, loc=spread.mean, scale=spread.deviation)
+        found: np.ndarray = normal.ppf(share)
+        return found
 
     def in_words(self) -> str:
         """Return its distribution, for people."""
-        if isinstance(self.spread, NormalTable):
-            return f"normal, mean {self.spread.mean:g}, deviation {self.spread.deviation:g}"
-        return "uniform, {:g} to {:g}".format(*self.spread)
+        spread = self.spread
+        if spread.low is not None:
+            return f"uniform, {spread.low:g} to {spread.high:g}"
+        return f"normal, mean {spread.mean:g}, deviation {spread.deviation:g}"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,245 @@
+"""`elastic-robot study` as a user types it: killed, grown, refused, distributed."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import command
+from places import LINE_CASE
+from studies import alive, children, killed, rows, started, tables, wait_for_rows
+
+from coupling.errors import StudyError
+from coupling.files.csv_table import read_table
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.deviation import measure
+from coupling.report.study_page import write_study_report
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.stored_run import read_run
+
+pytest.importorskip("distributed")
+
+SAMPLES = 120
+
+
+def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
+    """The small case, slow, on the moving robot with backlash by method inverse."""
+    text = LINE_CASE.read_text()
+    for old, new in (
+        ('"linear"', '"backlash"'),
+        ('"quasistatic"', '"dynamic"'),
+        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
+        ("feed_m_s = 0.1", f"feed_m_s = {feed}"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / "stroke.toml"
+    file.write_text(f"{text}\n{more}")
+    return file
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Path:
+    return moving(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def run(case, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "run"
+    done = command("compensate", case, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(case, run, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("undisturbed") / "study"
+    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert f"{SAMPLES} sampled" in done.stdout
+    return folder
+
+
+def test_a_study_killed_ten_times_ends_with_the_same_bytes(case, run, undisturbed, tmp_path):
+    """kill -9 after a random number of samples or before the first one; nothing is simulated twice."""
+    random_ = random.Random(14)
+    options = (case, "-o", tmp_path / "study", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    kept = []
+    for _ in range(10):
+        running = started(*options)
+        wait_for_rows(running, tmp_path / "study", rows(tmp_path / "study") + random_.randrange(9))
+        time.sleep(random_.random() * 0.02)
+        below = children(running.pid, "python")
+        killed(running)
+        kept.append(rows(tmp_path / "study"))
+        deadline = time.time() + 20.0
+        while any(map(alive, below)) and time.time() < deadline:
+            time.sleep(0.01)
+        assert not any(map(alive, below)), "a killed study leaves processes"
+    assert kept == sorted(kept)
+    assert 0 < kept[-1] < SAMPLES, kept
+    last = started(*options)
+    said, _ = last.communicate()
+    assert last.returncode == 0, said
+    assert tables(tmp_path / "study") == tables(undisturbed)
+
+
+def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    running = started(case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    wait_for_rows(running, folder, 2)
+    worker, other = children(running.pid, "spawn_main")
+    (robot,) = children(other, "worker_main")
+    for victim, count in ((worker, 10), (robot, 30)):
+        wait_for_rows(running, folder, count)
+        assert running.poll() is None
+        os.kill(victim, signal.SIGKILL)
+    said, _ = running.communicate()
+    assert running.returncode == 0, said
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    for samples in (30, SAMPLES):
+        done = command("study", case, "-o", folder, "--run", run, "--samples", samples)
+        assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_every_row_is_the_command_on_a_robot_changed_by_hand(
+    case, run, undisturbed, example, tmp_path
+):
+    """Parameters from samples.csv, set one by one in an FMU built here; to 1e-12 m."""
+    names = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor")
+    table = read_table(
+        undisturbed / "samples.csv", ("sample", *names, "maximum", "rms"), StudyError
+    )
+    assert np.array_equal(table[:, 0], np.arange(SAMPLES))
+    low, high = [0.98, 0.8, 0.8, 0.95], [1.02, 1.2, 1.2, 1.05]
+    assert np.all((table[:, 1:5] >= low) & (table[:, 1:5] <= high))
+    assert np.all(np.ptp(table[:, 1:5], axis=0) > 0.95 * (np.array(high) - low))
+    stored = read_run(run).first
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native"))
+    with RobotFmu(file, "backlash") as fmu:
+        for row in table[::17]:
+            changed = {}
+            for i, joint in enumerate(example.joints, start=1):
+                if joint.stiffness is None:
+                    continue
+                for key, factor in zip(("stiffness", "damping", "backlash"), row[1:4], strict=True):
+                    changed[f"joint[{i}].{key}"] = factor * getattr(joint, key)
+                    if key != "backlash":
+                        for k, tilt in enumerate(joint.tilt, start=1):
+                            name = f"joint[{i}].tilt[{k}].{key}"
+                            changed[name] = factor * getattr(tilt, key)
+            wrench = stored.wrench.scaled(row[4])
+            path = fmu.simulate(stored.joints, wrench, "dynamic", changed)
+            found = measure(path, stored.desired)
+            assert (found.maximum, found.rms) == pytest.approx(tuple(row[5:7]), abs=1e-12)
+
+
+def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
+    case, run, undisturbed, tmp_path
+):
+    before = tables(undisturbed)
+    options = ("-o", undisturbed, "--run", run, "--samples", SAMPLES)
+    other_case = moving(tmp_path, "[study]\nstiffness_factor = [0.9, 1.1]\n")
+    for arguments, words in (
+        ((case, *options, "--seed", 2), "differs in seed"),
+        ((case, *options, "--couple"), "differs in couple"),
+        ((other_case, *options), "differs in parameters.stiffness_factor"),
+        ((moving(tmp_path, feed="0.03"), *options), "differs in tool_path.feed_m_s"),
+    ):
+        done = command("study", *arguments)
+        assert done.returncode == 2, done.stdout
+        assert words in " ".join(done.stderr.split())
+    assert tables(undisturbed) == before
+
+
+def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
+    file = moving(tmp_path, '[study]\ndesign = "latin-hypercube"\nforce_factor = [0.9, 1.1]\n')
+    options = ("study", file, "-o", tmp_path / "study", "--run", run, "--workers", 1)
+    assert command(*options, "--samples", 20).returncode == 0
+    done = command(*options, "--samples", 40)
+    assert done.returncode == 2
+    assert "differs in samples" in done.stderr
+
+
+def test_two_studies_at_once_are_refused(case, run, tmp_path):
+    folder = tmp_path / "study"
+    running = started(case, "-o", folder, "--run", run, "--samples", 2000, "--workers", 1)
+    wait_for_rows(running, folder, 1)
+    try:
+        done = command("study", case, "-o", folder, "--run", run, "--samples", 2000)
+    finally:
+        killed(running)
+    assert done.returncode == 2
+    assert "another study works in it" in done.stderr
+
+
+@pytest.fixture
+def cluster() -> Iterator[str]:
+    """A Dask cluster on this machine as an administrator would start it."""
+    scheduler = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    address = ""
+    while not address:
+        line = scheduler.stderr.readline()
+        assert line, "the scheduler has ended"
+        address = next((word for word in line.split() if word.startswith("tcp://")), "")
+    worker = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"],
+        stderr=subprocess.DEVNULL,
+    )
+    yield address
+    for process in (worker, scheduler):
+        process.terminate()
+        process.communicate()
+
+
+def test_a_cluster_that_runs_already_gives_the_same_bytes(
+    case, run, undisturbed, cluster, tmp_path
+):
+    folder = tmp_path / "study"
+    options = ("-o", folder, "--run", run, "--samples", SAMPLES, "--scheduler", cluster)
+    done = command("study", case, *options)
+    assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path):
+    options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
+    done = command("study", case, *options)
+    assert done.returncode == 2
+    assert "expected a Dask scheduler at tcp://127.0.0.1:1, got no answer" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_report_and_figures_tell_the_same(undisturbed):
+    figures = json.loads((undisturbed / "study.json").read_text())
+    table = read_table(undisturbed / "samples.csv", ("maximum",), StudyError)[:, 0]
+    limit = figures["quantiles_m"]["maximum"]["0.9"]
+    assert np.mean(table <= limit) == pytest.approx(0.9, abs=1.0 / SAMPLES)
+    page = write_study_report(undisturbed).read_text(encoding="utf-8")
+    assert f"90 % of further robots stay below {1e6 * limit:.1f} um" in page
+    assert [entry["name"] for entry in figures["parameters"]] == [
+        "stiffness_factor",
+        "damping_factor",
+        "backlash_factor",
+        "force_factor",
+    ]
+    band = read_table(undisturbed / "bands.csv", ("low", "median", "high"), StudyError)
+    assert np.all(np.diff(band, axis=1) >= 0.0)
