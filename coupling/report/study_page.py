@@ -58,7 +58,7 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
         ("Deviation along the path", "bands", bands(study), _bands_text(figures)),
         ("Largest deviation", "distribution", distribution(study), _DISTRIBUTION_TEXT),
     ]
-    if _ordered(figures):
+    if ordered(figures):
         sections.append(("What matters", "influence", influence(study), _influence_text(figures)))
         sections.append(("Deviation by parameter", "scatter", scatter(study), _SCATTER_TEXT))
     link = f'<p><a href="{RUN}/{REPORT}">The run of the command</a></p>' if with_run else ""
@@ -112,25 +112,25 @@ def distribution(study: StoredStudy) -> go.Figure:
 def influence(study: StoredStudy) -> go.Figure:
     """Share of each parameter in the variance of the deviation."""
     figure = go.Figure()
-    ordered = _ordered(study.figures)[::-1]
+    entries = ordered(study.figures)[::-1]
     for name, words, color in (("rms", "rms", DESIRED), ("maximum", "max", AFTER)):
         figure.add_bar(
-            y=[entry["name"] for entry in ordered],
-            x=[100.0 * entry["influence"][name]["share"] for entry in ordered],
+            y=[entry["name"] for entry in entries],
+            x=[100.0 * entry["influence"][name]["share"] for entry in entries],
             orientation="h",
             name=words,
             marker={"color": color},
         )
     figure.update_xaxes(title="share of the variance [%]", range=[0, 100])
     figure.update_layout(legend_traceorder="reversed", barmode="group")
-    style(figure, 170 + 46 * len(ordered)).update_layout(margin_l=10)
+    style(figure, 170 + 46 * len(entries)).update_layout(margin_l=10)
     figure.update_yaxes(automargin=True)
     return figure
 
 
-def scatter(study: StoredStudy) -> go.Figure:
-    """Largest deviation of every sample over the parameters that matter most."""
-    shown = [entry["name"] for entry in _ordered(study.figures)[:_DRAWN]]
+def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
+    """Largest deviation of every sample over the parameters that matter most, so many at most."""
+    shown = [entry["name"] for entry in ordered(study.figures)[:most]]
     columns = min(len(shown), 2)
     rows = -(-len(shown) // columns)
     figure = make_subplots(rows, columns, shared_yaxes=True, vertical_spacing=0.28 / rows)
@@ -152,8 +152,8 @@ def scatter(study: StoredStudy) -> go.Figure:
     return style(figure, 90 + 250 * rows)
 
 
-def _ordered(figures: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the parameters, the most important one first; none where there are too few samples."""
+def ordered(figures: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the parameters of study.json, the most important one first; none where there are too few samples."""
     entries = [entry for entry in figures["parameters"] if entry["influence"]["maximum"]]
     return sorted(entries, key=lambda entry: -entry["influence"]["maximum"]["share"])
 
@@ -216,7 +216,7 @@ def _parameters(figures: dict[str, Any]) -> str:
     header = ("uncertain", "distribution", "share in the variance of max", "rank correlation")
     silent = figures["silent"]
     left = f"<p>Without effect here, left out: {', '.join(silent)}.</p>" if silent else ""
-    few = "" if _ordered(figures) else "<p>Too few samples to tell which parameter matters.</p>"
+    few = "" if ordered(figures) else "<p>Too few samples to tell which parameter matters.</p>"
     return f"<h2>What is uncertain</h2>{table(header, rows)}{left}{few}"
 
 
@@ -238,7 +238,7 @@ def _bands_text(figures: dict[str, Any]) -> str:
 
 def _influence_text(figures: dict[str, Any]) -> str:
     left = {
-        name: 1.0 - sum(entry["influence"][name]["share"] for entry in _ordered(figures))
+        name: 1.0 - sum(entry["influence"][name]["share"] for entry in ordered(figures))
         for name in ("maximum", "rms")
     }
     return (
