@@ -153,7 +153,7 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
 
 
 def ordered(figures: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the parameters of study.json, the most important one first; none where there are too few samples."""
+    """Return the parameters of study.json, the most important first; none with too few samples."""
     entries = [entry for entry in figures["parameters"] if entry["influence"]["maximum"]]
     return sorted(entries, key=lambda entry: -entry["influence"]["maximum"]["share"])
 

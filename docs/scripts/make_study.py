@@ -113,8 +113,8 @@ def speed() -> str:
     share = benchmark.efficiency(one, more)
     return (
         f"The cone's {benchmark.SAMPLES} samples take {one.wall:.0f} s on one worker and"
-        f" {more.wall:.0f} s on two, the start of the workers among it: {100 * share:.0f} % of twice the speed (two cores,"
-        " `python -m benchmarks.study`)."
+        f" {more.wall:.0f} s on two, the start of the workers among it: {100 * share:.0f} % of twice"
+        " the speed (two cores, `python -m benchmarks.study`)."
     )
 
 

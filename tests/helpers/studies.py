@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import psutil
 
 TABLES = ("points.csv", "samples.csv", "bands.csv", "study.json", "study.toml")
 
@@ -43,24 +44,9 @@ def killed(running: subprocess.Popen[str]) -> None:
 
 
 def children(process: int, words: str) -> list[int]:
-    """Numbers of the processes below one whose command line has some words."""
-    found = []
-    listed = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True)
-    table = [line.split(None, 2) for line in listed.stdout.splitlines()[1:]]
-    for pid, parent, args in table:
-        if int(parent) == process:
-            found += [int(pid)] if words in args else []
-            found += children(int(pid), words)
-    return found
-
-
-def alive(process: int) -> bool:
-    """Whether a process still runs."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    """Numbers of the processes below one, of all depths, whose command line has some words."""
+    below = psutil.Process(process).children(recursive=True)
+    return [child.pid for child in below if words in " ".join(child.cmdline())]
 
 
 def tables(folder: Path) -> dict[str, bytes]:

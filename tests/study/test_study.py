@@ -13,10 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from command_line import command
 from places import LINE_CASE
-from studies import alive, children, killed, rows, started, tables, wait_for_rows
+from studies import children, killed, rows, started, tables, wait_for_rows
 
 from coupling.errors import StudyError
 from coupling.files.csv_table import read_table
@@ -82,9 +83,9 @@ def test_a_study_killed_ten_times_ends_with_the_same_bytes(case, run, undisturbe
         killed(running)
         kept.append(rows(tmp_path / "study"))
         deadline = time.time() + 20.0
-        while any(map(alive, below)) and time.time() < deadline:
+        while any(map(psutil.pid_exists, below)) and time.time() < deadline:
             time.sleep(0.01)
-        assert not any(map(alive, below)), "a killed study leaves processes"
+        assert not any(map(psutil.pid_exists, below)), "a killed study leaves processes"
     assert kept == sorted(kept)
     assert 0 < kept[-1] < SAMPLES, kept
     last = started(*options)
@@ -153,12 +154,14 @@ def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
 ):
     before = tables(undisturbed)
     options = ("-o", undisturbed, "--run", run, "--samples", SAMPLES)
+    faster = tmp_path / "faster"
+    faster.mkdir()
     other_case = moving(tmp_path, "[study]\nstiffness_factor = [0.9, 1.1]\n")
     for arguments, words in (
         ((case, *options, "--seed", 2), "differs in seed"),
         ((case, *options, "--couple"), "differs in couple"),
         ((other_case, *options), "differs in parameters.stiffness_factor"),
-        ((moving(tmp_path, feed="0.03"), *options), "differs in tool_path.feed_m_s"),
+        ((moving(faster, feed="0.03"), *options), "differs in tool_path.feed_m_s"),
     ):
         done = command("study", *arguments)
         assert done.returncode == 2, done.stdout
