@@ -210,7 +210,7 @@ def _parameters(figures: dict[str, Any]) -> str:
         told = (
             ("", "")
             if found is None
-            else (f"{found['share']:.0%}", f"{found['rank_correlation']:+.2f}")
+            else (f"{100 * found['share']:.0f} %", f"{found['rank_correlation']:+.2f}")
         )
         rows.append((html.escape(entry["name"]), html.escape(entry["distribution"]), *told))
     header = ("uncertain", "distribution", "share in the variance of max", "rank correlation")
@@ -238,11 +238,11 @@ def _bands_text(figures: dict[str, Any]) -> str:
 
 def _influence_text(figures: dict[str, Any]) -> str:
     left = {
-        name: 1.0 - sum(entry["influence"][name]["share"] for entry in ordered(figures))
+        name: 100.0 * max(1.0 - sum(e["influence"][name]["share"] for e in ordered(figures)), 0.0)
         for name in ("maximum", "rms")
     }
     return (
         "First-order Sobol indices: the share of the variance that goes back to a parameter by itself."
-        f" The rest, {max(left['maximum'], 0.0):.0%} of max and {max(left['rms'], 0.0):.0%} of rms, is"
-        " of several together."
+        f" The rest, {left['maximum']:.0f} % of max and {left['rms']:.0f} % of rms, is of several"
+        " together."
     )

@@ -51,7 +51,7 @@ def _of_parameters(figures: dict[str, Any]) -> list[str]:
     ordered = sorted(entries, key=lambda entry: -entry["influence"]["maximum"]["share"])
     lines = ["Share of each parameter in the variance of the largest deviation:"]
     lines += [
-        f"  {entry['name'] + ':':<24}{entry['influence']['maximum']['share']:>5.0%}"
+        f"  {entry['name'] + ':':<24}{100 * entry['influence']['maximum']['share']:>4.0f} %"
         f"  ({entry['distribution']})"
         for entry in ordered[:10]
     ]

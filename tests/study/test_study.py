@@ -19,13 +19,18 @@ from command_line import command
 from places import LINE_CASE
 from studies import children, killed, rows, started, tables, wait_for_rows
 
-from coupling.errors import StudyError
+from coupling.case import load_case
+from coupling.case_plant import Spread
+from coupling.errors import CaseError, StudyError
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.report.study_page import write_study_report
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
+from coupling.run.study import run_compensation
+from coupling.study.conduct import changed_table
+from coupling.study.parameters import Parameter, Parameters
 
 pytest.importorskip("distributed")
 
@@ -246,3 +251,97 @@ def test_report_and_figures_tell_the_same(undisturbed):
     ]
     band = read_table(undisturbed / "bands.csv", ("low", "median", "high"), StudyError)
     assert np.all(np.diff(band, axis=1) >= 0.0)
+
+
+def test_each_robot_may_be_coupled_with_its_process(tmp_path):
+    """Samples of a hard wall, every one coupled, against one coupled by hand; a payload for each."""
+    file = moving(
+        tmp_path,
+        "[study]\nstiffness_factor = [0.9, 1.1]\npayload_kg = [0.0, 8.0]\njoints = 'each'\n",
+        feed="0.1",
+    )
+    options = ("-o", tmp_path / "study", "--samples", 19, "--couple", "--workers", 1)
+    done = command("study", file, *options)
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "study" / "study.json").read_text())
+    assert figures["wrench"] == "coupled"
+    assert figures["process_evaluations"] > 2 * 19
+    assert figures["not_coupled"] == []
+    names = tuple(entry["name"] for entry in figures["parameters"])
+    assert names == (*(f"stiffness_factor[{i}]" for i in range(1, 6)), "payload_kg")
+    table = read_table(tmp_path / "study" / "samples.csv", (*names, "maximum"), StudyError)
+    row = table[7].tolist()
+    plant = f"stiffness_factor = {[*row[:5], 1.0]}\npayload_kg = {row[5]!r}\ncouple = true\n"
+    case = load_case(moving(tmp_path, f"[plant]\n{plant}", feed="0.1"))
+    alone = run_compensation(case).plant
+    assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
+
+
+def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
+    (tmp_path / "distributed.py").write_text("raise ImportError('no such thing')\n")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    done = command("study", case, "-o", tmp_path / "study", "--run", run)
+    assert done.returncode == 2
+    assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# What is wrong with [study], and what the one message must contain.
+BAD_STUDIES = {
+    "unknown key": ("stiffnes_factor = [0.9, 1.1]", "did you mean 'stiffness_factor'"),
+    "negative": ("damping_factor = [-0.1, 1.1]", "damping_factor: expected values >= 0, got -0.1"),
+    "no stiffness": ("stiffness_factor = [0.0, 1.1]", "stiffness_factor: expected values > 0"),
+    "upside down": (
+        "force_factor = [1.1, 0.9]",
+        "expected [low, high], low < high, got [1.1, 0.9]",
+    ),
+    "wide": ("backlash_factor = { mean = 1.0, deviation = 0.5 }", "expected values >= 0, got -0.5"),
+    "half": ("backlash_factor = { mean = 1.0 }", "or { mean = .., deviation = .. }, got neither"),
+    "both": ("force_factor = { low = 0.9, high = 1.1, mean = 1.0 }", "got neither"),
+    "words": ('force_factor = "much"', "force_factor: expected [low, high] or"),
+    "not finite": ("force_factor = [0.9, inf]", "force_factor: high: expected a finite number"),
+    "no samples": ("samples = 0", "samples: expected a number greater than or equal to 1, got 0"),
+    "few samples": ("samples = 5", "expected at least 19 for a band that holds 90 %"),
+    "design": ('design = "grid"', "design: expected 'sobol' or 'latin-hypercube', got 'grid'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_STUDIES)
+def test_a_bad_study_is_one_message(tmp_path, name):
+    table, words = BAD_STUDIES[name]
+    with pytest.raises(CaseError) as refused:
+        changed_table(load_case(moving(tmp_path, f"[study]\n{table}\n")).study)
+    assert words in str(refused.value)
+    assert "study: " in str(refused.value)
+
+
+def test_a_bad_number_of_samples_leaves_no_folder(case, tmp_path):
+    done = command("study", case, "-o", tmp_path / "study", "--samples", 0)
+    assert done.returncode == 2
+    assert "samples: expected a number greater than or equal to 1, got 0" in done.stderr
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
+    (tmp_path / "letter.txt").write_text("dear")
+    done = command("study", case, "-o", tmp_path, "--run", run, "--overwrite")
+    assert done.returncode == 2
+    assert "holds files that are not a study (letter.txt)" in " ".join(done.stderr.split())
+    assert (tmp_path / "letter.txt").read_text() == "dear"
+
+
+def test_what_means_nothing_is_left_out(tmp_path):
+    """A linear robot has no backlash to be uncertain of, a free one no force."""
+    case = load_case(LINE_CASE)
+    assert Parameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
+    assert Parameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
+    assert Parameters.of(case, loaded=True).names[-1] == "force_factor"
+
+
+def test_normal_parameters_have_their_moments():
+    """Mean and deviation of a normal distribution that is cut off at three of it: 0.9733 of it."""
+    parameter = Parameter("force_factor", Spread(mean=1.0, deviation=0.1))
+    values = parameter.at((np.arange(20_000) + 0.5) / 20_000)
+    assert values.mean() == pytest.approx(1.0, abs=1e-6)
+    assert values.std() == pytest.approx(0.1 * np.sqrt(0.97334), rel=1e-4)
+    assert parameter.range == pytest.approx((0.7, 1.3))
