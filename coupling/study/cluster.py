@@ -110,7 +110,6 @@ def simulate(
             for future in as_completed(futures):
                 yield future.result()
                 future.release()
-            client.unregister_worker_plugin(name)
         except KilledWorker as cause:
             raise StudyError(
                 f"workers ended again and again on one sample ({cause.task}): see whether their memory"
@@ -125,6 +124,9 @@ def simulate(
                 f"{workers.scheduler}: its workers cannot import this package: {cause}: install"
                 " elastic-robot-fmu there"
             ) from cause
+        finally:
+            if workers.scheduler:  # other people's workers go on
+                client.unregister_worker_plugin(name)
 
 
 @contextmanager
@@ -147,7 +149,7 @@ def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
                 n_workers=count,
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 local_directory=str(scratch),
                 silence_logs=logging.CRITICAL,
                 env={"TMPDIR": str(scratch)},
