@@ -109,8 +109,8 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] 
 
     The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with
     fewer samples, 2, which are orthogonal over uniform probabilities.  The share is the variance of a
-    part, without what chance puts there, over the figure's.  What is left is of several parameters
-    together, or not a polynomial.
+    part over the figure's; of n independent samples, chance alone puts degree / n of it there.  What is
+    left is of several parameters together, or not a polynomial.
 
     Args:
         points: Probabilities of the parameters' values, (n, k), each column uniform in 0 to 1.
@@ -136,13 +136,8 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] 
     parts = [np.polynomial.legendre.legvander(2.0 * x - 1.0, degree)[:, 1:] for x in points.T]
     terms = np.column_stack([np.ones(count), *parts])
     weights, *_ = np.linalg.lstsq(terms, figure, rcond=None)
-    left = figure - terms @ weights
-    noise = float(left @ left) / (count - terms.shape[1])
-    chance = noise * np.diag(np.linalg.inv(terms.T @ terms))[1:].reshape(width, degree)
     # Legendre's P_k has the mean square 1 / (2 k + 1).
-    squares = (weights[1:].reshape(width, degree) ** 2 - chance) / (
-        2.0 * np.arange(1, degree + 1) + 1.0
-    )
+    squares = weights[1:].reshape(width, degree) ** 2 / (2.0 * np.arange(1, degree + 1) + 1.0)
     shares = np.clip(squares.sum(axis=1) / variance, 0.0, 1.0)
     ranks = [float(spearmanr(x, figure).statistic) for x in points.T]
     return tuple(Influence(float(s), r) for s, r in zip(shares, ranks, strict=True))
