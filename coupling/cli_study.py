@@ -55,7 +55,12 @@ def study(
     with locked(folder, overwrite), RunView(Console()) as view:
         place = run or _own_run(case, folder / RUN, view.watch)
         begun = opened(folder, loaded, table, place, couple)
-        found = simulated(begun, crew, view.watch)
+        try:
+            found = simulated(begun, crew, view.watch)
+        except KeyboardInterrupt as stop:  # Typer ends the program without a word
+            text = "stopped; " + "; ".join(getattr(stop, "__notes__", []))
+            Console(stderr=True).print(text, soft_wrap=True, markup=False)
+            raise
         view.watch(Progress("writing the report", 1, 2))
         write_findings(begun, found)
         write_study_report(folder)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+import elastic_robot
 from coupling.case import Case
 from coupling.case_plant import StudyTable
 from coupling.errors import CaseError, StudyError
@@ -101,6 +102,11 @@ def opened(folder: Path, case: Case, table: StudyTable, run: Path, couple: bool)
     """
     require_run_of(case, run)
     stored = read_run(run)
+    if stored.figures["kind"] != "compensate":
+        raise StudyError(
+            f"{run}: expected a run of compensate, got one of {stored.figures['kind']}, which corrects"
+            " nothing"
+        )
     work = _work(case, stored, run, couple)
     parameters, count = work.parameters, table.samples
     if not parameters.entries:
@@ -186,6 +192,7 @@ def _identity(case: Case, table: StudyTable, work: Work) -> dict[str, Any]:
     }
     samples = {} if table.design in GROWS else {"samples": table.samples}
     return {
+        "version": elastic_robot.__version__,
         "case": resolved,
         "command": digest.hexdigest(),
         "fmu": sha256(b"".join(work.fmus)).hexdigest(),

@@ -25,7 +25,6 @@ from coupling.errors import CaseError, StudyError
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
-from coupling.report.study_page import write_study_report
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
 from coupling.run.study import run_compensation
@@ -183,16 +182,19 @@ def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
     assert "differs in samples" in done.stderr
 
 
-def test_two_studies_at_once_are_refused(case, run, tmp_path):
+def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case, run, tmp_path):
     folder = tmp_path / "study"
     running = started(case, "-o", folder, "--run", run, "--samples", 2000, "--workers", 1)
     wait_for_rows(running, folder, 1)
-    try:
-        done = command("study", case, "-o", folder, "--run", run, "--samples", 2000)
-    finally:
-        killed(running)
+    done = command("study", case, "-o", folder, "--run", run, "--samples", 2000)
+    running.send_signal(signal.SIGINT)
+    said, _ = running.communicate()
     assert done.returncode == 2
     assert "another study works in it" in done.stderr
+    assert running.returncode == 130
+    assert "stopped; " in said
+    assert f"{rows(folder)} of 2000 samples are kept: the same command goes on" in said
+    assert "Traceback" not in said
 
 
 @pytest.fixture
@@ -241,7 +243,11 @@ def test_report_and_figures_tell_the_same(undisturbed):
     table = read_table(undisturbed / "samples.csv", ("maximum",), StudyError)[:, 0]
     limit = figures["quantiles_m"]["maximum"]["0.9"]
     assert np.mean(table <= limit) == pytest.approx(0.9, abs=1.0 / SAMPLES)
-    page = write_study_report(undisturbed).read_text(encoding="utf-8")
+    written = (undisturbed / "report.html").read_bytes()
+    done = command("report", undisturbed)
+    assert done.returncode == 0, done.stderr
+    page = (undisturbed / "report.html").read_text(encoding="utf-8")
+    assert page.encode() == written
     assert f"90 % of further robots stay below {1e6 * limit:.1f} um" in page
     assert [entry["name"] for entry in figures["parameters"]] == [
         "stiffness_factor",
@@ -275,6 +281,27 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
     case = load_case(moving(tmp_path, f"[plant]\n{plant}", feed="0.1"))
     alone = run_compensation(case).plant
     assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
+
+
+def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
+    file = moving(tmp_path, feed="0.1")
+    text = file.read_text().replace(
+        'method = "inverse"', 'method = "inverse"\ntolerance_m = 1e-9\nmax_rounds = 1'
+    )
+    file.write_text(text)
+    done = command("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
+    assert done.returncode == 1, done.stderr
+    assert "The command is NOT CONVERGED" in done.stdout
+    page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
+    assert "The command is not converged" in page
+    assert (tmp_path / "study" / "run" / "report.html").exists()
+
+
+def test_a_coupling_is_no_command_to_study(case, tmp_path):
+    assert command("couple", case, "-o", tmp_path / "run").returncode == 0
+    done = command("study", case, "-o", tmp_path / "study", "--run", tmp_path / "run")
+    assert done.returncode == 2
+    assert "expected a run of compensate, got one of couple" in " ".join(done.stderr.split())
 
 
 def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
