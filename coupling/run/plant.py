@@ -17,7 +17,7 @@ from coupling.robot.cell import Cell
 from coupling.robot.difference import Difference, Plant
 from coupling.run.models import Models
 from coupling.run.robustness import differing
-from coupling.solve.correction import Correction, Refined
+from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Coupling, Loop, couple
 
 
@@ -95,13 +95,14 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnP
     assert case.plant is not None
     coupling, remark = None, ""
     loads = found.answer.wrench.scaled(case.plant.force)
-    if case.plant.couple:
-        try:
-            coupling = coupled_on(case, cell, case.plant.force, found.joints, found.achieved, watch)
-            loads = coupling.answer.wrench.held(found.desired.time)
-        except ProcessError as error:  # what was computed on the model is worth keeping
-            remark = f"the process has no answer on the plant: {error}"
     try:
+        if case.plant.couple:
+            force, start = case.plant.force, found.achieved
+            try:
+                coupling = coupled_on(case, cell, force, found.joints, start, watch)
+                loads = coupling.answer.wrench
+            except ProcessError as error:  # what was computed on the model is worth keeping
+                remark = f"the process has no answer on the plant: {error}"
         path = cell.simulate(found.joints, loads, "dynamic")
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
@@ -136,9 +137,8 @@ def coupled_on(
         case.controller,
         watch,
     )
-    watch(Refined(case.desired))
     rows = np.searchsorted(start.time, case.desired.time)
-    return couple(loop, joints, start.at_rows(rows))
+    return couple(loop, joints, start, rows)
 
 
 def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:

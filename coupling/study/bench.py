@@ -109,14 +109,14 @@ class Bench:
 
     def _run(self, sampled: Sampled, own: Models) -> tuple[ToolPath, Coupling | None]:
         """Return the path of the sampled robots, and how they came together with the process."""
-        work, coupling = self._work, None
-        cell, loads = self._sampled_cell(sampled, own), work.wrench.scaled(sampled.force)
+        work, cell = self._work, self._sampled_cell(sampled, own)
         if self._case is not None:
             coupling = coupled_on(
                 self._case, cell, sampled.force, work.joints, work.achieved, unwatched
             )
-            loads = coupling.answer.wrench.held(work.desired.time)
-        return cell.simulate(work.joints, loads, "dynamic"), coupling
+            return coupling.path, coupling
+        loads = work.wrench.scaled(sampled.force)
+        return cell.simulate(work.joints, loads, "dynamic"), None
 
     def _sampled_cell(self, sampled: Sampled, own: Models) -> Cell:
         simulated = []
