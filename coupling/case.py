@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.case_plant import PlantTable, StudyTable
 from coupling.case_tables import (
     ControllerTable,
     CouplingTable,
@@ -25,6 +26,7 @@ from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
 from coupling.robot.cell import AT_THE_ORIGIN, Placement
+from coupling.robot.difference import Plant
 from coupling.solve import METHODS
 from coupling.solve.correction import Method
 from coupling.toolpaths import TOOL_PATHS
@@ -46,6 +48,8 @@ class _CaseFile(Schema):
     coupling: CouplingTable = CouplingTable()
     compensation: dict[str, Any] = {}
     controller: ControllerTable = ControllerTable()
+    plant: PlantTable | None = None
+    study: StudyTable = StudyTable()
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,8 @@ class Case:
         coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
         controller: What the robots' controllers take.
+        plant: Robots and load that the command really meets; None: the model.
+        study: Table [study].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -93,6 +99,8 @@ class Case:
     coupling: CouplingTable
     method: Method
     controller: Controller
+    plant: Plant | None
+    study: StudyTable
     resolved: dict[str, Any]
 
     @property
@@ -122,6 +130,11 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     if file.support is not None:
         at = file.support.placement()
         robots.append(_placed("support", file.support, at, f"{path}: support", path.parent))
+    plant: Plant | None = None
+    if file.plant is not None:
+        with _errors_of(f"{path}: plant"):
+            models = [(robot.description, robot.torque_curve) for robot in robots]
+            plant = file.plant.plant(models, path.parent)
     with _errors_of(str(path)):
         task = replace(tool_path.task(file.part.part()), watch=watch)
         if workspace is not None:
@@ -136,6 +149,10 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     if file.support is not None:
         resolved["support"] = file.support.resolved(path.parent)
     resolved |= {k: t.model_dump(exclude_none=True, mode="json") for k, t in tables.items()}
+    if file.plant is not None:
+        resolved["plant"] = file.plant.resolved(path.parent)
+    if file.study != StudyTable():
+        resolved["study"] = file.study.model_dump(exclude_none=True, mode="json")
     return Case(
         name=path.stem,
         robots=tuple(robots),
@@ -146,6 +163,8 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         coupling=file.coupling,
         method=method,
         controller=file.controller.controller(),
+        plant=plant,
+        study=file.study,
         resolved=resolved,
     )
 

@@ -40,11 +40,33 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
+
+
+def described(description: str, folder: Path) -> Robot:
+    """Return the robot of a shipped name or a file, which is relative to a folder.
+
+    Raises:
+        CaseError: If it cannot be read.
+    """
+    try:
+        return load_robot(find_robot(description, folder))
+    except ElasticRobotError as cause:
+        raise CaseError(f"description: {cause}") from cause
+
+
+def resolved_description(description: str, folder: Path) -> str:
+    """Return a shipped robot's name, or the absolute path of a file of the user's."""
+    file = find_robot(description, folder)
+    shipped = description == file.stem and "/" not in description
+    return description if shipped else str(file.resolve())
+
+
 class _MemberTable(Schema):
     """What is said of every robot of a cell."""
 
     description: str
-    torque_curve: Annotated[str, _one_of(TORQUE_CURVES)] = "backlash"
+    torque_curve: OneOfCurves = "backlash"
     home_deg: list[float]
 
     def robot(self, folder: Path) -> Robot:
@@ -53,10 +75,7 @@ class _MemberTable(Schema):
         Raises:
             CaseError: If it cannot be read or has another number of joints than home_deg.
         """
-        try:
-            robot = load_robot(find_robot(self.description, folder))
-        except ElasticRobotError as cause:
-            raise CaseError(f"description: {cause}") from cause
+        robot = described(self.description, folder)
         if len(self.home_deg) != len(robot.joints):
             raise CaseError(
                 f"home_deg: expected {len(robot.joints)} angles, one for each joint, got"
@@ -66,9 +85,7 @@ class _MemberTable(Schema):
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""
-        file = find_robot(self.description, folder)
-        shipped = self.description == file.stem and "/" not in self.description
-        description = self.description if shipped else str(file.resolve())
+        description = resolved_description(self.description, folder)
         return self.model_dump(exclude_none=True) | {"description": description}
 
 

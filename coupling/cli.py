@@ -1,4 +1,4 @@
-"""The command line: elastic-robot build | ssp | couple | compensate | report."""
+"""The command line: elastic-robot build | ssp | couple | compensate | study | report."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ import typer
 from rich.console import Console
 
 from coupling.case import Case, load_case
+from coupling.cli_study import study
 from coupling.errors import CouplingError
 from coupling.events import Progress, Watch
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu, platform_names, remark
 from coupling.report import write_report
+from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import new_run_folder, write_run
 from coupling.run.ssp import write_ssp
 from coupling.run.study import Run, run_compensation, run_coupling
+from coupling.study.folder import FIGURES
 from elastic_robot.errors import ElasticRobotError
 
 CONVERGED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
@@ -88,13 +91,17 @@ def compensate(case: CaseFile, output: Output = None, overwrite: Overwrite = Fal
     _run(case, output, overwrite, run_compensation)
 
 
+app.command()(study)
+
+
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Argument(help="A run folder.")],
+    folder: Annotated[Path, typer.Argument(help="A run folder, or that of a study.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
-    """Write the report of a run folder anew."""
-    Console().print(f"report: {write_report(folder, output)}", soft_wrap=True)
+    """Write the report of a run folder or a study anew."""
+    write = write_study_report if (folder / FIGURES).exists() else write_report
+    Console().print(f"report: {write(folder, output)}", soft_wrap=True)
 
 
 def _run(

@@ -34,6 +34,10 @@ class ResultError(CouplingError):
     """A run folder cannot be read or written."""
 
 
+class StudyError(CouplingError):
+    """A study cannot be begun, continued or distributed."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

@@ -14,6 +14,7 @@ from coupling.run.stored_run import StoredRobot, StoredRun, stages
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
 BEFORE, AFTER, DESIRED = "#D55E00", "#0072B2", "#333333"
+PLANT = "#CC79A7"
 _AXES = ("#0072B2", "#009E73", "#D55E00")
 _UM = 1e6
 # Smallest distance shown on a logarithmic axis [um]; a nanometre is below every figure of interest.
@@ -89,6 +90,14 @@ def deviation(run: StoredRobot) -> go.Figure:
             name=name,
             showlegend=True,
             line={"color": color},
+            row=1,
+            col=1,
+        )
+    if run.plant is not None:
+        figure.add_scatter(
+            **_curve(run.plant.time, _UM * run.plant.distance_to(run.desired)),
+            name="on the plant",
+            line={"color": PLANT},
             row=1,
             col=1,
         )

@@ -72,7 +72,7 @@ def robot_page(
         text = _FLANKS_TEXT + tables.gears(changes)
         sections.insert(3, ("Gears in their play", "flanks", figures.flanks(robot), text))
     sections += _of_workpieces(workpieces)
-    head = (tables.deviations, tables.robustness, tables.drives)
+    head = (tables.deviations, tables.plant, tables.robustness, tables.drives)
     return _page(robot.figures, "".join(part(robot.figures) for part in head), sections)
 
 
@@ -100,7 +100,7 @@ def cell_page(cell: StoredRun) -> str:
     table = (
         f"{tables.table(header, rows)}"
         f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
-        f"{tables.robustness(cell.figures)}"
+        f"{tables.plant(cell.figures)}{tables.robustness(cell.figures)}"
     )
     sections = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
@@ -121,17 +121,31 @@ def _page(
     figures_: dict[str, Any], table: str, sections: list[tuple[str, str, go.Figure, str]]
 ) -> str:
     """Return verdict, table and sections as one self-contained HTML text."""
+    head = f"{_verdict(figures_)}{table}{_warnings(figures_)}"
+    return document(f"{figures_['case']}: {figures_['kind']}", head, sections, _THINNED_TEXT)
+
+
+def document(
+    title: str, head: str, sections: list[tuple[str, str, go.Figure, str]], end: str = ""
+) -> str:
+    """Return a self-contained HTML text.
+
+    Args:
+        title: Title, as plain text.
+        head: HTML before the sections.
+        sections: Title, name, figure and HTML of each.
+        end: HTML after them.
+    """
     body = "".join(
-        f"<h2>{title}</h2><div>{text}</div>"
+        f"<h2>{heading}</h2><div>{text}</div>"
         + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
-        for title, name, figure, text in sections
+        for heading, name, figure, text in sections
     )
-    title = html.escape(f"{figures_['case']}: {figures_['kind']}")
+    title = html.escape(title)
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<h1>{title}</h1>{_verdict(figures_)}{table}{_warnings(figures_)}{body}{_THINNED_TEXT}"
-        "</body></html>"
+        f"<h1>{title}</h1>{head}{body}{end}</body></html>"
     )
 
 
@@ -165,6 +179,8 @@ def _deviation_text(run: StoredRobot) -> str:
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
             " on the path that the tool really takes."
         )
+    if run.plant is not None:
+        text += " On the plant the same command is as good as model and plant agree."
     return text
 
 

@@ -74,6 +74,31 @@ def robustness(figures: dict[str, Any]) -> str:
     )
 
 
+def plant(figures: dict[str, Any]) -> str:
+    """Return what the command leaves on the plant beside the model, with a heading."""
+    found = figures["plant"]
+    if found is None:
+        return ""
+    if found["coupling"] is None:
+        how = "Its wrench is that on the model, times the factor of the force."
+    else:
+        how = (
+            "The process was evaluated on the path that the plant takes:"
+            f" {html.escape(found['coupling']['reason'])}."
+        )
+    if found["remark"]:
+        how += f" <b>Warning</b>: {html.escape(found['remark'])}."
+    model, mode = figures["shares_m"]["dynamic_after"], "dynamic"
+    if model is None:  # a coupling corrects nothing
+        model, mode = figures["deviation_before_m"], figures["mode"]
+    rows = [(f"{mode} model", model), ("dynamic plant", found["deviation_m"])]
+    differences = html.escape(", ".join(found["differences"]) or "nothing")
+    return (
+        f"<h2>On the plant</h2><p>The same command on a robot that is not the model: {differences}."
+        f" {how}</p>{_of_deviations(rows)}"
+    )
+
+
 def drives(figures: dict[str, Any]) -> str:
     """Return what the command asks of the drives, with a heading."""
 

@@ -18,6 +18,7 @@ from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
 from coupling.run.beat import beat_parts
+from coupling.run.plant import OnPlant
 from coupling.run.robustness import Replay
 from coupling.run.study import Deviations, Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
@@ -146,6 +147,8 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
         )
     if compensated and run.robustness:
         lines += _of_other_robots(run.robustness)
+    if run.plant is not None:
+        lines += _of_plant(run.plant)
     if found.flank_changes:
         lines.append(_of_gears(found.flank_changes))
     if run.gap is not None:
@@ -178,6 +181,18 @@ def _of_other_robots(replays: Sequence[Replay]) -> list[str]:
             for replay in replays
         ),
     ]
+
+
+def _of_plant(plant: OnPlant) -> list[str]:
+    """Return what the command leaves on the plant."""
+    what = ", ".join(plant.differences) or "no difference"
+    if plant.coupling is None:
+        how = "under the wrench on the model"
+    else:
+        count, state = len(plant.coupling.evaluations), plant.coupling.outcome.value
+        how = f"coupled with its process ({state}, {count} evaluations)"
+    lines = [f"On the plant ({what}), {how}, the tool deviates by {_figures(plant.deviation())}"]
+    return lines + ([f"  Warning: {plant.remark}"] if plant.remark else [])
 
 
 def _of_gears(changes: Sequence[FlankChange]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from coupling.run.beat import beat_parts
+from coupling.run.plant import OnPlant
 from coupling.run.study import Deviations, Run
 from coupling.solve.correction import Pass
 
@@ -58,6 +59,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
             }
             for replay in run.robustness
         ],
+        "plant": _plant(run.plant, tool),
         "flank_changes": _flank_changes(run, tool),
         "command": _command(run, tool),
         **gap,
@@ -66,7 +68,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "rate_warnings": [str(warning) for warning in warnings],
         "durations_s": run.durations,
         "fmu_fingerprint": run.fmu_fingerprint,
-        "versions": _versions(),
+        "versions": versions(),
     }
 
 
@@ -84,6 +86,29 @@ def _beat(run: Run, tool: int | None) -> dict[str, Any] | None:
         "envelope_m": {
             axis: [float(walls[:, 0, k].min()), float(walls[:, 1, k].max())]
             for k, axis in enumerate("xyz")
+        },
+    }
+
+
+def _plant(plant: OnPlant | None, tool: int | None) -> dict[str, Any] | None:
+    """Return what the command leaves on the plant; None where the case has none."""
+    if plant is None:
+        return None
+    coupling = plant.coupling
+    wrench = plant.wrench if tool is None else plant.wrench.tools[tool]
+    return {
+        "differences": list(plant.differences),
+        "wrench": "model" if coupling is None else "coupled",
+        "remark": plant.remark,
+        "deviation_m": plant.deviation(tool).as_dict(),
+        "peak_force_N": wrench.peak_force,
+        "coupling": None
+        if coupling is None
+        else {
+            "converged": coupling.converged,
+            "outcome": coupling.outcome.value,
+            "reason": coupling.reason,
+            "process_evaluations": len(coupling.evaluations),
         },
     }
 
@@ -157,7 +182,8 @@ def _pass_figures(entry: Pass) -> dict[str, Any]:
     }
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that a result depends on."""
     found = {}
     for package in _PACKAGES:
         try:

@@ -24,7 +24,7 @@ from coupling.files.csv_table import (
 )
 from coupling.process.base import EVALUATIONS
 from coupling.run.figures import figures_of
-from coupling.run.stored_run import GAP, GAP_COLUMNS, RESULT, workpiece_file
+from coupling.run.stored_run import GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
 from coupling.run.study import Run
 
 
@@ -109,6 +109,8 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     """Write the tables of one robot and its tool."""
     found, time = run.correction, run.desired.time
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": found.achieved}
+    if run.plant is not None:
+        paths[PLANT] = run.plant.path
     for name, path in paths.items():
         _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
     drives = found.joints.robots[tool].columns
@@ -116,6 +118,8 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
     _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
     _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
+    if run.plant is not None and run.plant.coupling is not None:
+        _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, time, run.plant.wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:

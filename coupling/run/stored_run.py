@@ -22,6 +22,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
 RESULT = "result.json"
+PLANT = "plant"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
 
@@ -54,6 +55,7 @@ class StoredRobot:
         command: Path of its undeflected tool at these rows.
         correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
         wrench: Wrench on its tool.
+        plant: Path of its tool on the plant; None where the case has none.
     """
 
     figures: dict[str, Any]
@@ -64,6 +66,7 @@ class StoredRobot:
     command: ToolPath
     correction: np.ndarray
     wrench: WrenchHistory
+    plant: ToolPath | None = None
 
     @property
     def actual(self) -> dict[str, ToolPath]:
@@ -166,6 +169,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

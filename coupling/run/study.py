@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
-from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
-from coupling.robot.cell import Cell, Member
-from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
+from coupling.robot.cell import Cell
 from coupling.robot.robot import RateWarning
-from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.drive_motion import DriveMotion, drive_motions
-from coupling.run.robustness import Replay, SimulatedModel, replayed
+from coupling.run.models import Models, cell_of
+from coupling.run.plant import OnPlant, plant_cell, run_on_plant
+from coupling.run.robustness import Replay, replayed
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
 from elastic_robot.fmi.interface import Mode
-
-# Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for
-# one as the native one for a hundred.
-_POLISH = {"native": 300, "python": 20}
 
 
 @dataclass(frozen=True)
@@ -55,6 +46,7 @@ class Run:
         dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
             where that was not run.
         robustness: What the corrected command leaves on robots that differ from the model.
+        plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
         rate_warnings: Joints that would have to move too fast.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
@@ -68,6 +60,7 @@ class Run:
     mode: Mode
     dynamic: ToolPath | None
     robustness: tuple[Replay, ...]
+    plant: OnPlant | None
     drives: tuple[tuple[DriveMotion, ...], ...]
     rate_warnings: tuple[RateWarning, ...]
     fmu_fingerprint: str
@@ -143,9 +136,9 @@ def run_compensation(case: Case, watch: Watch = unwatched) -> Run:
 def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
-    with ExitStack() as stack:
+    with Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
-            cell, models = _cell(case, watch, stack)
+            cell, models = cell_of(case.robots, fmus)
         loop = Loop(
             cell,
             case.process,
@@ -165,6 +158,11 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
                 dynamic = _dynamic_path(case, cell, found)
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
+        plant: OnPlant | None = None
+        if case.plant is not None:
+            with _timed("plant", durations):
+                differing = plant_cell(cell, case.plant, fmus)
+                plant = run_on_plant(case, differing, found, watch)
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
@@ -172,6 +170,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             mode=case.mode,
             dynamic=dynamic,
             robustness=replays,
+            plant=plant,
             drives=tuple(
                 drive_motions(own, JointLimits.of(model.robot, case.controller.max_acceleration))
                 for own, model in zip(found.joints.robots, models, strict=True)
@@ -188,21 +187,6 @@ def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
     start = time.perf_counter()
     yield
     durations[name] = time.perf_counter() - start
-
-
-def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[SimulatedModel]]:
-    """Return the robots of a case with what simulates them, which ends with the stack."""
-    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-    members, models = [], []
-    for placed in case.robots:
-        planner = InverseKinematics(placed.description, placed.home, watch)
-        file = build_fmu(placed.description, folder / f"{placed.name}.fmu", BuildOptions(case.fmu))
-        fmu = stack.enter_context(RobotFmu(file, placed.torque_curve, watch))
-        moving = MovingRobot(placed.description, placed.torque_curve)
-        inverter = Inverter(moving, fmu, _POLISH[case.fmu])
-        members.append(Member(placed.name, placed.placement, fmu, planner, inverter))
-        models.append(SimulatedModel(placed.description, placed.torque_curve, fmu))
-    return Cell(tuple(members)), models
 
 
 def _dynamic_path(case: Case, cell: Cell, found: Correction) -> ToolPath:

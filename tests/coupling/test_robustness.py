@@ -23,11 +23,12 @@ from coupling.report import figures as report_figures
 from coupling.report import write_report
 from coupling.report.page import robot_page
 from coupling.report.thinning import extremes
+from coupling.robot.difference import Difference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.console import RunView, print_summary
 from coupling.run.drive_motion import drive_motions
 from coupling.run.folder import write_run
-from coupling.run.robustness import VARIATIONS, Variation
+from coupling.run.robustness import VARIATIONS
 from coupling.run.stored_run import StoredRobot, read_run
 from coupling.run.study import Run, run_compensation
 from elastic_robot.description import Robot
@@ -133,10 +134,10 @@ def test_what_means_nothing_is_left_out(tmp_path, example):
         name for name in NAMES if "backlash" not in name and "force" not in name
     ]
     tight = replace(example, joints=tuple(replace(joint, backlash=0.0) for joint in example.joints))
-    more = Variation("more", backlash=1.2)
+    more = Difference(backlash=(1.2,))
     assert len(more.parameters(example, "backlash")) == 5
     assert more.parameters(tight, "backlash") == more.parameters(example, "linear") == {}
-    assert Variation("none").parameters(example, "backlash") == {}
+    assert Difference().parameters(example, "backlash") == {}
 
 
 def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
@@ -144,7 +145,7 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
     points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
     first = replace(robot.joints[0], torque_table=points)
     own = replace(robot, joints=(first, *robot.joints[1:]))
-    stiffer = Variation("stiffer", stiffness=1.02)
+    stiffer = Difference(stiffness=(1.02,))
     assert "joint[1].stiffness" not in stiffer.parameters(own, "spline")
     assert "joint[1].tilt[1].stiffness" in stiffer.parameters(own, "spline")
     assert "joint[1].stiffness" in stiffer.parameters(own, "backlash")

@@ -1,0 +1,216 @@
+"""Tables of the case file for robots that are not the model: [plant], and [study] of many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from coupling.case_tables import OneOfCurves, described, resolved_description
+from coupling.errors import CaseError
+from coupling.files.toml_file import Positive, Schema, Vector3
+from coupling.robot.difference import Difference, Plant, PlantRobot
+from elastic_robot.description import Robot
+
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+def _as_list(value: object) -> object:
+    """Return a number as a list of one."""
+    return value if isinstance(value, list) else [value]
+
+
+# One factor for all joints, or one for each.
+Factors = Annotated[list[NotNegative], BeforeValidator(_as_list), Field(min_length=1)]
+PositiveFactors = Annotated[list[Positive], BeforeValidator(_as_list), Field(min_length=1)]
+
+
+class _PlantRobotTable(Schema):
+    """How one robot really is: another description or curve, factors, a mass at its tool."""
+
+    description: str | None = None
+    torque_curve: OneOfCurves | None = None
+    stiffness_factor: PositiveFactors = [1.0]
+    damping_factor: Factors = [1.0]
+    backlash_factor: Factors = [1.0]
+    payload_kg: NotNegative = 0.0
+    payload_position_m: Vector3 | None = None
+
+    def robot(self, model: Robot, torque_curve: str, folder: Path) -> PlantRobot:
+        """Return the robot that moves in place of a model.
+
+        Raises:
+            CaseError: If its file cannot be read, or joints or factors are not as many as the model's.
+        """
+        robot = model if self.description is None else described(self.description, folder)
+        if len(robot.joints) != len(model.joints):
+            raise CaseError(
+                f"description: expected a robot of {len(model.joints)} joints, as the model that is"
+                f" commanded, got {len(robot.joints)}"
+            )
+        place = self.payload_position_m
+        difference = Difference(
+            tuple(self.stiffness_factor),
+            tuple(self.damping_factor),
+            tuple(self.backlash_factor),
+            self.payload_kg,
+            None if place is None else tuple(place),
+        )
+        curve = self.torque_curve or torque_curve
+        for name in ("stiffness", "damping", "backlash"):
+            count = len(getattr(difference, name))
+            if count not in (1, len(robot.joints)):
+                raise CaseError(
+                    f"{name}_factor: expected one number, or {len(robot.joints)}, one for each joint,"
+                    f" got {count}"
+                )
+        return PlantRobot(difference.description(robot), curve, difference)
+
+    def resolved(self, folder: Path) -> dict[str, Any]:
+        """Return the table with a file of the user's as an absolute path."""
+        found = self.model_dump(exclude_none=True, mode="json")
+        if self.description is not None:
+            found["description"] = resolved_description(self.description, folder)
+        return found
+
+
+class PlantTable(_PlantRobotTable):
+    """[plant]: the robot that really moves in place of [robot]; [plant.support], in place of [support].
+
+    Attributes:
+        force_factor: Factor of the process's whole wrench, on all tools.
+        couple: Whether the process is evaluated on the path that the plant takes.
+        support: The supporting robot; as its model unless given.
+    """
+
+    force_factor: NotNegative = 1.0
+    couple: bool = False
+    support: _PlantRobotTable | None = None
+
+    def plant(self, models: Sequence[tuple[Robot, str]], folder: Path) -> Plant:
+        """Return the plant.
+
+        Args:
+            models: Description and torque curve of each of the case's robots.
+            folder: Folder in which relative files begin.
+
+        Raises:
+            CaseError: If a robot cannot be read or does not fit, or there is no second one.
+        """
+        tables = [self, self.support or _PlantRobotTable()]
+        if self.support is not None and len(models) < 2:
+            raise CaseError("support: expected none, as the case has no [support], got a table")
+        robots = []
+        for name, table, (model, curve) in zip(("", "support: "), tables, models, strict=False):
+            try:
+                robots.append(table.robot(model, curve, folder))
+            except CaseError as cause:
+                raise CaseError(f"{name}{cause}") from cause
+        return Plant(tuple(robots), self.force_factor, self.couple)
+
+    def resolved(self, folder: Path) -> dict[str, Any]:
+        """Return the tables with files of the user's as absolute paths."""
+        found = super().resolved(folder)
+        if self.support is not None:
+            found["support"] = self.support.resolved(folder)
+        return found
+
+
+# Standard deviations beyond which a normal distribution is cut off.
+CUT_OFF = 3.0
+
+
+class Spread(Schema):
+    """Distribution of an uncertain parameter: uniform from low to high, or normal about a mean.
+
+    The normal one is cut off at three standard deviations.
+    """
+
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    deviation: Positive | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Spread:
+        uniform, normal = (self.low, self.high), (self.mean, self.deviation)
+        if (None in uniform) == (None in normal) or any(
+            value is not None for value in (normal if None in normal else uniform)
+        ):
+            raise ValueError("expected [low, high] or { mean = .., deviation = .. }, got neither")
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError(f"expected [low, high], low < high, got [{self.low}, {self.high}]")
+        return self
+
+    @property
+    def least(self) -> float:
+        """Lowest value."""
+        if self.low is not None:
+            return self.low
+        assert self.mean is not None
+        assert self.deviation is not None
+        return self.mean - CUT_OFF * self.deviation
+
+
+def _as_spread(value: object) -> object:
+    """Return [low, high] as the table that it is short for."""
+    if isinstance(value, list) and len(value) == 2:
+        return {"low": value[0], "high": value[1]}
+    if isinstance(value, dict | Spread):
+        return value
+    raise ValueError(f"expected [low, high] or {{ mean = .., deviation = .. }}, got {value!r}")
+
+
+Uncertain = Annotated[Spread | None, BeforeValidator(_as_spread)]
+
+
+class StudyTable(Schema):
+    """[study]: uncertain parameters, [low, high] or { mean, deviation } each, and how to sample them.
+
+    Attributes:
+        samples, seed, design: Number of sampled robots, seed and kind of their design.
+        coverage: Share of further robots that the band is to hold.
+        joints: "alike": one factor for all joints; "each": one for each joint, independent.
+        stiffness_factor, damping_factor, backlash_factor: Of the robots' gears and tilts.
+        force_factor: Of the process's whole wrench.
+        payload_kg: Mass that the tool of the first robot carries in addition.
+        payload_position_m: Its place in the last body's frame; the TCP unless given.
+    """
+
+    samples: Annotated[int, Field(ge=1, le=100_000)] = 200
+    seed: Annotated[int, Field(ge=0)] = 1
+    design: Literal["sobol", "latin-hypercube"] = "sobol"
+    coverage: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.9
+    joints: Literal["alike", "each"] = "alike"
+    stiffness_factor: Uncertain = None
+    damping_factor: Uncertain = None
+    backlash_factor: Uncertain = None
+    force_factor: Uncertain = None
+    payload_kg: Uncertain = None
+    payload_position_m: Vector3 | None = None
+
+    @model_validator(mode="after")
+    def _are_possible(self) -> StudyTable:
+        for name, spread in self.spreads().items():
+            if name == "stiffness_factor" and spread.least <= 0.0:
+                raise ValueError(f"{name}: expected values > 0, got {spread.least:.6g}")
+            if spread.least < 0.0:
+                raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
+        return self
+
+    def spreads(self) -> dict[str, Spread]:
+        """Return what is uncertain, by key: as given, or the defaults where nothing is."""
+        given = {name: getattr(self, name) for name in SPREADS}
+        found = {name: spread for name, spread in given.items() if spread is not None}
+        return found or dict(DEFAULT_SPREADS)
+
+
+SPREADS = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor", "payload_kg")
+DEFAULT_SPREADS = {
+    "stiffness_factor": Spread(low=0.98, high=1.02),
+    "damping_factor": Spread(low=0.8, high=1.2),
+    "backlash_factor": Spread(low=0.8, high=1.2),
+    "force_factor": Spread(low=0.95, high=1.05),
+}

@@ -1,0 +1,80 @@
+"""The command line: elastic-robot study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.case import Case, load_case
+from coupling.events import Progress, Watch
+from coupling.report import write_report
+from coupling.report.study_page import write_study_report
+from coupling.run.console import RunView
+from coupling.run.folder import new_run_folder, write_run
+from coupling.run.stored_run import RESULT
+from coupling.run.study import run_compensation
+from coupling.study.conduct import changed_table, opened, simulated
+from coupling.study.console import print_findings
+from coupling.study.evaluate import write_findings
+from coupling.study.folder import RUN, locked
+from coupling.study.stored_study import read_study
+from coupling.study.workers import Workers
+
+_CONVERGED, _NOT_CONVERGED = 0, 1
+
+
+def study(
+    case: Annotated[Path, typer.Argument(help="The case file; [study] says what is uncertain.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder; results/<case>_study unless given."),
+    ] = None,
+    run: Annotated[
+        Path | None,
+        typer.Option(help="Run folder with the command; computed first unless given."),
+    ] = None,
+    samples: Annotated[int | None, typer.Option(help="Number of robots; as in the case.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the design; as in the case.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes of the local cluster; one for each core.")
+    ] = None,
+    scheduler: Annotated[str, typer.Option(help="Dask cluster to use, tcp://host:port.")] = "",
+    couple: Annotated[
+        bool, typer.Option("--couple", help="Evaluate the process for every robot as well.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Start a study anew.")] = False,
+) -> None:
+    """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
+    folder = output or Path("results", f"{case.stem}_study")
+    crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)
+    loaded = load_case(case)
+    table = changed_table(loaded.study, samples=samples, seed=seed)
+    with locked(folder, overwrite), RunView(Console()) as view:
+        place = run or _own_run(case, folder / RUN, view.watch)
+        begun = opened(folder, loaded, table, place, couple)
+        try:
+            found = simulated(begun, crew, view.watch)
+        except KeyboardInterrupt as stop:  # Typer ends the program without a word
+            text = "stopped; " + "; ".join(getattr(stop, "__notes__", []))
+            Console(stderr=True).print(text, soft_wrap=True, markup=False)
+            raise
+        view.watch(Progress("writing the report", 1, 2))
+        write_findings(begun, found)
+        write_study_report(folder)
+    stored = read_study(folder)
+    print_findings(Console(), stored, folder)
+    if not stored.figures["command"]["converged"]:
+        raise typer.Exit(_NOT_CONVERGED)
+
+
+def _own_run(file: Path, folder: Path, watch: Watch) -> Path:
+    """Return the run folder of a study, whose command is computed unless it was before."""
+    if not (folder / RESULT).exists():
+        with new_run_folder(folder, False) as scratch:
+            case: Case = load_case(file, scratch, watch)
+            write_run(scratch, case, run_compensation(case, watch))
+            write_report(scratch)
+    return folder

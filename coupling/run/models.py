@@ -1,0 +1,93 @@
+"""What simulates the robots of a case: their FMUs, each built and loaded once."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from coupling.case import PlacedRobot
+from coupling.events import Watch, unwatched
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.inverse.inversion import MovingRobot
+from coupling.robot.cell import Cell, Member
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.moving import Inverter
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.robustness import SimulatedModel
+from elastic_robot.description import Robot
+
+# Simulations at most for the polish of a command, by kind of FMU: the one in Python takes as long for
+# one as the native one for a hundred.
+_POLISH = {"native": 300, "python": 20}
+
+
+class Models:
+    """FMUs of robots, built and loaded when first asked for; a context manager that ends them.
+
+    Args:
+        kind: Kind of the FMUs.
+        watch: Function that is told how far a simulation is.
+    """
+
+    def __init__(self, kind: str, watch: Watch = unwatched) -> None:
+        self.kind = kind
+        self.watch = watch
+        self._stack = ExitStack()
+        folder = tempfile.TemporaryDirectory(prefix="elastic_robot_")
+        self._folder = Path(self._stack.enter_context(folder))
+        self._loaded: dict[tuple[str, str], SimulatedModel] = {}
+
+    def __enter__(self) -> Models:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def of(self, robot: Robot, torque_curve: str) -> SimulatedModel:
+        """Return the robot with its FMU.
+
+        Raises:
+            BuildError: If it cannot be built.
+            SimulationError: If it cannot run here.
+        """
+        found = self._loaded.get((robot.to_json(), torque_curve))
+        if found is not None:
+            return found
+        file = build_fmu(robot, self._file(), BuildOptions(self.kind))
+        return self._load(robot, torque_curve, file)
+
+    def take(self, robot: Robot, torque_curve: str, fmu: bytes) -> SimulatedModel:
+        """Return a robot with its FMU, which is there already.
+
+        Raises:
+            SimulationError: If it cannot run here.
+        """
+        file = self._file()
+        file.write_bytes(fmu)
+        return self._load(robot, torque_curve, file)
+
+    def _file(self) -> Path:
+        return self._folder / f"{len(self._loaded)}.fmu"
+
+    def _load(self, robot: Robot, torque_curve: str, file: Path) -> SimulatedModel:
+        fmu = self._stack.enter_context(RobotFmu(file, torque_curve, self.watch))
+        loaded = SimulatedModel(robot, torque_curve, fmu)
+        self._loaded[robot.to_json(), torque_curve] = loaded
+        return loaded
+
+
+def cell_of(
+    robots: Sequence[PlacedRobot], models: Models
+) -> tuple[Cell, tuple[SimulatedModel, ...]]:
+    """Return the robots of a case, with what simulates each of them."""
+    members, simulated = [], []
+    for placed in robots:
+        planner = InverseKinematics(placed.description, placed.home, models.watch)
+        model = models.of(placed.description, placed.torque_curve)
+        moving = MovingRobot(placed.description, placed.torque_curve)
+        inverter = Inverter(moving, model.fmu, _POLISH[models.kind])
+        members.append(Member(placed.name, placed.placement, model.fmu, planner, inverter))
+        simulated.append(model)
+    return Cell(tuple(members)), tuple(simulated)

@@ -1,0 +1,173 @@
+"""The command as written, on the plant: robots and a load that are not the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.case import Case, PlacedRobot
+from coupling.errors import ProcessError, SimulationError
+from coupling.events import Watch
+from coupling.path.deviation import Deviation, measure
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.process.base import Answer, Process
+from coupling.robot.cell import Cell
+from coupling.robot.difference import Difference, Plant
+from coupling.run.models import Models
+from coupling.run.robustness import differing
+from coupling.solve.correction import Correction
+from coupling.solve.fixed_point import Coupling, Loop, couple
+
+
+@dataclass(frozen=True)
+class Forced:
+    """A process whose wrench is another one's, times a factor.
+
+    Attributes:
+        process: The other one.
+        factor: Factor of its whole wrench.
+    """
+
+    process: Process
+    factor: float
+
+    @property
+    def identity(self) -> str:
+        """That of the other one, with the factor."""
+        own = self.process.identity
+        return own and f"{own} times {self.factor!r}"
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return its answer to a path, times the factor."""
+        answer = self.process.evaluate(path)
+        stiffness = None if answer.stiffness is None else self.factor * answer.stiffness
+        return replace(answer, wrench=answer.wrench.scaled(self.factor), stiffness=stiffness)
+
+
+@dataclass(frozen=True)
+class OnPlant:
+    """What a command leaves on the plant.
+
+    Attributes:
+        differences: What is other on it, in words.
+        desired: Desired paths of the tools.
+        path: Paths that the plant's tools take, at the same times.
+        wrench: Wrenches that they meet.
+        coupling: How plant and process came together; None where the wrench is the model's.
+        remark: Why the process was not evaluated on the plant though it should have been, or empty.
+    """
+
+    differences: tuple[str, ...]
+    desired: ToolPath
+    path: ToolPath
+    wrench: WrenchHistory
+    coupling: Coupling | None = None
+    remark: str = ""
+
+    def deviation(self, tool: int | None = None) -> Deviation:
+        """Return the deviation of one tool from its desired path, or the worst of all."""
+        if tool is None:
+            return measure(self.path, self.desired)
+        return measure(self.path.tools[tool], self.desired.tools[tool])
+
+
+def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
+    """Return the cell with the robots that really move."""
+    simulated = [models.of(own.description, own.torque_curve) for own in plant.robots]
+    differences = [own.difference for own in plant.robots]
+    return differing(cell, simulated, differences, "the plant's parameters")
+
+
+def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnPlant:
+    """Run a command as written on moving robots and under a load that differ from the model.
+
+    Args:
+        case: The case.
+        cell: Its plant.
+        found: The command, with what it leads to on the model.
+        watch: Function that is told how far the work is.
+
+    Raises:
+        SimulationError: If the plant cannot be simulated.
+    """
+    assert case.plant is not None
+    coupling, remark = None, ""
+    loads = found.answer.wrench.scaled(case.plant.force)
+    try:
+        if case.plant.couple:
+            force, start = case.plant.force, found.achieved
+            try:
+                coupling = coupled_on(case, cell, force, found.joints, start, watch)
+                loads = coupling.answer.wrench
+            except ProcessError as error:  # what was computed on the model is worth keeping
+                remark = f"the process has no answer on the plant: {error}"
+        path = cell.simulate(found.joints, loads, "dynamic")
+    except SimulationError as error:
+        raise SimulationError(f"plant: {error}") from error
+    said = in_words(case.plant, case.robots)
+    return OnPlant(said, found.desired, path, loads.on(path), coupling, remark)
+
+
+def coupled_on(
+    case: Case, cell: Cell, force: float, joints: JointPath, start: ToolPath, watch: Watch
+) -> Coupling:
+    """Return the coupling of a plant that moves under a command with the case's process.
+
+    Args:
+        case: The case; the process sees its samples.
+        cell: The plant.
+        force: Factor of the process's wrench.
+        joints: The command.
+        start: Paths on the model, whose times hold the case's samples.
+        watch: Function that is told how far the work is.
+
+    Raises:
+        ProcessError: If the process has no answer to the first path.
+        SimulationError: If the plant cannot be simulated.
+    """
+    loop = Loop(
+        cell,
+        Forced(case.process, force),
+        "dynamic",
+        case.coupling.new_scheme(),
+        case.coupling.tolerance(),
+        case.coupling.max_evaluations,
+        case.controller,
+        watch,
+    )
+    rows = np.searchsorted(start.time, case.desired.time)
+    return couple(loop, joints, start, rows)
+
+
+def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
+    """Return what is other on a plant, a phrase for each difference.
+
+    Args:
+        plant: The plant.
+        robots: Robots of the case.
+    """
+    said = []
+    for own, model in zip(plant.robots, robots, strict=True):
+        phrases = _of_difference(own.difference)
+        if own.torque_curve != model.torque_curve:
+            phrases.insert(0, f'torque_curve = "{own.torque_curve}"')
+        if own.description != own.difference.description(model.description):
+            phrases.insert(0, f"the robot {own.description.name}")
+        who = f"{model.name}: " if len(robots) > 1 else ""
+        said += [f"{who}{phrase}" for phrase in phrases]
+    if plant.force != 1.0:
+        said.append(f"force x {plant.force:g}")
+    return tuple(said)
+
+
+def _of_difference(difference: Difference) -> list[str]:
+    phrases = []
+    for name in ("stiffness", "damping", "backlash"):
+        factors = getattr(difference, name)
+        if set(factors) != {1.0}:
+            phrases.append(f"{name} x {', '.join(f'{factor:g}' for factor in factors)}")
+    if difference.payload:
+        phrases.append(f"payload + {difference.payload:g} kg")
+    return phrases

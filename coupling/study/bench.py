@@ -1,0 +1,127 @@
+"""The bench on which sampled robots run a command; a worker keeps one over all its samples."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from coupling.case import Case, PlacedRobot, load_case
+from coupling.errors import HostError, ProcessError, SimulationError
+from coupling.events import unwatched
+from coupling.path.deviation import measure
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.robot.cell import Cell
+from coupling.run.models import Models, cell_of
+from coupling.run.plant import coupled_on
+from coupling.run.robustness import differing
+from coupling.solve.fixed_point import Coupling
+from coupling.study.bands import largest_in_parts, parts_of_path
+from coupling.study.parameters import Parameters, Sampled
+from coupling.study.rows import Sample
+
+# Parts of the path's time of which a sample keeps the largest deviation.
+PARTS = 400
+
+
+@dataclass(frozen=True)
+class Work:
+    """What every worker needs to know of a study; it goes to other machines as a pickle.
+
+    Attributes:
+        kind: Kind of the FMUs.
+        robots: Robots of the case.
+        fmus: Their FMUs.
+        parameters: What is uncertain of them.
+        desired: Desired paths of the tools.
+        achieved: Paths of the model's tools, at the same times.
+        joints: The command.
+        wrench: Wrenches on the model's tools, at these times.
+        process: The case file, where the process is to be evaluated for every sample; else None.
+    """
+
+    kind: str
+    robots: tuple[PlacedRobot, ...]
+    fmus: tuple[bytes, ...]
+    parameters: Parameters
+    desired: ToolPath
+    achieved: ToolPath
+    joints: JointPath
+    wrench: WrenchHistory
+    process: Path | None = None
+
+
+class Bench:
+    """Robots that stay loaded from sample to sample; a context manager that ends them.
+
+    Args:
+        work: The study.
+    """
+
+    def __init__(self, work: Work) -> None:
+        self._work = work
+        self._stack = ExitStack()
+        self._models = self._stack.enter_context(Models(work.kind))
+        for robot, fmu in zip(work.robots, work.fmus, strict=True):
+            self._models.take(robot.description, robot.torque_curve, fmu)
+        self._cell, _ = cell_of(work.robots, self._models)
+        self._first = parts_of_path(work.desired.time, PARTS)
+        self._case: Case | None = None
+        if work.process is not None:
+            folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
+            self._case = load_case(work.process, folder)
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the robots."""
+        self._stack.close()
+
+    def sample(self, number: int, values: Sequence[float]) -> Sample:
+        """Return what the command leaves on the robots of a sample.
+
+        Raises:
+            HostError: If a robot's process has ended; the next sample starts another.
+        """
+        sampled = self._work.parameters.sampled(values)
+        try:
+            # An own payload takes an FMU of its own, which goes with the sample.
+            with Models(self._work.kind) as own:
+                path, coupling = self._run(sampled, own)
+        except HostError:
+            raise
+        except (SimulationError, ProcessError) as error:
+            return Sample(number, None, (), str(error))
+        distance = largest_in_parts(path.distance_to(self._work.desired), self._first)
+        return Sample(
+            number,
+            measure(path, self._work.desired),
+            tuple(distance.tolist()),
+            evaluations=0 if coupling is None else len(coupling.evaluations),
+            converged=coupling is None or coupling.converged,
+        )
+
+    def _run(self, sampled: Sampled, own: Models) -> tuple[ToolPath, Coupling | None]:
+        """Return the path of the sampled robots, and how they came together with the process."""
+        work, cell = self._work, self._sampled_cell(sampled, own)
+        if self._case is not None:
+            coupling = coupled_on(
+                self._case, cell, sampled.force, work.joints, work.achieved, unwatched
+            )
+            return coupling.path, coupling
+        loads = work.wrench.scaled(sampled.force)
+        return cell.simulate(work.joints, loads, "dynamic"), None
+
+    def _sampled_cell(self, sampled: Sampled, own: Models) -> Cell:
+        simulated = []
+        for robot, difference in zip(self._work.robots, sampled.differences, strict=True):
+            description = difference.description(robot.description)
+            models = self._models if description is robot.description else own
+            simulated.append(models.of(description, robot.torque_curve))
+        return differing(self._cell, simulated, sampled.differences, "sampled parameters")

@@ -1,0 +1,181 @@
+"""Samples on many processes by Dask: a local cluster, or one that runs already."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from coupling.errors import HostError, StudyError
+from coupling.study.bench import Bench, Work
+from coupling.study.rows import Sample
+from coupling.study.workers import Workers
+
+try:
+    import dask
+    from distributed import (
+        Client,
+        KilledWorker,
+        LocalCluster,
+        WorkerPlugin,
+        as_completed,
+        get_worker,
+    )
+except ImportError as cause:
+    raise StudyError(
+        "a study needs Dask, which is not installed: pip install 'elastic-robot-fmu[study]'"
+    ) from cause
+
+# How long a cluster is waited for [s].
+_PATIENCE = 10.0
+# Times that a sample is tried again after the process of its FMU has ended.
+_RETRIES = 3
+
+
+class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
+    """Keeps a bench in a worker: loaded with its first sample, ended with the study.
+
+    Args:
+        name: Name of the study on the cluster.
+        work: What it is about.
+    """
+
+    def __init__(self, name: str, work: Work) -> None:
+        self.name, self._work = name, work
+        self._bench: Bench | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_bench": None}
+
+    @property
+    def bench(self) -> Bench:
+        """The bench."""
+        if self._bench is None:
+            self._bench = Bench(self._work)
+        return self._bench
+
+    def teardown(self, worker: object) -> None:
+        """End it."""
+        if self._bench is not None:
+            self._bench.close()
+            self._bench = None
+
+
+def _simulated(name: str, number: int, values: Sequence[float]) -> Sample:
+    """Return a sample; runs in a worker."""
+    keeper: _Keeper = get_worker().plugins[name]
+    return keeper.bench.sample(number, values)
+
+
+def simulate(
+    work: Work, points: Mapping[int, Sequence[float]], workers: Workers, place: Path
+) -> Iterator[Sample]:
+    """Give every sample as soon as it is done, in any order.
+
+    A worker that ends costs its task, which another one takes.
+
+    Args:
+        work: The study.
+        points: Values of the parameters by sample.
+        workers: Who does the work.
+        place: The study's folder.
+
+    Raises:
+        StudyError: If the cluster cannot be reached, lacks this package, or ends.
+    """
+    if not points:
+        return
+    name = f"elastic-robot-{uuid4().hex}"
+    with _client(workers, min(workers.count, len(points)), place) as client:
+        try:
+            client.register_plugin(_Keeper(name, work), name=name)
+            futures = [
+                client.submit(
+                    _simulated,
+                    name,
+                    number,
+                    list(values),
+                    key=f"{name}-{number}",
+                    retries=_RETRIES,
+                    pure=False,
+                )
+                for number, values in points.items()
+            ]
+            for future in as_completed(futures):
+                yield future.result()
+                future.release()
+        except KilledWorker as cause:
+            raise StudyError(
+                f"workers ended again and again on one sample ({cause.task}): see whether their memory"
+                " is enough; what is finished is kept, and the same command goes on"
+            ) from cause
+        except HostError as cause:
+            raise StudyError(
+                f"a robot ended its process in {_RETRIES + 1} tries of one sample: {cause}"
+            ) from cause
+        except ModuleNotFoundError as cause:
+            raise StudyError(
+                f"{workers.scheduler}: its workers cannot import this package: {cause}: install"
+                " elastic-robot-fmu there"
+            ) from cause
+        finally:
+            if workers.scheduler:  # other people's workers go on
+                client.unregister_worker_plugin(name)
+
+
+@contextmanager
+def _client(workers: Workers, count: int, place: Path) -> Iterator[Client]:
+    """Give a client of the workers, a local cluster's ended afterwards."""
+    if workers.scheduler:
+        with _reached(workers.scheduler) as client:
+            yield client
+        return
+    # What a killed study left is found by its name.
+    digest = sha256(str(place.resolve()).encode()).hexdigest()[:16]
+    scratch = Path(tempfile.gettempdir(), f"elastic_robot_study_{digest}")
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    quiet = {"distributed.worker.use-file-locking": False, "distributed.admin.log-format": ""}
+    try:
+        with (
+            dask.config.set(quiet),
+            LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                local_directory=str(scratch),
+                silence_logs=logging.CRITICAL,
+                env={"TMPDIR": str(scratch)},
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            yield client
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _reached(address: str) -> Client:
+    try:
+        client = Client(address, timeout=_PATIENCE)
+    except (OSError, ValueError, TimeoutError) as cause:
+        raise StudyError(
+            f"--scheduler: expected a Dask scheduler at {address}, got no answer within"
+            f" {_PATIENCE:.0f} s: start one (dask scheduler, dask worker ADDRESS), or leave"
+            " --scheduler away for a local cluster"
+        ) from cause
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+    except TimeoutError as cause:
+        client.close()
+        raise StudyError(
+            f"--scheduler: expected workers at {address}, got none within {_PATIENCE:.0f} s: start"
+            f" some (dask worker {address} --nthreads 1)"
+        ) from cause
+    return client

@@ -1,0 +1,205 @@
+"""A study from a run folder to its table: begin or go on, simulate what is missing."""
+
+from __future__ import annotations
+
+import tempfile
+import tomllib
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+import elastic_robot
+from coupling.case import Case
+from coupling.case_plant import StudyTable
+from coupling.errors import CaseError, StudyError
+from coupling.events import Progress, Watch
+from coupling.files.toml_file import load_toml, validate
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.run.stored_run import StoredRun, read_run
+from coupling.study.bands import samples_for
+from coupling.study.bench import Work
+from coupling.study.design import GROWS
+from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
+from coupling.study.parameters import Parameters
+from coupling.study.rows import Rows, Sample
+from coupling.study.workers import Workers
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study that has begun.
+
+    Attributes:
+        folder: Its folder.
+        case: Name of the case.
+        table: What to sample.
+        parameters: What is uncertain.
+        points: Values of the parameters, (n, k).
+        run: The run of the command.
+        work: What the workers need to know.
+    """
+
+    folder: Path
+    case: str
+    table: StudyTable
+    parameters: Parameters
+    points: np.ndarray
+    run: StoredRun
+    work: Work
+
+
+def changed_table(table: StudyTable, **options: int | None) -> StudyTable:
+    """Return [study] with options of the command line in place of its keys.
+
+    Raises:
+        CaseError: If a value is not possible, or there are too few samples for the band.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    data = {**table.model_dump(exclude_none=True), **given}
+    found = validate(data, StudyTable, CaseError, "study")
+    least = samples_for(found.coverage)
+    if found.samples < least:
+        raise CaseError(
+            f"study: samples: expected at least {least} for a band that holds"
+            f" {100 * found.coverage:g} % of further robots, got {found.samples}"
+        )
+    return found
+
+
+def require_run_of(case: Case, run: Path) -> None:
+    """Raise a StudyError unless a run folder's command is that of a case."""
+    whole = load_toml(run / "case.toml", StudyError)
+    wanted = tomllib.loads(tomli_w.dumps(case.resolved))
+    for name in ("plant", "study"):
+        whole.pop(name, None)
+        wanted.pop(name, None)
+    other = different(whole, wanted)
+    if other:
+        raise StudyError(
+            f"{run}: holds the command of another case, which differs in {some(other)}: compute"
+            " it anew (--overwrite), or name another folder"
+        )
+
+
+def opened(folder: Path, case: Case, table: StudyTable, run: Path, couple: bool) -> Study:
+    """Begin a study in its folder, or go on with the one that was begun there.
+
+    Args:
+        folder: The study's folder, of this program alone.
+        case: The case.
+        table: What to sample.
+        run: Run folder of the command.
+        couple: Whether the process is evaluated for every sample.
+
+    Raises:
+        StudyError: If another study was begun there, or nothing is uncertain.
+        ResultError: If the run cannot be read.
+    """
+    require_run_of(case, run)
+    stored = read_run(run)
+    if stored.figures["kind"] != "compensate":
+        raise StudyError(
+            f"{run}: expected a run of compensate, got one of {stored.figures['kind']}, which corrects"
+            " nothing"
+        )
+    work = _work(case, stored, run, couple)
+    parameters, count = work.parameters, table.samples
+    if not parameters.entries:
+        raise StudyError(
+            "study: expected a parameter that changes something in this case, got"
+            f" {', '.join(parameters.silent)}"
+        )
+    identity = _identity(case, table, work)
+    if require_same(folder, identity):
+        points = points_of(folder, table.design, count, table.seed, parameters)
+    else:
+        points = drawn(table.design, count, table.seed, parameters)
+        begin(folder, identity, points, parameters)
+    return Study(folder, case.name, table, parameters, points, stored, work)
+
+
+def simulated(study: Study, workers: Workers, watch: Watch) -> list[Sample]:
+    """Return all samples of a study in their order; what is missing in its table is simulated.
+
+    Raises:
+        StudyError: If the workers fail or the table cannot be written; what is finished is kept.
+    """
+    count = len(study.points)
+    with Rows(study.folder / ROWS) as rows:
+        todo = {k: study.points[k].tolist() for k in range(count) if not rows.has(k)}
+        if todo:
+            _fill(rows, study, todo, workers, watch)
+        return [rows.samples[k] for k in range(count)]
+
+
+def _fill(
+    rows: Rows, study: Study, todo: dict[int, list[float]], workers: Workers, watch: Watch
+) -> None:
+    # Here, because Dask is needed nowhere else and may be missing.
+    from coupling.study.cluster import simulate
+
+    count = len(study.points)
+    what = "simulating sampled robots"
+    watch(Progress(what, count - len(todo), count))
+    missing = len(todo)
+    try:
+        for sample in simulate(study.work, todo, workers, study.folder):
+            rows.add(sample)
+            missing -= 1
+            watch(Progress(what, count - missing, count))
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"{count - missing} of {count} samples are kept: the same command goes on")
+        raise
+
+
+def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> Work:
+    """Return what workers need to know."""
+    robots = [run.robots[robot.name] for robot in case.robots]
+    fmus = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for robot in case.robots:
+            file = Path(scratch, f"{robot.name}.fmu")
+            build_fmu(robot.description, file, BuildOptions(case.fmu))
+            fmus.append(file.read_bytes())
+    wrench = WrenchHistory.of_tools([own.wrench for own in robots])
+    return Work(
+        kind=case.fmu,
+        robots=case.robots,
+        fmus=tuple(fmus),
+        parameters=Parameters.of(case, loaded=bool(np.any(wrench.wrench))),
+        desired=ToolPath.of_tools([own.desired for own in robots]),
+        achieved=ToolPath.of_tools([own.achieved for own in robots]),
+        joints=JointPath.of_robots([own.joints for own in robots]),
+        wrench=wrench,
+        process=(folder / "case.toml").resolve() if couple else None,
+    )
+
+
+def _identity(case: Case, table: StudyTable, work: Work) -> dict[str, Any]:
+    """Return what must be the same for a study to go on."""
+    digest = sha256()
+    for values in (work.joints.time, *work.joints.q, *work.joints.qd, *work.joints.qdd):
+        digest.update(values.tobytes())
+    for history in (work.wrench.wrench, work.desired.time, work.desired.pose):
+        digest.update(history.tobytes())
+    resolved = {
+        name: keys for name, keys in case.resolved.items() if name not in ("plant", "study")
+    }
+    samples = {} if table.design in GROWS else {"samples": table.samples}
+    return {
+        "version": elastic_robot.__version__,
+        "case": resolved,
+        "command": digest.hexdigest(),
+        "fmu": sha256(b"".join(work.fmus)).hexdigest(),
+        "design": table.design,
+        "seed": table.seed,
+        **samples,
+        "couple": work.process is not None,
+        "payload_position_m": list(work.parameters.payload_position or ()),
+        "parameters": {entry.name: entry.in_words() for entry in work.parameters.entries},
+    }

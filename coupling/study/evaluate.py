@@ -1,0 +1,120 @@
+"""What the samples of a study say: its tables and figures, written when the last one is done."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata
+
+from coupling.errors import StudyError
+from coupling.run.figures import versions
+from coupling.study.bands import Band, influences, parts_of_path, quantile, samples_for
+from coupling.study.bench import PARTS
+from coupling.study.conduct import Study
+from coupling.study.folder import BANDS, FIGURES, SAMPLES, replaced, replaced_table
+from coupling.study.rows import Sample
+
+MEASURES = ("maximum", "rms", "normal_maximum", "tangential_maximum")
+BAND_COLUMNS = ("time", "low", "median", "high", "everywhere")
+
+
+def write_findings(study: Study, samples: Sequence[Sample]) -> None:
+    """Write samples.csv, bands.csv and study.json into a study's folder.
+
+    Raises:
+        StudyError: If too few robots could be simulated for the band, or a file cannot be written.
+    """
+    good = [sample for sample in samples if sample.deviation is not None]
+    least = samples_for(study.table.coverage)
+    if len(good) < least:
+        failure = next(sample.failure for sample in samples if sample.deviation is None)
+        raise StudyError(
+            f"{study.folder}: expected at least {least} robots that can be simulated, got {len(good)}"
+            f" of {len(samples)}: {failure}"
+        )
+    numbers = [sample.number for sample in good]
+    points = study.points[numbers]
+    figures = {name: np.array([getattr(s.deviation, name) for s in good]) for name in MEASURES}
+    when = np.array([s.deviation.time_of_maximum for s in good if s.deviation is not None])
+    distance = np.array([sample.distance for sample in good])
+    band = Band.of(distance, study.table.coverage)
+    time = study.run.first.desired.time
+    first = parts_of_path(time, PARTS)
+    try:
+        replaced_table(
+            study.folder / SAMPLES,
+            ("sample", *study.parameters.names, *MEASURES, "time_of_maximum"),
+            np.column_stack([numbers, points, *figures.values(), when]),
+        )
+        replaced_table(
+            study.folder / BANDS,
+            BAND_COLUMNS,
+            np.column_stack([time[first], band.low, band.median, band.high, band.everywhere]),
+        )
+        found = _figures(study, samples, points, figures)
+        replaced(study.folder / FIGURES, json.dumps(found, indent=1))
+    except OSError as cause:
+        raise StudyError(
+            f"{study.folder}: cannot be written: {cause.strerror or cause}: make room, and the same"
+            " command goes on"
+        ) from cause
+
+
+def _figures(
+    study: Study, samples: Sequence[Sample], points: np.ndarray, figures: dict[str, np.ndarray]
+) -> dict[str, Any]:
+    """Return the content of study.json."""
+    table, run = study.table, study.run.figures
+    tail = 0.5 * (1.0 - table.coverage)
+    shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
+    return {
+        "case": study.case,
+        "kind": "study",
+        "samples": len(samples),
+        "design": table.design,
+        "seed": table.seed,
+        "coverage": table.coverage,
+        "wrench": "model" if study.work.process is None else "coupled",
+        "process_evaluations": sum(sample.evaluations for sample in samples),
+        "not_coupled": [sample.number for sample in samples if not sample.converged],
+        "failed": {str(sample.number): sample.failure for sample in samples if sample.failure},
+        "command": {
+            "converged": run["converged"],
+            "reason": run["reason"],
+            "deviation_m": run["shares_m"]["dynamic_after"],
+        },
+        "quantiles_m": {
+            name: {f"{share:g}": float(quantile(values, share)) for share in shares}
+            for name, values in figures.items()
+        },
+        "parameters": _parameters(study, points, figures),
+        "silent": list(study.parameters.silent),
+        "fmu_fingerprint": run["fmu_fingerprint"],
+        "versions": versions(),
+    }
+
+
+def _parameters(
+    study: Study, points: np.ndarray, figures: dict[str, np.ndarray]
+) -> list[dict[str, Any]]:
+    """Return the uncertain parameters and how much each of them matters."""
+    # Ranks are uniform, whatever distribution the values have.
+    uniform = (rankdata(points, axis=0) - 0.5) / len(points)
+    found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
+    return [
+        {
+            "name": entry.name,
+            "distribution": entry.in_words(),
+            "range": list(entry.range),
+            "influence": {
+                name: None
+                if every is None
+                else {"share": every[k].share, "rank_correlation": every[k].rank_correlation}
+                for name, every in found.items()
+            },
+        }
+        for k, entry in enumerate(study.parameters.entries)
+    ]

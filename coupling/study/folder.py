@@ -1,0 +1,184 @@
+"""The folder of a study: what is studied, its points, samples as they come, and what they say."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from filelock import FileLock, Timeout
+
+from coupling.errors import StudyError, one_of
+from coupling.files.csv_table import read_header, read_table, write_table
+from coupling.files.toml_file import load_toml
+from coupling.study.design import DESIGNS, GROWS
+from coupling.study.parameters import Parameters
+
+IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
+SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
+RUN, LOCK = "run", ".lock"
+_OWN = {IDENTITY, POINTS, ROWS, SAMPLES, BANDS, FIGURES, REPORT, RUN, LOCK}
+
+
+@contextmanager
+def locked(folder: Path, overwrite: bool) -> Iterator[Path]:
+    """Give the folder of a study to this program alone, made where there is none.
+
+    Args:
+        folder: The folder.
+        overwrite: Whether a study that is there goes first.
+
+    Raises:
+        StudyError: If another study works there, it holds something else, or it cannot be written.
+    """
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise StudyError(f"{folder}: expected the name of a folder, got a file")
+        folder.mkdir(parents=True, exist_ok=True)
+        foreign = [name for name in sorted(os.listdir(folder)) if not _is_own(name)]
+        if foreign:
+            raise StudyError(
+                f"{folder}: holds files that are not a study ({foreign[0]}): name another folder"
+            )
+        with FileLock(folder / LOCK, timeout=0):
+            if overwrite:
+                _clear(folder)
+            yield folder
+    except Timeout as cause:
+        raise StudyError(
+            f"{folder}: another study works in it: wait for it, or name another folder"
+        ) from cause
+    except OSError as cause:
+        raise StudyError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def _is_own(name: str) -> bool:
+    return name in _OWN or name.endswith(".part") or name.startswith(f"{RUN}.unfinished-")
+
+
+def _clear(folder: Path) -> None:
+    for place in folder.iterdir():
+        if place.is_dir():
+            shutil.rmtree(place)
+        elif place.name != LOCK:
+            place.unlink()
+
+
+def replaced(file: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    part = file.with_name(f"{file.name}.part")
+    with part.open("w", encoding="utf-8", newline="\n") as stream:
+        stream.write(text)
+        stream.flush()
+        os.fsync(stream.fileno())
+    os.replace(part, file)
+
+
+def replaced_table(file: Path, columns: tuple[str, ...], values: np.ndarray) -> None:
+    """Write a table whole or not at all."""
+    part = file.with_name(f"{file.name}.part")
+    write_table(part, columns, values)
+    os.replace(part, file)
+
+
+def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
+    """Return whether a study of this identity was begun in a folder.
+
+    Raises:
+        StudyError: If it is another one's.
+    """
+    file = folder / IDENTITY
+    if not file.exists():
+        return False
+    begun, wanted = load_toml(file, StudyError), tomllib.loads(tomli_w.dumps(dict(identity)))
+    other = different(begun, wanted)
+    if other:
+        raise StudyError(
+            f"{folder}: holds a study that differs in {some(other)}: give the command that began"
+            " it, name another folder, or add --overwrite to start anew"
+        )
+    return True
+
+
+def some(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are.
+
+    Example:
+        >>> some(["a", "b", "c", "d", "e"])
+        'a, b, c and 2 more'
+    """
+    more = len(names) - 3
+    return ", ".join(names[:3]) + (f" and {more} more" if more > 0 else "")
+
+
+def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -> list[str]:
+    """Return the keys at which two tables differ, with those of the tables around them.
+
+    Example:
+        >>> different({"a": 1, "b": {"c": 2}}, {"a": 1, "b": {"c": 3}, "d": 4})
+        ['b.c', 'd']
+    """
+    found = []
+    for key in [*one, *(key for key in two if key not in one)]:
+        first, second = one.get(key), two.get(key)
+        if isinstance(first, Mapping) and isinstance(second, Mapping):
+            found += different(first, second, f"{above}{key}.")
+        elif first != second:
+            found.append(f"{above}{key}")
+    return found
+
+
+def begin(folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: Parameters) -> None:
+    """Begin a study: what is left of one that never began is removed."""
+    (folder / ROWS).unlink(missing_ok=True)
+    write_points(folder, points, names)
+    replaced(folder / IDENTITY, tomli_w.dumps(dict(identity)))
+
+
+def write_points(folder: Path, points: np.ndarray, parameters: Parameters) -> None:
+    """Write the values of all samples' parameters, (n, k)."""
+    table = np.column_stack([np.arange(len(points)), points])
+    replaced_table(folder / POINTS, ("sample", *parameters.names), table)
+
+
+def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the names of the parameters and their values in all samples, (n, k).
+
+    Raises:
+        StudyError: If the table cannot be read.
+    """
+    _, *names = read_header(folder / POINTS, StudyError)
+    return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
+
+
+def drawn(design: str, count: int, seed: int, parameters: Parameters) -> np.ndarray:
+    """Return the values of the parameters of a design's samples, (count, k)."""
+    return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
+
+
+def points_of(
+    folder: Path, design: str, count: int, seed: int, parameters: Parameters
+) -> np.ndarray:
+    """Return the values of the parameters of a begun study's first samples, which may be more now.
+
+    Raises:
+        StudyError: If there are fewer points and the design cannot grow, or they cannot be read.
+    """
+    _, stored = read_points(folder)
+    if len(stored) >= count:
+        return stored[:count]
+    assert design in GROWS, one_of(GROWS, design)
+    points = drawn(design, count, seed, parameters)
+    if not np.array_equal(points[: len(stored)], stored):
+        raise StudyError(
+            f"{folder / POINTS}: expected the first of {count} points of this SciPy, got others: go on"
+            " with the SciPy that began the study, or start anew with --overwrite"
+        )
+    write_points(folder, points, parameters)
+    return points

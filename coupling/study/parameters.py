@@ -1,0 +1,192 @@
+"""Uncertain parameters of robots and load, and the robots that their values make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import truncnorm
+
+from coupling.case import Case, PlacedRobot
+from coupling.case_plant import CUT_OFF, Spread, StudyTable
+from coupling.robot.difference import Difference
+
+_FACTORS = ("stiffness", "damping", "backlash")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An uncertain parameter.
+
+    Attributes:
+        name: Its key in [study]; with a joint's number in brackets where each joint has its own, and the
+            robot's name before it where there are two robots.
+        spread: Its distribution.
+
+    Example:
+        >>> Parameter("stiffness_factor", Spread(low=0.98, high=1.02)).at(np.array([0.0, 0.5, 1.0]))
+        array([0.98, 1.  , 1.02])
+    """
+
+    name: str
+    spread: Spread
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest value."""
+        low, high = self.at(np.array([0.0, 1.0]))
+        return float(low), float(high)
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Return the values that are not exceeded with given probabilities, any shape."""
+        spread = self.spread
+        if spread.low is not None and spread.high is not None:
+            return spread.low + (spread.high - spread.low) * share
+        normal = truncnorm(-CUT_OFF, CUT_OFF, loc=spread.mean, scale=spread.deviation)
+        found: np.ndarray = normal.ppf(share)
+        return found
+
+    def in_words(self) -> str:
+        """Return its distribution, for people."""
+        spread = self.spread
+        if spread.low is not None:
+            return f"uniform, {spread.low:g} to {spread.high:g}"
+        return f"normal, mean {spread.mean:g}, deviation {spread.deviation:g}"
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Robots and a load that a sample's values make.
+
+    Attributes:
+        differences: Difference of each robot of the case.
+        force: Factor of the process's wrench.
+    """
+
+    differences: tuple[Difference, ...]
+    force: float
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The uncertain parameters of a study.
+
+    Attributes:
+        entries: The parameters.
+        robots: Names of the case's robots.
+        joints: Number of joints of each robot.
+        payload_position: Place of an uncertain payload in the last body's frame of the first robot [m],
+            (3,); None: at its TCP.
+        silent: Keys that are not among the entries, as they change nothing in this case.
+    """
+
+    entries: tuple[Parameter, ...]
+    robots: tuple[str, ...]
+    joints: tuple[int, ...]
+    payload_position: tuple[float, ...] | None = None
+    silent: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, case: Case, loaded: bool) -> Parameters:
+        """Return the uncertain parameters of a case.
+
+        Args:
+            case: The case.
+            loaded: Whether its command works against any wrench.
+        """
+        table, robots = case.study, tuple(robot.name for robot in case.robots)
+        entries: list[Parameter] = []
+        silent = []
+        for key, spread in table.spreads().items():
+            names = _names(key, table, case) if _shows(key, case, loaded) else ()
+            if not names:
+                silent.append(key)
+            entries += [Parameter(name, spread) for name in names]
+        place = table.payload_position_m
+        return cls(
+            tuple(entries),
+            robots,
+            tuple(len(robot.description.joints) for robot in case.robots),
+            None if place is None else tuple(place),
+            tuple(silent),
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the entries."""
+        return tuple(entry.name for entry in self.entries)
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return the values that are not exceeded with given probabilities, (n, entries) each."""
+        columns = [entry.at(shares[:, k]) for k, entry in enumerate(self.entries)]
+        return np.column_stack(columns) if columns else np.empty((len(shares), 0))
+
+    def sampled(self, values: Sequence[float]) -> Sampled:
+        """Return the robots and the load of a sample.
+
+        Args:
+            values: One for each entry.
+        """
+        by_name = dict(zip(self.names, values, strict=True))
+        differences = []
+        for number, (robot, joints) in enumerate(zip(self.robots, self.joints, strict=True)):
+            stiffness, damping, backlash = (
+                self._factors(by_name, f"{key}_factor", robot, joints) for key in _FACTORS
+            )
+            payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
+            differences.append(
+                Difference(stiffness, damping, backlash, payload, self.payload_position)
+            )
+        return Sampled(tuple(differences), by_name.get("force_factor", 1.0))
+
+    def _factors(
+        self, by_name: Mapping[str, float], key: str, robot: str, joints: int
+    ) -> tuple[float, ...]:
+        """Return one factor for all joints, or one for each."""
+        if key in by_name:
+            return (by_name[key],)
+        who = _who(robot, len(self.robots))
+        each = [by_name.get(f"{who}{key}[{i + 1}]", 1.0) for i in range(joints)]
+        return tuple(each) if any(factor != 1.0 for factor in each) else (1.0,)
+
+
+def _who(robot: str, robots: int) -> str:
+    return f"{robot} " if robots > 1 else ""
+
+
+def _names(key: str, table: StudyTable, case: Case) -> tuple[str, ...]:
+    """Return the names of a key's parameters."""
+    if table.joints == "alike" or key.removesuffix("_factor") not in _FACTORS:
+        return (key,)
+    return tuple(
+        f"{_who(robot.name, len(case.robots))}{key}[{i + 1}]"
+        for robot in case.robots
+        for i in range(len(robot.description.joints))
+        if _changes(robot, key, i)
+    )
+
+
+def _shows(key: str, case: Case, loaded: bool) -> bool:
+    """Return whether a parameter changes anything in a case."""
+    if key == "force_factor":
+        return loaded
+    if key.removesuffix("_factor") not in _FACTORS:
+        return True
+    return any(
+        _changes(robot, key, i)
+        for robot in case.robots
+        for i in range(len(robot.description.joints))
+    )
+
+
+def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
+    """Return whether a factor at one joint changes a parameter of the robot."""
+    factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
+    by_key = {
+        "stiffness_factor": Difference(stiffness=factors),
+        "damping_factor": Difference(damping=factors),
+        "backlash_factor": Difference(backlash=factors),
+    }
+    other = by_key[key]
+    return bool(other.parameters(robot.description, robot.torque_curve))

@@ -1,0 +1,64 @@
+"""Folders of finished studies read back, for their report."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from coupling.errors import StudyError
+from coupling.files.csv_table import read_table
+from coupling.study.evaluate import BAND_COLUMNS, MEASURES
+from coupling.study.folder import BANDS, FIGURES, SAMPLES
+
+
+@dataclass(frozen=True)
+class StoredStudy:
+    """A finished study.
+
+    Attributes:
+        figures: Content of study.json.
+        names: Names of the parameters.
+        points: Values of the parameters, (n, k).
+        measures: Deviations of the samples by name [m], (n,).
+        time: Beginnings of the parts of the path [s], (m,).
+        band: Columns of bands.csv by name [m], (m,).
+    """
+
+    figures: dict[str, Any]
+    names: tuple[str, ...]
+    points: np.ndarray
+    measures: dict[str, np.ndarray]
+    time: np.ndarray
+    band: dict[str, np.ndarray]
+
+
+def read_study(folder: Path) -> StoredStudy:
+    """Read the folder of a finished study.
+
+    Raises:
+        StudyError: If a file is missing or broken.
+    """
+    try:
+        figures: dict[str, Any] = json.loads((folder / FIGURES).read_text(encoding="utf-8"))
+    except OSError as cause:
+        raise StudyError(
+            f"{folder / FIGURES}: cannot be read: {cause.strerror or cause}: name the folder of a"
+            " finished study"
+        ) from cause
+    except ValueError as cause:
+        raise StudyError(f"{folder / FIGURES}: is not valid JSON: {cause}") from cause
+    names = tuple(entry["name"] for entry in figures["parameters"])
+    table = read_table(folder / SAMPLES, (*names, *MEASURES), StudyError)
+    time, *band = read_table(folder / BANDS, BAND_COLUMNS, StudyError).T
+    return StoredStudy(
+        figures,
+        names,
+        table[:, : len(names)],
+        dict(zip(MEASURES, table[:, len(names) :].T, strict=True)),
+        time,
+        dict(zip(BAND_COLUMNS[1:], band, strict=True)),
+    )

@@ -1,0 +1,128 @@
+"""Write the figures and the picture of docs/study.md: make study.
+
+The example cone, 200 sampled robots and as many fresh ones; with names, only those parts:
+python docs/scripts/make_study.py cone coverage.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks import study as benchmark
+from coupling.case import load_case
+from coupling.events import unwatched
+from coupling.report import study_page
+from coupling.run.folder import write_run
+from coupling.run.study import run_compensation
+from coupling.study.conduct import changed_table, opened, simulated
+from coupling.study.evaluate import write_findings
+from coupling.study.folder import RUN
+from coupling.study.rows import Sample
+from coupling.study.stored_study import StoredStudy, read_study
+from coupling.study.workers import Workers
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.pictures import save
+
+CASE = benchmark.CASE
+SEED, FRESH = 1, 2
+
+
+@cache
+def _studied() -> tuple[StoredStudy, list[Sample]]:
+    """Return the study of the cone, and fresh samples of another seed."""
+    case = load_case(CASE)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        run = folder / RUN
+        run.mkdir()
+        write_run(run, case, run_compensation(case))
+        found = {}
+        for seed in (SEED, FRESH):
+            place = folder / str(seed)
+            place.mkdir()
+            study = opened(place, case, changed_table(case.study, seed=seed), run, couple=False)
+            found[seed] = simulated(study, Workers(), unwatched)
+            write_findings(study, found[seed])
+        return read_study(folder / str(SEED)), found[FRESH]
+
+
+def cone() -> str:
+    """Return what the command of the cone leaves, and which parameter matters."""
+    study, _ = _studied()
+    figures = study.figures
+    found, model = figures["quantiles_m"], figures["command"]["deviation_m"]
+    shares = ("0.05", "0.5", "0.9", "0.95")
+    quantiles = table(
+        ("cone, 200 robots [um]", "model", *(f"{100 * float(s):g} % below" for s in shares)),
+        [
+            (words, _um(model[name]), *(_um(found[name][share]) for share in shares))
+            for name, words in (("maximum", "max"), ("rms", "rms"))
+        ],
+    )
+    matters = table(
+        ("parameter", "distribution", "share of max", "share of rms", "rank correlation, max"),
+        [
+            (
+                f"`{entry['name']}`",
+                entry["distribution"],
+                *(
+                    f"{100 * entry['influence'][name]['share']:.0f} %"
+                    for name in ("maximum", "rms")
+                ),
+                f"{entry['influence']['maximum']['rank_correlation']:+.2f}",
+            )
+            for entry in figures["parameters"]
+        ],
+    )
+    band = study_page.bands(study).update_layout(width=640, height=400)
+    (first, *_) = study_page.ordered(figures)
+    dots = study_page.scatter(study, 1).update_layout(width=460, height=400)
+    save("study_cone", band, dots)
+    return f"{quantiles}\n\n{matters}\n\nMost of it is of `{first['name']}`."
+
+
+def coverage() -> str:
+    """Return how many fresh robots the band holds."""
+    study, fresh = _studied()
+    distance = np.array([sample.distance for sample in fresh])
+    low, high, line = (study.band[name] for name in ("low", "high", "everywhere"))
+    inside = np.mean((distance >= low) & (distance <= high))
+    below = np.mean(np.all(distance <= line, axis=1))
+    return (
+        f"Of {len(fresh)} fresh robots of another seed the band of 90 % for the cone holds"
+        f" {100 * inside:.1f} % in the mean over the path; {100 * below:.1f} % stay below the line"
+        " everywhere."
+    )
+
+
+def speed() -> str:
+    """Return how fast two workers are."""
+    with tempfile.TemporaryDirectory() as name:
+        case, folder = load_case(CASE), Path(name)
+        write_run(folder, case, run_compensation(case))
+        one, more = (
+            benchmark.studied(CASE, folder, workers, benchmark.SAMPLES)
+            for workers in (1, benchmark.WORKERS)
+        )
+    share = benchmark.efficiency(one, more)
+    return (
+        f"The cone's {benchmark.SAMPLES} samples take {one.wall:.0f} s on one worker and"
+        f" {more.wall:.0f} s on two, the start of the workers among it: {100 * share:.0f} % of twice"
+        " the speed (two cores, `python -m benchmarks.study`)."
+    )
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.3g}"
+
+
+PARTS: dict[str, Callable[[], str]] = {"cone": cone, "coverage": coverage, "speed": speed}
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("study", PARTS, sys.argv[1:])))

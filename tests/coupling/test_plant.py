@@ -1,0 +1,216 @@
+"""[plant]: the command on a robot and under a load that are not the model."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import FILES, command
+from places import CASES, LINE_CASE
+
+from coupling.case import Case, load_case
+from coupling.errors import CaseError
+from coupling.files.robot_file import shipped_robots
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.deviation import measure
+from coupling.robot.difference import Difference
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.stored_run import read_run
+from coupling.run.study import run_compensation
+from elastic_robot.description import Body, Robot
+
+
+def moving(folder: Path, plant: str) -> Path:
+    """The small case on the moving robot with backlash, by method inverse, with a plant."""
+    text = LINE_CASE.read_text()
+    for old, new in (
+        ('"linear"', '"backlash"'),
+        ('"quasistatic"', '"dynamic"'),
+        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / "stroke.toml"
+    file.write_text(f"{text}\n[plant]\n{plant}\n")
+    return file
+
+
+def loaded(folder: Path, plant: str) -> Case:
+    return load_case(moving(folder, plant))
+
+
+def simulated(
+    robot: Robot, curve: str, folder: Path, force: float, changed: dict[str, float]
+) -> float:
+    """Largest deviation of a robot of its own FMU under the files of a run, without the plant's code."""
+    stored = read_run(folder).first
+    file = build_fmu(robot, folder / "own.fmu", BuildOptions("native"))
+    with RobotFmu(file, curve) as fmu:
+        path = fmu.simulate(stored.joints, stored.wrench.scaled(force), "dynamic", changed)
+    np.testing.assert_allclose(stored.plant.pose, path.pose, rtol=0, atol=1e-12)
+    return measure(path, stored.desired).maximum
+
+
+def test_a_plant_that_is_the_model_leaves_what_the_model_leaves(tmp_path):
+    run = run_compensation(loaded(tmp_path, "force_factor = 1.0"))
+    assert run.plant.differences == ()
+    assert np.array_equal(run.plant.path.pose, run.correction.achieved.pose)
+
+
+def test_factors_of_single_joints_payload_and_force_are_those_of_a_robot_built_by_hand(
+    tmp_path, example
+):
+    """Every changed number set by hand; the payload in a description of its own."""
+    case = moving(
+        tmp_path,
+        "stiffness_factor = [0.97, 1.0, 1.0, 0.9, 1.0, 1.0]\nbacklash_factor = 1.3\n"
+        "force_factor = 1.1\npayload_kg = 5.0\npayload_position_m = [0.1, 0.0, 0.3]",
+    )
+    done = command("compensate", case, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in (tmp_path / "out").iterdir()} == FILES | {"plant.csv"}
+    own = example.payload
+    assert own is None
+    robot = replace(example, payload=Body(5.0, (0.1, 0.0, 0.3), (0.0, 0.0, 0.0)))
+    joints = example.joints
+    changed = {f"joint[{i}].backlash": 1.3 * joints[i - 1].backlash for i in range(1, 6)}
+    for i, factor in ((1, 0.97), (4, 0.9)):
+        changed[f"joint[{i}].stiffness"] = factor * joints[i - 1].stiffness
+        for k, tilt in enumerate(joints[i - 1].tilt, start=1):
+            changed[f"joint[{i}].tilt[{k}].stiffness"] = factor * tilt.stiffness
+    left = simulated(robot, "backlash", tmp_path / "out", 1.1, changed)
+    figures = json.loads((tmp_path / "out" / "result.json").read_text())["plant"]
+    assert figures["deviation_m"]["maximum"] == pytest.approx(left, abs=1e-12)
+    assert figures["wrench"] == "model"
+    assert "payload + 5 kg" in figures["differences"]
+    assert f"max {1e6 * left:.2f} um" in done.stdout
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "On the plant" in page
+    assert f"<td>{1e6 * left:.2f}</td>" in page
+
+
+def test_another_robot_file_and_curve_move_in_place_of_the_model(tmp_path, example):
+    softer = shipped_robots()["icme2008"].read_text().replace("mass      = 700.0", "mass = 800.0")
+    (tmp_path / "other.toml").write_text(softer)
+    case = moving(tmp_path, 'description = "other.toml"\ntorque_curve = "linear"')
+    done = command("compensate", case, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    first = example.joints[0]
+    other = replace(example.joints[0], body=replace(first.body, mass=800.0))
+    robot = replace(example, joints=(other, *example.joints[1:]))
+    simulated(robot, "linear", tmp_path / "out", 1.0, {})
+    again = command("compensate", tmp_path / "out" / "case.toml", "-o", tmp_path / "again")
+    assert again.returncode == 0, again.stderr
+    files = [tmp_path / name / "plant.csv" for name in ("out", "again")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_coupled_plant_agrees_with_its_process(tmp_path):
+    """Its path under the wall's force at that very path, to the coupling's tolerance."""
+    case = loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2\ncouple = true")
+    run = run_compensation(case)
+    assert run.plant.coupling.converged
+    rows = np.searchsorted(run.desired.time, case.desired.time)
+    answer = case.process.evaluate(run.plant.path.at_rows(rows)).wrench
+    met = run.plant.wrench.wrench[:, rows]
+    np.testing.assert_allclose(met, 1.2 * answer.wrench, rtol=0, atol=1.2 * 2e5 * 1e-7)
+    alone = run_compensation(loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2"))
+    assert abs(alone.plant.deviation().maximum - run.plant.deviation().maximum) > 1e-6
+
+
+def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):
+    (tmp_path / "own.py").write_text(
+        "from coupling.errors import ProcessError\n"
+        "from coupling.path.histories import WrenchHistory\n"
+        "from coupling.process import Answer, ProcessTable\n"
+        "import numpy as np\n"
+        "class Twice:\n"
+        "    identity, count = '', 0\n"
+        "    def evaluate(self, path):\n"
+        "        self.count += 1\n"
+        "        if self.count > 2:\n"
+        "            raise ProcessError('the press is closed')\n"
+        "        return Answer(WrenchHistory.none(path.time))\n"
+        "class Table(ProcessTable):\n"
+        "    def process(self, task):\n"
+        "        return Twice()\n"
+    )
+    case = moving(tmp_path, "damping_factor = 0.5\ncouple = true")
+    text = case.read_text()
+    text = text.replace('"elastic-wall"\nstiffness_N_m = 2.0e5', '"own.py:Table"')
+    case.write_text(text)
+    done = command("compensate", case, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "the process has no answer on the plant: the press is closed" in done.stdout
+    figures = json.loads((tmp_path / "out" / "result.json").read_text())["plant"]
+    assert figures["coupling"] is None
+    assert figures["deviation_m"]["maximum"] > 0.0
+
+
+def test_a_payload_joins_the_one_that_is_there(example):
+    """Mass, centre and inertia of both bodies about any point."""
+    own = Body(12.0, (0.1, -0.2, 0.3), (0.5, 0.6, 0.7, 0.01, -0.02, 0.03))
+    robot = replace(example, payload=own)
+    more = Difference(payload=3.0, payload_position=(0.0, 0.5, -0.1)).description(robot).payload
+
+    def about(body: Body, point: np.ndarray) -> np.ndarray:
+        arm = np.array(body.com) - point
+        return body.inertia_matrix + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+
+    assert more.mass == 15.0
+    for point in np.random.default_rng(1).normal(size=(5, 3)):
+        added = Body(3.0, (0.0, 0.5, -0.1), (0.0, 0.0, 0.0))
+        np.testing.assert_allclose(
+            about(more, point), about(own, point) + about(added, point), atol=1e-12
+        )
+    assert Difference(payload=1.0).description(example).payload.com == example.tcp_position
+
+
+def test_the_supporting_robot_has_a_table_of_its_own(tmp_path):
+    text = (CASES / "two_robots.toml").read_text()
+    text += "\n[plant]\nstiffness_factor = 0.9\n[plant.support]\npayload_kg = 3.0\n"
+    (tmp_path / "cell.toml").write_text(text)
+    first, second = load_case(tmp_path / "cell.toml").plant.robots
+    assert (first.difference.stiffness, second.difference.stiffness) == ((0.9,), (1.0,))
+    assert (first.difference.payload, second.difference.payload) == (0.0, 3.0)
+
+
+# What is wrong with the plant, and what its message says.
+BAD_PLANTS = {
+    "unknown key": ("stiffness = 0.9", "did you mean 'stiffness_factor'"),
+    "negative": (
+        "stiffness_factor = -0.9",
+        "stiffness_factor 1: expected a number greater than 0",
+    ),
+    "no stiffness": ("stiffness_factor = 0.0", "expected a number greater than 0"),
+    "not finite": ("damping_factor = inf", "expected a finite number"),
+    "wrong length": (
+        "backlash_factor = [1.0, 1.1]",
+        "expected one number, or 6, one for each joint",
+    ),
+    "empty": ("backlash_factor = []", "at least 1 item"),
+    "words": ('force_factor = "much"', "force_factor: expected a valid number"),
+    "no such robot": ('description = "icme2009"', "plant: description:"),
+    "no cell": ("[plant.support]\npayload_kg = 1.0", "plant: support: expected none"),
+    "negative mass": ("payload_kg = -1.0", "payload_kg: expected a number greater than or equal"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_PLANTS)
+def test_a_bad_plant_is_one_message(tmp_path, name):
+    plant, words = BAD_PLANTS[name]
+    with pytest.raises(CaseError) as refused:
+        loaded(tmp_path, plant)
+    assert words in str(refused.value)
+    assert "plant" in str(refused.value)
+
+
+def test_a_robot_of_fewer_joints_cannot_stand_for_the_model(tmp_path):
+    text = shipped_robots()["icme2008"].read_text()
+    last = text.rindex("[[joint]]")
+    (tmp_path / "short.toml").write_text(text[:last])
+    with pytest.raises(CaseError, match=r"expected a robot of 6 joints.*got 5"):
+        loaded(tmp_path, 'description = "short.toml"')

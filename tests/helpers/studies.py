@@ -1,0 +1,56 @@
+"""Studies as a user starts them, watched and killed from outside, and what their folders hold."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+
+TABLES = ("points.csv", "samples.csv", "bands.csv", "study.json", "study.toml")
+
+
+def started(*arguments: object) -> subprocess.Popen[str]:
+    """A study in a process of its own."""
+    program = [sys.executable, "-m", "coupling.cli", "study", *map(str, arguments)]
+    return subprocess.Popen(
+        program,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def rows(folder: Path) -> int:
+    """Number of whole lines in the table of samples."""
+    file = folder / "rows.jsonl"
+    return file.read_bytes().count(b"\n") if file.exists() else 0
+
+
+def wait_for_rows(running: subprocess.Popen[str], folder: Path, count: int) -> None:
+    """Wait until a table has so many lines, or its study has ended."""
+    while running.poll() is None and rows(folder) < count:
+        time.sleep(0.002)
+
+
+def killed(running: subprocess.Popen[str]) -> None:
+    """Kill a study as a power cut would: it has no time for anything."""
+    running.send_signal(signal.SIGKILL)
+    running.communicate()
+
+
+def children(process: int, words: str) -> list[int]:
+    """Numbers of the processes below one, of all depths, whose command line has some words."""
+    below = psutil.Process(process).children(recursive=True)
+    return [child.pid for child in below if words in " ".join(child.cmdline())]
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    """Bytes of what a finished study leaves; lines of its table of samples sorted."""
+    found = {name: (folder / name).read_bytes() for name in TABLES}
+    lines = (folder / "rows.jsonl").read_bytes().splitlines(keepends=True)
+    return {**found, "rows": b"".join(sorted(lines, key=lambda line: line.split(b" ", 1)[1]))}

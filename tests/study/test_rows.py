@@ -1,0 +1,102 @@
+"""The table of samples on disk: what a kill, a full disk or a bad sector can do to it."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+from pathlib import Path
+
+import pytest
+
+from coupling.errors import StudyError
+from coupling.path.deviation import Deviation
+from coupling.study.rows import Rows, Sample
+
+
+def sample(number: int) -> Sample:
+    figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25]
+    return Sample(number, Deviation(*figures), (1.0 / 3.0, 5e-324, 7.0e-5))
+
+
+@pytest.fixture
+def table(tmp_path) -> Path:
+    file = tmp_path / "rows.jsonl"
+    with Rows(file) as rows:
+        for number in (2, 0, 1):
+            rows.add(sample(number))
+    return file
+
+
+def test_numbers_survive_exactly(table):
+    with Rows(table) as rows:
+        assert rows.samples == {number: sample(number) for number in range(3)}
+        assert rows.damaged == 0
+
+
+def test_a_table_torn_at_any_byte_keeps_all_whole_lines_and_goes_on(table):
+    """The end of the file at every byte of the last line, then that sample once more."""
+    whole = table.read_bytes()
+    start = whole.rindex(b"\n", 0, -1) + 1
+    for end in range(start, len(whole)):
+        table.write_bytes(whole[:end])
+        with Rows(table) as rows:
+            assert set(rows.samples) == {2, 0}
+            rows.add(sample(1))
+        assert table.read_bytes() == whole
+
+
+def test_a_flipped_bit_costs_one_sample(table):
+    whole = table.read_bytes()
+    for place in range(0, len(whole), 7):
+        bad = bytearray(whole)
+        bad[place] ^= 1
+        table.write_bytes(bad)
+        with Rows(table) as rows:
+            missing = {0, 1, 2} - set(rows.samples)
+            assert 1 <= len(missing) <= 2  # two where a line end is lost
+            assert all(rows.samples[k] == sample(k) for k in rows.samples)
+            for number in missing:
+                rows.add(sample(number))
+        with Rows(table) as rows:
+            assert rows.samples == {number: sample(number) for number in range(3)}
+
+
+def test_a_table_of_something_else_holds_no_samples(table):
+    table.write_bytes(os.urandom(3000) + b"\n12345678 {}\n00000000 []\n\n")
+    with Rows(table) as rows:
+        assert rows.samples == {}
+        rows.add(sample(5))
+    with Rows(table) as rows:
+        assert rows.samples == {5: sample(5)}
+
+
+def test_a_failed_sample_is_worth_another_try(table):
+    with Rows(table) as rows:
+        rows.add(Sample(3, None, (), "the robot fell"))
+        assert not rows.has(3)
+        rows.add(sample(3))
+        assert rows.has(3)
+    with Rows(table) as rows:
+        assert rows.samples[3] == sample(3)
+
+
+def test_a_full_disk_is_a_sentence_and_loses_nothing(table, tmp_path):
+    """A limit on the file's size, in the middle of a line, stands for it."""
+    size = table.stat().st_size
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        with Rows(table) as rows:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size + 40, before[1]))
+            with pytest.raises(StudyError, match=r"cannot be written.*3 samples that are kept"):
+                rows.add(sample(3))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert table.stat().st_size == size + 40
+    with Rows(table) as rows:
+        assert set(rows.samples) == {0, 1, 2}
+        rows.add(sample(3))
+    with Rows(table) as rows:
+        assert set(rows.samples) == {0, 1, 2, 3}

@@ -1,0 +1,374 @@
+"""`elastic-robot study` as a user types it: killed, grown, refused, distributed."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from command_line import command
+from places import LINE_CASE
+from studies import children, killed, rows, started, tables, wait_for_rows
+
+from coupling.case import load_case
+from coupling.case_plant import Spread
+from coupling.errors import CaseError, StudyError
+from coupling.files.csv_table import read_table
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.path.deviation import measure
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.stored_run import read_run
+from coupling.run.study import run_compensation
+from coupling.study.conduct import changed_table
+from coupling.study.parameters import Parameter, Parameters
+
+pytest.importorskip("distributed")
+
+SAMPLES = 120
+
+
+def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
+    """The small case, slow, on the moving robot with backlash by method inverse."""
+    text = LINE_CASE.read_text()
+    for old, new in (
+        ('"linear"', '"backlash"'),
+        ('"quasistatic"', '"dynamic"'),
+        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
+        ("feed_m_s = 0.1", f"feed_m_s = {feed}"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / "stroke.toml"
+    file.write_text(f"{text}\n{more}")
+    return file
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Path:
+    return moving(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def run(case, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "run"
+    done = command("compensate", case, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(case, run, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("undisturbed") / "study"
+    done = command("study", case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert f"{SAMPLES} sampled" in done.stdout
+    return folder
+
+
+def test_a_study_killed_ten_times_ends_with_the_same_bytes(case, run, undisturbed, tmp_path):
+    """kill -9 after a random number of samples or before the first one; nothing is simulated twice."""
+    random_ = random.Random(14)
+    options = (case, "-o", tmp_path / "study", "--run", run, "--samples", SAMPLES, "--workers", 1)
+    kept = []
+    for _ in range(10):
+        running = started(*options)
+        wait_for_rows(running, tmp_path / "study", rows(tmp_path / "study") + random_.randrange(9))
+        time.sleep(random_.random() * 0.02)
+        below = children(running.pid, "python")
+        killed(running)
+        kept.append(rows(tmp_path / "study"))
+        deadline = time.time() + 20.0
+        while any(map(psutil.pid_exists, below)) and time.time() < deadline:
+            time.sleep(0.01)
+        assert not any(map(psutil.pid_exists, below)), "a killed study leaves processes"
+    assert kept == sorted(kept)
+    assert 0 < kept[-1] < SAMPLES, kept
+    last = started(*options)
+    said, _ = last.communicate()
+    assert last.returncode == 0, said
+    assert tables(tmp_path / "study") == tables(undisturbed)
+
+
+def test_a_killed_worker_and_a_killed_robot_cost_their_task_alone(case, run, undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    running = started(case, "-o", folder, "--run", run, "--samples", SAMPLES, "--workers", 2)
+    wait_for_rows(running, folder, 2)
+    worker, other = children(running.pid, "spawn_main")
+    (robot,) = children(other, "worker_main")
+    for victim, count in ((worker, 10), (robot, 30)):
+        wait_for_rows(running, folder, count)
+        assert running.poll() is None
+        os.kill(victim, signal.SIGKILL)
+    said, _ = running.communicate()
+    assert running.returncode == 0, said
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_study_grows_to_what_the_larger_one_would_have_been(case, run, undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    for samples in (30, SAMPLES):
+        done = command("study", case, "-o", folder, "--run", run, "--samples", samples)
+        assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_every_row_is_the_command_on_a_robot_changed_by_hand(
+    case, run, undisturbed, example, tmp_path
+):
+    """Parameters from samples.csv, set one by one in an FMU built here; to 1e-12 m."""
+    names = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor")
+    table = read_table(
+        undisturbed / "samples.csv", ("sample", *names, "maximum", "rms"), StudyError
+    )
+    assert np.array_equal(table[:, 0], np.arange(SAMPLES))
+    low, high = [0.98, 0.8, 0.8, 0.95], [1.02, 1.2, 1.2, 1.05]
+    assert np.all((table[:, 1:5] >= low) & (table[:, 1:5] <= high))
+    assert np.all(np.ptp(table[:, 1:5], axis=0) > 0.95 * (np.array(high) - low))
+    stored = read_run(run).first
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native"))
+    with RobotFmu(file, "backlash") as fmu:
+        for row in table[::17]:
+            changed = {}
+            for i, joint in enumerate(example.joints, start=1):
+                if joint.stiffness is None:
+                    continue
+                for key, factor in zip(("stiffness", "damping", "backlash"), row[1:4], strict=True):
+                    changed[f"joint[{i}].{key}"] = factor * getattr(joint, key)
+                    if key != "backlash":
+                        for k, tilt in enumerate(joint.tilt, start=1):
+                            name = f"joint[{i}].tilt[{k}].{key}"
+                            changed[name] = factor * getattr(tilt, key)
+            wrench = stored.wrench.scaled(row[4])
+            path = fmu.simulate(stored.joints, wrench, "dynamic", changed)
+            found = measure(path, stored.desired)
+            assert (found.maximum, found.rms) == pytest.approx(tuple(row[5:7]), abs=1e-12)
+
+
+def test_another_study_in_the_folder_is_refused_and_nothing_is_lost(
+    case, run, undisturbed, tmp_path
+):
+    before = tables(undisturbed)
+    options = ("-o", undisturbed, "--run", run, "--samples", SAMPLES)
+    faster = tmp_path / "faster"
+    faster.mkdir()
+    other_case = moving(tmp_path, "[study]\nstiffness_factor = [0.9, 1.1]\n")
+    for arguments, words in (
+        ((case, *options, "--seed", 2), "differs in seed"),
+        ((case, *options, "--couple"), "differs in couple"),
+        ((other_case, *options), "differs in parameters.stiffness_factor"),
+        ((moving(faster, feed="0.03"), *options), "differs in tool_path.feed_m_s"),
+    ):
+        done = command("study", *arguments)
+        assert done.returncode == 2, done.stdout
+        assert words in " ".join(done.stderr.split())
+    assert tables(undisturbed) == before
+
+
+def test_a_latin_hypercube_does_not_grow(case, run, tmp_path):
+    file = moving(tmp_path, '[study]\ndesign = "latin-hypercube"\nforce_factor = [0.9, 1.1]\n')
+    options = ("study", file, "-o", tmp_path / "study", "--run", run, "--workers", 1)
+    assert command(*options, "--samples", 20).returncode == 0
+    done = command(*options, "--samples", 40)
+    assert done.returncode == 2
+    assert "differs in samples" in done.stderr
+
+
+def test_two_studies_at_once_are_refused_and_an_interrupt_says_what_is_kept(case, run, tmp_path):
+    folder = tmp_path / "study"
+    running = started(case, "-o", folder, "--run", run, "--samples", 2000, "--workers", 1)
+    wait_for_rows(running, folder, 1)
+    done = command("study", case, "-o", folder, "--run", run, "--samples", 2000)
+    running.send_signal(signal.SIGINT)
+    said, _ = running.communicate()
+    assert done.returncode == 2
+    assert "another study works in it" in done.stderr
+    assert running.returncode == 130
+    assert "stopped; " in said
+    assert f"{rows(folder)} of 2000 samples are kept: the same command goes on" in said
+    assert "Traceback" not in said
+
+
+@pytest.fixture
+def cluster() -> Iterator[str]:
+    """A Dask cluster on this machine as an administrator would start it."""
+    scheduler = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    address = ""
+    while not address:
+        line = scheduler.stderr.readline()
+        assert line, "the scheduler has ended"
+        address = next((word for word in line.split() if word.startswith("tcp://")), "")
+    worker = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"],
+        stderr=subprocess.DEVNULL,
+    )
+    yield address
+    for process in (worker, scheduler):
+        process.terminate()
+        process.communicate()
+
+
+def test_a_cluster_that_runs_already_gives_the_same_bytes(
+    case, run, undisturbed, cluster, tmp_path
+):
+    folder = tmp_path / "study"
+    options = ("-o", folder, "--run", run, "--samples", SAMPLES, "--scheduler", cluster)
+    done = command("study", case, *options)
+    assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_scheduler_that_is_not_there_is_a_sentence(case, run, tmp_path):
+    options = ("-o", tmp_path / "study", "--run", run, "--scheduler", "tcp://127.0.0.1:1")
+    done = command("study", case, *options)
+    assert done.returncode == 2
+    assert "expected a Dask scheduler at tcp://127.0.0.1:1, got no answer" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_report_and_figures_tell_the_same(undisturbed):
+    figures = json.loads((undisturbed / "study.json").read_text())
+    table = read_table(undisturbed / "samples.csv", ("maximum",), StudyError)[:, 0]
+    limit = figures["quantiles_m"]["maximum"]["0.9"]
+    assert np.mean(table <= limit) == pytest.approx(0.9, abs=1.0 / SAMPLES)
+    written = (undisturbed / "report.html").read_bytes()
+    done = command("report", undisturbed)
+    assert done.returncode == 0, done.stderr
+    page = (undisturbed / "report.html").read_text(encoding="utf-8")
+    assert page.encode() == written
+    assert f"90 % of further robots stay below {1e6 * limit:.1f} um" in page
+    assert [entry["name"] for entry in figures["parameters"]] == [
+        "stiffness_factor",
+        "damping_factor",
+        "backlash_factor",
+        "force_factor",
+    ]
+    band = read_table(undisturbed / "bands.csv", ("low", "median", "high"), StudyError)
+    assert np.all(np.diff(band, axis=1) >= 0.0)
+
+
+def test_each_robot_may_be_coupled_with_its_process(tmp_path):
+    """Samples of a hard wall, every one coupled, against one coupled by hand; a payload for each."""
+    file = moving(
+        tmp_path,
+        "[study]\nstiffness_factor = [0.9, 1.1]\npayload_kg = [0.0, 8.0]\njoints = 'each'\n",
+        feed="0.1",
+    )
+    options = ("-o", tmp_path / "study", "--samples", 19, "--couple", "--workers", 1)
+    done = command("study", file, *options)
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "study" / "study.json").read_text())
+    assert figures["wrench"] == "coupled"
+    assert figures["process_evaluations"] > 2 * 19
+    assert figures["not_coupled"] == []
+    names = tuple(entry["name"] for entry in figures["parameters"])
+    assert names == (*(f"stiffness_factor[{i}]" for i in range(1, 6)), "payload_kg")
+    table = read_table(tmp_path / "study" / "samples.csv", (*names, "maximum"), StudyError)
+    row = table[7].tolist()
+    plant = f"stiffness_factor = {[*row[:5], 1.0]}\npayload_kg = {row[5]!r}\ncouple = true\n"
+    case = load_case(moving(tmp_path, f"[plant]\n{plant}", feed="0.1"))
+    alone = run_compensation(case).plant
+    assert alone.deviation().maximum == pytest.approx(row[6], abs=1e-12)
+
+
+def test_a_command_that_is_not_converged_is_studied_and_said_so(tmp_path):
+    file = moving(tmp_path, feed="0.1")
+    text = file.read_text().replace(
+        'method = "inverse"', 'method = "inverse"\ntolerance_m = 1e-9\nmax_rounds = 1'
+    )
+    file.write_text(text)
+    done = command("study", file, "-o", tmp_path / "study", "--samples", 19, "--workers", 1)
+    assert done.returncode == 1, done.stderr
+    assert "The command is NOT CONVERGED" in done.stdout
+    page = (tmp_path / "study" / "report.html").read_text(encoding="utf-8")
+    assert "The command is not converged" in page
+    assert (tmp_path / "study" / "run" / "report.html").exists()
+
+
+def test_a_coupling_is_no_command_to_study(case, tmp_path):
+    assert command("couple", case, "-o", tmp_path / "run").returncode == 0
+    done = command("study", case, "-o", tmp_path / "study", "--run", tmp_path / "run")
+    assert done.returncode == 2
+    assert "expected a run of compensate, got one of couple" in " ".join(done.stderr.split())
+
+
+def test_without_dask_a_sentence_says_what_to_install(case, run, tmp_path, monkeypatch):
+    (tmp_path / "distributed.py").write_text("raise ImportError('no such thing')\n")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    done = command("study", case, "-o", tmp_path / "study", "--run", run)
+    assert done.returncode == 2
+    assert "pip install 'elastic-robot-fmu[study]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# What is wrong with [study], and what the one message must contain.
+BAD_STUDIES = {
+    "unknown key": ("stiffnes_factor = [0.9, 1.1]", "did you mean 'stiffness_factor'"),
+    "negative": ("damping_factor = [-0.1, 1.1]", "damping_factor: expected values >= 0, got -0.1"),
+    "no stiffness": ("stiffness_factor = [0.0, 1.1]", "stiffness_factor: expected values > 0"),
+    "upside down": (
+        "force_factor = [1.1, 0.9]",
+        "expected [low, high], low < high, got [1.1, 0.9]",
+    ),
+    "wide": ("backlash_factor = { mean = 1.0, deviation = 0.5 }", "expected values >= 0, got -0.5"),
+    "half": ("backlash_factor = { mean = 1.0 }", "or { mean = .., deviation = .. }, got neither"),
+    "both": ("force_factor = { low = 0.9, high = 1.1, mean = 1.0 }", "got neither"),
+    "words": ('force_factor = "much"', "force_factor: expected [low, high] or"),
+    "not finite": ("force_factor = [0.9, inf]", "force_factor: high: expected a finite number"),
+    "no samples": ("samples = 0", "samples: expected a number greater than or equal to 1, got 0"),
+    "few samples": ("samples = 5", "expected at least 19 for a band that holds 90 %"),
+    "design": ('design = "grid"', "design: expected 'sobol' or 'latin-hypercube', got 'grid'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_STUDIES)
+def test_a_bad_study_is_one_message(tmp_path, name):
+    table, words = BAD_STUDIES[name]
+    with pytest.raises(CaseError) as refused:
+        changed_table(load_case(moving(tmp_path, f"[study]\n{table}\n")).study)
+    assert words in str(refused.value)
+    assert "study: " in str(refused.value)
+
+
+def test_a_bad_number_of_samples_leaves_no_folder(case, tmp_path):
+    done = command("study", case, "-o", tmp_path / "study", "--samples", 0)
+    assert done.returncode == 2
+    assert "samples: expected a number greater than or equal to 1, got 0" in done.stderr
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
+    (tmp_path / "letter.txt").write_text("dear")
+    done = command("study", case, "-o", tmp_path, "--run", run, "--overwrite")
+    assert done.returncode == 2
+    assert "holds files that are not a study (letter.txt)" in " ".join(done.stderr.split())
+    assert (tmp_path / "letter.txt").read_text() == "dear"
+
+
+def test_what_means_nothing_is_left_out(tmp_path):
+    """A linear robot has no backlash to be uncertain of, a free one no force."""
+    case = load_case(LINE_CASE)
+    assert Parameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
+    assert Parameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
+    assert Parameters.of(case, loaded=True).names[-1] == "force_factor"
+
+
+def test_normal_parameters_have_their_moments():
+    """Mean and deviation of a normal distribution that is cut off at three of it: 0.9733 of it."""
+    parameter = Parameter("force_factor", Spread(mean=1.0, deviation=0.1))
+    values = parameter.at((np.arange(20_000) + 0.5) / 20_000)
+    assert values.mean() == pytest.approx(1.0, abs=1e-6)
+    assert values.std() == pytest.approx(0.1 * np.sqrt(0.97334), rel=1e-4)
+    assert parameter.range == pytest.approx((0.7, 1.3))
