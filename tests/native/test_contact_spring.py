@@ -105,7 +105,7 @@ def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
 def test_lined_up_robots_rest_on_springs_of_all_sizes(example, kind):
-    """From 1e-2 to 3e9 N/m: what is left of the torques is an edge's 1e-6 N m, or rounding of the spring's."""
+    """From 1e-2 to 3e9 N/m: left is an edge's 1e-6 N m, or rounding of the spring's torque."""
     rng, core = np.random.default_rng(1), Core(example)  # some start at a rounded flank's foot
     python = ElasticRobot(example, kind, quasistatic=True)
     dynamics, curve = python._dynamics, python._curve
