@@ -159,8 +159,8 @@ _ADVICE = "; use another scheme, such as robin, or a smaller relaxation"
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
-# What springs may carry, over the force tolerance: a gear that hangs in its play is held where the process
-# hardly says where it should be.
+# What springs may carry, over the force tolerance: a gear that hangs in its play is held where the
+# process hardly says where it should be.
 _CARRIED = 10.0
 
 

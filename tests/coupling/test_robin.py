@@ -1,0 +1,253 @@
+"""Scheme robin: the spring changes no answer, Newton's method where the stiffness is right, contraction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from places import EXAMPLES
+from scipy.spatial.transform import Rotation
+from spring_robot import SpringRobot, upright
+
+from coupling.case import load_case
+from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.process import Answer, ElasticWall
+from coupling.robot.cell import Placement
+from coupling.solve.fixed_point import Loop, Tolerance, couple
+from coupling.solve.outcome import Outcome
+from coupling.solve.reaction import Reaction
+from coupling.solve.robin import Robin
+from coupling.solve.scheme import Scheme
+
+TIGHT = Tolerance(path=1e-10, rms=1e-10, force=1e-8)
+GAINS = (0.1, 1.0, 5.0, 10.0, 100.0)
+STIFFNESS = 1e6  # [N/m]
+
+
+def oblique_wall() -> ElasticWall:
+    return ElasticWall(np.zeros(3), np.array([0.36, 0.48, 0.8]), STIFFNESS)
+
+
+def pressing(n: int = 60) -> JointPath:
+    """Along a wall, 1 to 3 mm inside it and out of it for a third of the way."""
+    time = np.linspace(0.0, 1.0, n)
+    depth = -2e-3 - 3e-3 * np.sin(2 * np.pi * time)
+    return JointPath(time, (np.column_stack([0.1 * time, -0.05 * time, depth]),))
+
+
+def soft_robot(gain: float, seed: int = 0) -> SpringRobot:
+    """Return a robot whose compliance along the wall's normal is gain over the wall's stiffness."""
+    root = np.random.default_rng(seed).normal(size=(3, 3))
+    compliance, normal = root @ root.T + 0.1 * np.eye(3), oblique_wall().normal
+    return SpringRobot(compliance * gain / (STIFFNESS * (normal @ compliance @ normal)))
+
+
+def closed_form(robot: SpringRobot, command: JointPath) -> np.ndarray:
+    """x = u + C n k p, p the penetration: p = p_u / (1 + gain) where the tool is inside."""
+    wall, free = oblique_wall(), command.q[0]
+    along = robot.compliance @ wall.normal
+    pressed = np.maximum(-free @ wall.normal, 0.0) / (1.0 + STIFFNESS * wall.normal @ along)
+    return free + STIFFNESS * pressed[:, None] * along
+
+
+@dataclass(frozen=True)
+class Untold:
+    """A process that does not tell its stiffness, or another one."""
+
+    process: ElasticWall
+    factor: float | None = None
+    identity: str = ""
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        answer = self.process.evaluate(path)
+        told = None if self.factor is None else self.factor * answer.stiffness
+        return replace(answer, stiffness=told)
+
+
+def coupled(
+    robot, process, tolerance: Tolerance = TIGHT, most: int = 60, scheme: Scheme | None = None
+):
+    return couple(
+        Loop(robot, process, "quasistatic", scheme or Robin(), tolerance, most), pressing()
+    )
+
+
+@pytest.mark.parametrize("gain", GAINS)
+def test_a_wall_that_tells_its_stiffness_takes_two_evaluations(gain):
+    """Newton's method on a problem that is linear while contact lasts."""
+    robot = soft_robot(gain)
+    result = coupled(robot, oblique_wall())
+    assert result.converged, result.reason
+    assert len(result.evaluations) == 2
+    expected = closed_form(robot, pressing())
+    np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("gain", GAINS)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_wall_that_does_not_takes_at_most_four(gain, seed):
+    """The secant between two evaluations is the stiffness; where contact ends, one more is needed."""
+    robot = soft_robot(gain, seed)
+    result = coupled(robot, Untold(oblique_wall()), Tolerance())
+    assert result.converged, result.reason
+    assert len(result.evaluations) <= 4
+    expected = closed_form(robot, pressing())
+    np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("factor", [0.8, 3.0, 10.0])
+def test_a_wrong_stiffness_contracts_at_the_rate_of_theory(factor):
+    """e_{k+1} / e_k = (s - 1) g / (1 + s g) for a stiffness that is s times the true one."""
+    gain = 4.0
+    robot, command = SpringRobot(gain / STIFFNESS * np.eye(3)), pressing()
+    command = JointPath(command.time, (command.q[0] - np.array([0.0, 0.0, 0.02]),))  # never off
+    loop = Loop(robot, Untold(oblique_wall(), factor), "quasistatic", Robin(), TIGHT, 6)
+    changes = [entry.path_change for entry in couple(loop, command).evaluations]
+    rate = abs(factor - 1.0) * gain / (1.0 + factor * gain)
+    np.testing.assert_allclose(np.divide(changes[1:], changes[:-1]), rate, rtol=1e-6)
+
+
+def test_a_stiffness_ten_times_too_large_is_not_called_converged_too_early():
+    """Small changes are then no small errors; the verdict must know."""
+    robot = soft_robot(5.0)
+    result = coupled(robot, Untold(oblique_wall(), 10.0), Tolerance(force=1.0), most=400)
+    assert result.converged, result.reason
+    assert result.evaluations[-1].path_change < 2e-7
+    expected = closed_form(robot, pressing())
+    np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1.5e-6)
+
+
+def test_a_stiffness_far_too_small_is_told_as_a_failure():
+    result = coupled(soft_robot(10.0), Untold(oblique_wall(), 0.2), Tolerance(), most=40)
+    assert result.outcome in (Outcome.DIVERGED, Outcome.LIMIT_CYCLE, Outcome.STAGNATED)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_answer_does_not_depend_on_the_stiffness(seed):
+    """Any spring whose iteration converges leads to the same path and force."""
+    rng = np.random.default_rng(seed)
+    robot, wall = soft_robot(2.0, seed), oblique_wall()
+    root = rng.normal(size=(1, 60, 3, 3))
+    more = 3e5 * root @ root.swapaxes(-1, -2)
+
+    class Other(Robin):
+        def loads(self, path, rows, answer):
+            return super().loads(path, rows, replace(answer, stiffness=answer.stiffness + more))
+
+    result = coupled(robot, wall, most=2000, scheme=Other())
+    assert result.converged, result.reason
+    expected = closed_form(robot, pressing())
+    np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1e-8)
+    acting = result.answer.wrench.on(result.path).force
+    np.testing.assert_allclose(acting, wall.evaluate(result.path).wrench.force, rtol=0, atol=1e-2)
+
+
+def test_a_force_that_asks_for_no_position_is_no_obstacle():
+    """Stiffness 0 is known exactly: the second evaluation confirms the first answer."""
+
+    class Constant:
+        identity = ""
+
+        def evaluate(self, path: ToolPath) -> Answer:
+            force = np.tile([0.0, 0.0, 700.0], (len(path.time), 1))
+            still = np.zeros((1, len(path.time), 3, 3))
+            return Answer(WrenchHistory.of_forces(path.time, [force]), stiffness=still)
+
+    result = coupled(soft_robot(1.0), Constant())
+    assert result.converged
+    assert len(result.evaluations) == 2
+
+
+@pytest.mark.parametrize("name", ["cone", "two_robots"])
+def test_the_stiffness_that_a_law_tells_is_its_derivative(name):
+    """Central differences of the force on each tool by that tool's own position, on random paths.
+
+    Where a supporting tool has lifted off, the reaction is not symmetric and the law's own is told.
+    """
+    case = load_case(EXAMPLES / "cases" / f"{name}.toml")
+    rng = np.random.default_rng(1)
+    rows = np.sort(rng.choice(len(case.desired.time), 300, replace=False))
+    thin = replace(case.desired.at_rows(rows))
+    path = thin.displaced(2e-4 * rng.normal(size=(*thin.pose.shape[:2], 6)))
+    answer = case.process.evaluate(path)
+    told, pressed = answer.stiffness, np.any(answer.wrench.force[-1], axis=1)
+    assert np.count_nonzero(pressed) > 100
+    assert np.count_nonzero(np.trace(told[0], axis1=1, axis2=2)) > 100
+    step, count = 1e-8, len(path.pose)
+    for tool in range(count):
+        for axis in range(3):
+            shift = np.zeros((count, len(path.time), 6))
+            shift[tool, :, axis] = step
+            ahead, behind = (
+                case.process.evaluate(path.displaced(sign * shift)).wrench.force[tool]
+                for sign in (1.0, -1.0)
+            )
+            found = (behind - ahead) / (2.0 * step)
+            expected = told[tool, :, :, axis]
+            np.testing.assert_allclose(
+                found[pressed], expected[pressed], rtol=0, atol=30.0
+            )  # of 1e5
+
+
+def test_the_smallest_stiffness_that_explains_a_change_of_force():
+    """K dx = -df, symmetric, not negative; kept where the force grows along the motion."""
+    rng = np.random.default_rng(3)
+    position, force = rng.normal(size=(2, 1, 50, 3))
+    root = rng.normal(size=(1, 50, 3, 3))
+    true = root @ root.swapaxes(-1, -2)
+    step = 1e-3 * rng.normal(size=(1, 50, 3))
+    change = -np.einsum("...ij,...j->...i", true, step)
+    before = Reaction.first(position, force)
+    found = before.then(position + step, force + change).stiffness
+    explained = np.einsum("...ij,...j->...i", found, step)
+    kept = np.all(found == before.stiffness, axis=(-1, -2))
+    assert np.count_nonzero(kept) < 5
+    np.testing.assert_allclose(explained[~kept], -change[~kept], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found, found.swapaxes(-1, -2))
+    assert np.linalg.eigvalsh(found).min() > -1e-9
+    grown = before.then(position + step, force - change).stiffness
+    np.testing.assert_array_equal(grown, before.stiffness)
+
+
+def test_a_spring_is_the_same_in_the_frame_of_another_robot():
+    rng = np.random.default_rng(5)
+    time = np.arange(4.0)
+    root = rng.normal(size=(1, 4, 3, 3))
+    spring = ContactSpring(rng.normal(size=(1, 4, 3)), root @ root.swapaxes(-1, -2))
+    load = WrenchHistory(time, np.zeros((1, 4, 6)), spring)
+    at = Placement(np.array([1.0, 2.0, 3.0]), Rotation.from_rotvec([0.3, -0.5, 1.0]))
+    path = ToolPath(time, upright(rng.normal(size=(4, 3))))
+    own = at.wrench_in_base(load).on(at.path_in_base(path)).force[0]
+    np.testing.assert_allclose(at.rotation.apply(own), load.on(path).force[0], atol=1e-12)
+
+
+def test_loads_held_over_shorter_steps_keep_their_springs():
+    """The place moves straight on, the stiffness acts over the step that ends at its row."""
+    time, fine = np.array([0.0, 1.0, 2.0]), np.linspace(0.0, 2.0, 9)
+    anchor = np.array([[[0.0, 0, 0], [1.0, 0, 0], [3.0, 0, 0]]])
+    stiffness = np.arange(3.0)[None, :, None, None] * np.eye(3)
+    load = WrenchHistory(time, np.zeros((1, 3, 6)), ContactSpring(anchor, stiffness)).held(fine)
+    expected = np.interp(fine, time, anchor[0, :, 0])
+    np.testing.assert_allclose(load.spring.anchor[0, :, 0], expected, atol=1e-15)
+    held = [0, 1, 1, 1, 1, 2, 2, 2, 2]
+    np.testing.assert_array_equal(load.spring.stiffness[0, :, 0, 0], held)
+
+
+def test_straight_keeps_its_rows():
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(0.1, 1.0, 20))
+    values = rng.normal(size=(2, 20, 3, 3))
+    more = np.sort(np.concatenate([time, rng.uniform(time[0], time[-1], 50)]))
+    found = straight(time, values, more)
+    np.testing.assert_array_equal(found[:, np.searchsorted(more, time)], values)
+    expected = np.interp(more, time, values[1, :, 2, 0])
+    np.testing.assert_allclose(found[1, :, 2, 0], expected, atol=1e-12)
+
+
+def test_a_spring_of_the_wrong_size_is_refused():
+    with pytest.raises(ValueError, match=r"stiffnesses \(tools, n, 3, 3\), got shapes"):
+        ContactSpring(np.zeros((1, 4, 3)), np.zeros((1, 4, 3)))
+    with pytest.raises(ValueError, match="not finite"):
+        ContactSpring(np.full((1, 4, 3), np.nan), np.zeros((1, 4, 3, 3)))
