@@ -130,7 +130,7 @@ class SpringStatics:
         slope = slope + inside * np.abs(free) / np.where(inside, 2.0 * self._width, 1.0)
         gradient = self._dynamics.static_torque_gradient(self._theta(x), self._acting)
         driven = inside * np.maximum(gradient.diagonal(), 0.0)
-        flanks = self._curve.flank_slope(x)
+        flanks = self._curve.flank_slope(np.zeros(len(x)))  # a rounded one is flat at its foot
         for shift in _SHIFTS:
             added = shift * flanks + (shift > 0.0) * driven
             matrix = np.diag(slope + added) - gradient

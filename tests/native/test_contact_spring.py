@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 from native_core import CURVES, LANES, Core, CoreError, with_settings
@@ -99,6 +101,25 @@ def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
         np.testing.assert_allclose(x, python.deflection(), rtol=0, atol=1e-10)
         hanging += bool(((np.abs(x[gears]) < width) & (x[gears] != 0.0)).any())
     assert hanging > 50
+
+
+@pytest.mark.parametrize("kind", ["backlash", "spline"])
+def test_lined_up_robots_rest_on_springs_of_all_sizes(example, kind):
+    """From 1e-2 to 3e9 N/m: left is an edge's 1e-6 N m, or rounding of the spring's torque."""
+    rng, core = np.random.default_rng(1), Core(example)  # some start at a rounded flank's foot
+    python = ElasticRobot(example, kind, quasistatic=True)
+    dynamics, curve = python._dynamics, python._curve
+    for _ in range(1000):
+        q, wrench = hardly_loaded(rng, 6)
+        with contextlib.suppress(CoreError):  # without a spring not every one has a rest
+            core.reset(kind, 0.0, q, wrench, quasistatic=True)
+        anchor = core.outputs(11)["tcp"][:3] + 10.0 ** rng.uniform(-6.0, -2.5) * rng.normal(size=3)
+        k = random_stiffness(rng) * 10.0 ** rng.uniform(-2.0, 1.5)
+        load = Load(wrench, ContactSpring(anchor, np.zeros(3), symmetric(k)))
+        core.reset(kind, 0.0, q, as_core(load), quasistatic=True)
+        x = core.outputs(11)["x"]
+        left = dynamics.static_torque(python.chain.theta(q, x), load.at(0.0)) - curve.torque(x)
+        assert np.abs(left).max() < 2e-6 + 1e-13 * np.abs(k).max()
 
 
 @pytest.mark.parametrize("plain", [True, False])

@@ -63,15 +63,15 @@ static void find_matrix(const er_descent *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
-        double x = s->x[k], slope = er_curve_slope(s->curve, k, er_descent_region(s, k), x);
+        double slope = er_curve_slope(s->curve, k, er_descent_region(s, k), s->x[k]);
+        double flank = er_curve_flank_slope(s->curve, k, 0.0); /* a rounded one is flat at its foot */
         if (er_descent_region(s, k) == 0) {
             slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_descent_play(s, k));
             slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
         }
         for (int j = 0; j < m; j++)
             matrix[k * m + j] = s->neutral[k] || s->neutral[j] ? 0.0 : -s->gradient[k * m + j];
-        matrix[k * m + k] +=
-            s->neutral[k] ? 1.0 : slope + shift * er_curve_flank_slope(s->curve, k, x);
+        matrix[k * m + k] += s->neutral[k] ? 1.0 : slope + shift * flank;
     }
 }
 
