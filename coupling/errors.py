@@ -34,6 +34,10 @@ class ResultError(CouplingError):
     """A run folder cannot be read or written."""
 
 
+class StoreError(CouplingError):
+    """The store of evaluations cannot be read or written."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 
