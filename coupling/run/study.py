@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
+from coupling.files.scratch import ScratchFolder
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.joint_limits import JointLimits
@@ -60,6 +59,7 @@ class Run:
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
         durations: Wall time by part [s].
+        keys: Keys of the process's answers in the store of evaluations, in their order, where known.
     """
 
     kind: str
@@ -73,6 +73,7 @@ class Run:
     fmu_fingerprint: str
     gap: ToolGap | None = None
     durations: dict[str, float] = field(default_factory=dict)
+    keys: tuple[str, ...] = ()
 
     @property
     def desired(self) -> ToolPath:
@@ -192,7 +193,7 @@ def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
 
 def _cell(case: Case, watch: Watch, stack: ExitStack) -> tuple[Cell, list[SimulatedModel]]:
     """Return the robots of a case with what simulates them, which ends with the stack."""
-    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    folder = stack.enter_context(ScratchFolder())
     members, models = [], []
     for placed in case.robots:
         planner = InverseKinematics(placed.description, placed.home, watch)

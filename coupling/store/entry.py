@@ -138,7 +138,9 @@ def decoded(content: bytes, key: str) -> Answer:
     workpiece = None
     if "points" in arrays:
         fields = {
-            place: {n.removeprefix(f"{place} "): v for n, v in arrays.items() if n.startswith(place)}
+            place: {
+                n.removeprefix(f"{place} "): v for n, v in arrays.items() if n.startswith(place)
+            }
             for place in ("at point", "in cell")
         }
         workpiece = Workpiece(arrays["points"], arrays["cells"], *fields.values())

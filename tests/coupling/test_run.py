@@ -17,7 +17,7 @@ from places import LINE_CASE as LINE
 from coupling.errors import ResultError
 from coupling.fmu_export.build import KINDS, fastest_kind
 from coupling.report import write_report
-from coupling.run.folder import new_run_folder
+from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool

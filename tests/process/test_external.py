@@ -68,7 +68,7 @@ def test_every_evaluation_has_a_fresh_folder(tmp_path):
     process.evaluate(path)
     process.evaluate(path)
     left = sorted(str(f.relative_to(tmp_path)) for f in tmp_path.rglob("*") if f.is_file())
-    names = ("output.txt", "path.csv", "wrench.csv")
+    names = ("evaluation.json", "output.txt", "path.csv", "wrench.csv")
     assert left == [f"evaluations/{n}/{name}" for n in ("0001", "0002") for name in names]
     assert "largest force 400.0 N" in (tmp_path / "evaluations/0002/output.txt").read_text()
 
@@ -152,20 +152,11 @@ def test_output_is_told_line_by_line(tmp_path):
     assert Said("50 %") in told
 
 
-def test_an_earlier_answer_is_reused_for_the_same_path_only(tmp_path):
-    path = task().desired
-    first = external(tmp_path / "a", SPRINGS).evaluate(path)
-    again = external(tmp_path / "b", "exit(1)", reuse=str(tmp_path / "a" / "evaluations"))
-    assert np.array_equal(again.evaluate(path).wrench.wrench, first.wrench.wrench)
-    with pytest.raises(ProcessError, match="exit status 1"):
-        again.evaluate(path.displaced(np.full(6, 1e-12)))
-
-
 def test_a_program_that_is_not_there_is_found_with_the_case(tmp_path):
     with pytest.raises(CaseError, match="there is no program 'abaqus-2099'"):
         external(tmp_path, "", command=["abaqus-2099"])
-    with pytest.raises(CaseError, match="is no folder"):
-        external(tmp_path, "", reuse=str(tmp_path / "nowhere"))
+    with pytest.raises(CaseError, match=r"nowhere: cannot be read: No such file"):
+        external(tmp_path, "", files=[str(tmp_path / "nowhere")])
 
 
 def counted(limit: int) -> str:

@@ -1,0 +1,132 @@
+"""elastic-robot couple | compensate | report: from a case to its run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.case import Case, load_case
+from coupling.cli.arguments import (
+    CaseFile,
+    NoStore,
+    Output,
+    Overwrite,
+    StoreFolder,
+    store_folder,
+)
+from coupling.errors import CouplingError
+from coupling.events import Event, Progress, Watch
+from coupling.files.scratch import remove_abandoned
+from coupling.process.checked import CheckedProcess
+from coupling.report import write_report
+from coupling.run.console import RunView, print_summary
+from coupling.run.folder import write_run
+from coupling.run.new_folder import new_run_folder
+from coupling.run.run_log import RunLog
+from coupling.run.study import Run, run_compensation, run_coupling
+from coupling.store import Store, StoredProcess
+
+NOT_CONVERGED = 1
+
+
+def couple(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
+) -> None:
+    """Iterate robot and process until the path they agree on no longer changes."""
+    folder = output or Path("results", case.stem)
+    _run(case, folder, overwrite, store_folder(folder, store, no_store), "couple", run_coupling)
+
+
+def compensate(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
+) -> None:
+    """Correct the command until the tool follows the desired path."""
+    folder = output or Path("results", case.stem)
+    _run(
+        case,
+        folder,
+        overwrite,
+        store_folder(folder, store, no_store),
+        "compensate",
+        run_compensation,
+    )
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="A run folder.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
+) -> None:
+    """Write the report of a run folder anew."""
+    Console().print(f"report: {write_report(folder, output)}", soft_wrap=True)
+
+
+def _run(
+    file: Path,
+    folder: Path,
+    overwrite: bool,
+    store: Path | None,
+    kind: str,
+    work: Callable[[Case, Watch], Run],
+) -> None:
+    remove_abandoned()
+    with new_run_folder(folder, overwrite) as place, RunView(Console()) as view:
+        kept = None if store is None else str(store.resolve())
+        log = RunLog(place, {"kind": kind, "case": str(file.resolve()), "store": kept})
+
+        def watch(event: Event) -> None:
+            log.watch(event)
+            view.watch(event)
+
+        try:
+            case = load_case(file, place, watch)
+            process = _kept(case, store, watch)
+            run = work(replace(case, process=process), watch)
+            process.settle()
+            watch(Progress("writing the run folder", 0, 2))
+            write_run(place, case, replace(run, keys=log.keys))
+            watch(Progress("writing the report", 1, 2))
+            write_report(place)
+            log.finish(run.durations)
+        except CouplingError as error:
+            log.stop("failed", str(error))
+            _note(error, log, store)
+            raise
+        except KeyboardInterrupt as stop:
+            log.stop("interrupted", "by the user")
+            _note(stop, log, store)
+            raise
+    print_summary(Console(), case, run, folder, log.answers_from("store"))
+    if process.unkept:
+        text = f"Warning: {process.unkept} answers of the process could not be kept in {store}"
+        Console().print(text, style="yellow", soft_wrap=True)
+    if not run.correction.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _kept(case: Case, store: Path | None, watch: Watch) -> StoredProcess:
+    """Return a case's process, whose answers are checked and kept."""
+    name = str(case.resolved["process"]["model"])
+    place = None if store is None else Store(store, watch)
+    return StoredProcess(CheckedProcess(case.process, name), place, watch, name)
+
+
+def _note(error: BaseException, log: RunLog, store: Path | None) -> None:
+    """Say where the answers so far are, on an error that ends the run."""
+    if store is not None and any(log.keys):
+        error.add_note(
+            f"the {len(log.keys)} evaluations of the process so far are kept in {store}: the same"
+            " command goes on from there"
+        )
