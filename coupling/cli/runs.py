@@ -120,7 +120,10 @@ def _kept(case: Case, store: Path | None, watch: Watch) -> StoredProcess:
     """Return a case's process, whose answers are checked and kept."""
     name = str(case.resolved["process"]["model"])
     place = None if store is None else Store(store, watch)
-    return StoredProcess(CheckedProcess(case.process, name), place, watch, name)
+    checked = CheckedProcess(case.process, name)
+    return StoredProcess(
+        checked, place, watch, name, lambda: case.process_table.identity(case.task)
+    )
 
 
 def _note(error: BaseException, log: RunLog, store: Path | None) -> None:

@@ -170,7 +170,9 @@ class Store:
             raise StoreError(
                 f"{self._file(key)}: cannot be read: {cause.strerror or cause}"
             ) from cause
-        except (ValueError, TypeError, KeyError) as cause:  # sound, but not written by this program
+        except DamagedError:
+            raise
+        except Exception as cause:  # its checksum is right, but this program did not write it
             raise DamagedError(f"is no answer: {cause}") from cause
         with suppress(OSError):  # a store that may only be read
             os.utime(self._file(key))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,6 +31,12 @@ class Answered(Event):
     seconds: float
 
 
+_CHANGED = (
+    "a file that the process's answers depend on has changed since the run began: the answer is used,"
+    " but not kept (a file that the program writes to cannot be a word of its command)"
+)
+
+
 class StoredProcess:
     """A process that answers from a store where it can, and whose answers are kept before they are used.
 
@@ -41,6 +48,8 @@ class StoredProcess:
         store: The store; None: every answer is computed.
         watch: Function that is told of every answer.
         name: Name of the process, for people.
+        identify: Function that finds the identity of the process anew; where that is another one after
+            an evaluation, as a file of the process has changed, its answer is not kept.
     """
 
     def __init__(
@@ -49,8 +58,10 @@ class StoredProcess:
         store: Store | None,
         watch: Watch = unwatched,
         name: str = "",
+        identify: Callable[[], str] | None = None,
     ) -> None:
         self._process, self._store, self._watch = process, store, watch
+        self._identify = identify or (lambda: process.identity)
         self._name = name or type(process).__name__
         self._pending: dict[str, tuple[Answer, About]] = {}
 
@@ -108,9 +119,14 @@ class StoredProcess:
             start = time.perf_counter()
             try:
                 answer = plain(self._process.evaluate(path))
+                changed = self._identify() != self.identity
             except BaseException:
                 file.discard()
                 raise
+            if changed:
+                file.discard()
+                self._watch(Warned(_CHANGED))
+                return answer, "computed"
             tools, samples = path.pose.shape[:2]
             seconds = time.perf_counter() - start
             host, now = platform.node(), time.time()
