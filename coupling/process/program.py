@@ -26,8 +26,9 @@ STATUS = "exit_status"
 # Locked by the shell while the program runs; holds the shell's number, which is that of its group.
 RUNNING = "running"
 # A program that is told to end may clean up: the shell outlives it (trap) and writes its status.
+# What the shell itself has to say of a program's end is not part of the program's output (2).
 _SHELL = (
-    'trap : TERM; echo $$ > "$0"; "$@" < /dev/null;'
+    'trap : TERM; echo $$ > "$0"; exec 3>&2 2> /dev/null; "$@" < /dev/null 2>&3 3>&-;'
     f" echo $? > {STATUS}.partial; mv -f {STATUS}.partial {STATUS}"
 )
 # Between two looks at a running program [s].

@@ -66,7 +66,8 @@ class Started:
 
 def start(output: Path, *arguments: object) -> Started:
     """Start a command of elastic-robot."""
-    process = _context.Process(target=_command, args=([str(a) for a in arguments], output))
+    words = [str(argument) for argument in arguments]
+    process = _context.Process(target=_command, args=(words, output), daemon=True)
     process.start()
     return Started(process, output)
 
@@ -121,12 +122,16 @@ def counts(log: Sequence[tuple[str, str]], what: str) -> Counter[str]:
 
 def start_function(function, *arguments: object) -> multiprocessing.process.BaseProcess:
     """Call a function of this module in a process of its own."""
-    process = _context.Process(target=function, args=arguments)
+    process = _context.Process(target=function, args=arguments, daemon=True)
     process.start()
     return process
 
 
-def die_while_keeping(folder: Path, stage: str) -> None:
+def nothing() -> None:
+    """Let the process that others are forked from start."""
+
+
+def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
     """Evaluate a process with a store, and be killed at a stage of writing its entry."""
     import numpy as np
 
@@ -139,7 +144,7 @@ def die_while_keeping(folder: Path, stage: str) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
     class Dying:
-        identity = "springs"
+        identity = who
 
         def evaluate(self, path: ToolPath) -> Answer:
             if stage == "opened":
@@ -159,3 +164,15 @@ def die_while_keeping(folder: Path, stage: str) -> None:
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
     path = ToolPath(np.linspace(0.0, 1.0, 50), pose)
     StoredProcess(Dying(), Store(folder)).evaluate(path)
+
+
+def hold_a_scratch_folder(place: Path) -> None:
+    """Make a temporary folder in a place, and sleep."""
+    import tempfile
+
+    from coupling.files.scratch import ScratchFolder
+
+    tempfile.tempdir = str(place)
+    with ScratchFolder() as folder:
+        (folder / "robot.fmu").write_text("")
+        time.sleep(600.0)
