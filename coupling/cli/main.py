@@ -44,7 +44,7 @@ for _command in (build.build, build.ssp, runs.couple, runs.compensate, runs.repo
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit status 0 converged, 1 not converged, 2 bad input, 130 stopped."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    before = signal.signal(signal.SIGTERM, _interrupt)
     try:
         app(arguments)
     except (CouplingError, ElasticRobotError) as error:
@@ -56,6 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
         Console(stderr=True).print(text, soft_wrap=True, markup=False)
         sys.exit(INTERRUPTED)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

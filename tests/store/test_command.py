@@ -4,18 +4,38 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import command
 from killing import die_while_keeping, start_function
 
+from coupling.cli import main
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import Answer
 from coupling.store import Store, StoredProcess
 
 DAY = 86400.0
+
+
+@dataclass(frozen=True)
+class Done:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def command(capsys):
+    """The command line in this process: importing all takes longer than it works."""
+
+    def run(*arguments: object) -> Done:
+        with pytest.raises(SystemExit) as end:
+            main([str(argument) for argument in arguments])
+        return Done(end.value.code or 0, *capsys.readouterr())
+
+    return run
 
 
 class Springs:
@@ -40,7 +60,7 @@ def kept(tmp_path) -> Store:
     return store
 
 
-def test_it_lists_what_is_kept(kept):
+def test_it_lists_what_is_kept(kept, command):
     done = command("store", kept.folder)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -53,7 +73,7 @@ def test_it_lists_what_is_kept(kept):
     assert lines[-1].startswith(f"{kept.folder}: 4 evaluations, ")
 
 
-def test_it_names_the_entries_that_are_damaged(kept):
+def test_it_names_the_entries_that_are_damaged(kept, command):
     assert command("store", kept.folder, "--verify").returncode == 0
     files = [entry.file for entry in kept.entries()]
     files[1].write_bytes(files[1].read_bytes()[:-7])
@@ -80,7 +100,7 @@ CLEARED = {
 
 
 @pytest.mark.parametrize("options", CLEARED)
-def test_it_clears_what_was_not_used_for_longest(kept, options):
+def test_it_clears_what_was_not_used_for_longest(kept, command, options):
     entries = kept.entries()
     two = sum(entry.size for entry in entries[2:])
     words = [word.format(two=two) for word in options]
@@ -90,7 +110,7 @@ def test_it_clears_what_was_not_used_for_longest(kept, options):
     assert f"{CLEARED[options]} evaluations" in done.stdout
 
 
-def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept):
+def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept, command):
     (child := start_function(die_while_keeping, kept.folder, "written", "others")).join()
     (kept.folder / f"{'a' * 64}.damaged").write_text("")
     (kept.folder / "notes.txt").write_text("mine")
@@ -102,7 +122,7 @@ def test_it_clears_what_killed_processes_have_left_and_nothing_else(kept):
     assert left == ["locks", "notes.txt", "thesis.answer"]
 
 
-def test_an_answer_that_is_being_computed_is_left_alone(kept):
+def test_an_answer_that_is_being_computed_is_left_alone(kept, command):
     with kept.claimed("b" * 64):
         room = kept.room("b" * 64, 100)
         assert command("store", kept.folder, "--clear", "--keep", "0").returncode == 0
@@ -125,7 +145,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("options", REFUSED)
-def test_what_is_not_clear_is_refused_and_clears_nothing(kept, options):
+def test_what_is_not_clear_is_refused_and_clears_nothing(kept, command, options):
     done = command("store", kept.folder, *options)
     assert done.returncode == 2
     said = " ".join(done.stderr.replace("│", " ").split())
@@ -135,7 +155,7 @@ def test_what_is_not_clear_is_refused_and_clears_nothing(kept, options):
 
 
 @pytest.mark.parametrize("place", ["nowhere", "file"])
-def test_a_store_that_is_none_is_named(tmp_path, place):
+def test_a_store_that_is_none_is_named(tmp_path, command, place):
     (tmp_path / "file").write_text("")
     for option in ((), ("--verify",), ("--clear", "--keep", "0")):
         done = command("store", tmp_path / place, *option)
@@ -144,7 +164,7 @@ def test_a_store_that_is_none_is_named(tmp_path, place):
         assert "Traceback" not in done.stderr
 
 
-def test_a_store_in_its_run_folder_is_refused(tmp_path):
+def test_a_store_in_its_run_folder_is_refused(tmp_path, command):
     case = Path(__file__).parents[1] / "coupling" / "cases" / "line.toml"
     for store in (tmp_path / "run", tmp_path / "run" / "kept"):
         done = command("couple", case, "-o", tmp_path / "run", "--store", store)
