@@ -136,7 +136,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         save_trajectory(folder / "command.npz", command)
         unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu")
         driver = load(folder / "fmu")
-        inputs, outputs, _ = SIGNALS["2"]
+        inputs, outputs = SIGNALS["2"].wrench, SIGNALS["2"].pose
 
         def native(mode: Mode) -> float:
             settings = {

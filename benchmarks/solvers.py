@@ -90,7 +90,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
                 np.savez(folder / "path.npz", **samples)
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
-            inputs, outputs, _ = SIGNALS["2"]
+            inputs, outputs = SIGNALS["2"].wrench, SIGNALS["2"].pose
             loads = np.zeros((len(times), len(inputs)))
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
             fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))

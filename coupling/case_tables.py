@@ -17,7 +17,8 @@ from coupling.fmu_export.build import KINDS, fastest_kind
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance
-from coupling.solve.relaxation import SCHEMES, Scheme
+from coupling.solve.scheme import Scheme
+from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
 from coupling.toolpaths.task import Task

@@ -74,8 +74,8 @@ class ProcessSlave(Fmi2Slave):
         self._values[list(vrs)] = values
 
     def _evaluate(self) -> None:
-        force = self._law.force(np.array([self._time]), self._values[None, :3])[0]
-        self._values[WRENCH.start :] = [*force, 0.0, 0.0, 0.0]
+        reaction = self._law.reaction(np.array([self._time]), self._values[None, :3])
+        self._values[WRENCH.start :] = [*reaction.force[0], 0.0, 0.0, 0.0]
 
     def _refuse(self, reason: str) -> NoReturn:
         text = f"{self.instance_name}: {reason}"

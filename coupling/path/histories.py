@@ -7,12 +7,16 @@ robot is a cell of one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.path.contact_spring import ContactSpring
+
 _POSE, _WRENCH = 7, 6  # columns
+# Rows less apart are the same instant, told with rounding [s].
+_SAME_TIME = 1e-9
 
 
 def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
@@ -207,6 +211,8 @@ class WrenchHistory:
     Attributes:
         time: Rising [s], (n,).
         wrench: fx, fy, fz [N], mx, my, mz [N m], (tools, n, 6); that on one tool may be given as (n, 6).
+        spring: Springs that act on the tools beside it, which stand for what the wrench would be with
+            the tools elsewhere; None for a wrench that does not ask where they are.
 
     Raises:
         ValueError: As for ToolPath.
@@ -214,6 +220,7 @@ class WrenchHistory:
 
     time: np.ndarray
     wrench: np.ndarray
+    spring: ContactSpring | None = None
 
     def __post_init__(self) -> None:
         checked = _of_tools(self.time, self.wrench, _WRENCH, "wrench history")
@@ -234,7 +241,12 @@ class WrenchHistory:
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
         time = _common_time(histories, "wrench history")
-        return cls(time, np.concatenate([history.wrench for history in histories]))
+        springs = [history.spring for history in histories if history.spring is not None]
+        return cls(
+            time,
+            np.concatenate([history.wrench for history in histories]),
+            ContactSpring.of_tools(springs) if springs else None,
+        )
 
     def held(self, time: np.ndarray) -> WrenchHistory:
         """Return the same loads over shorter steps: each row of `time` gets the one that acts there.
@@ -249,12 +261,41 @@ class WrenchHistory:
             array([1., 2., 2.])
         """
         rows = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
-        return WrenchHistory(time, self.wrench[:, rows])
+        return WrenchHistory(time, self.wrench[:, rows], self.spring)
+
+    def resolved(self) -> WrenchHistory:
+        """Return the same loads over steps that end at the rows of the springs as well."""
+        if self.spring is None or np.array_equal(self.time, self.spring.time):
+            return self
+        own, more = self.time, self.spring.time
+        later = np.searchsorted(own, more).clip(1, len(own) - 1)
+        apart = np.minimum(np.abs(more - own[later - 1]), np.abs(more - own[later]))
+        inside = (more > own[0]) & (more < own[-1])
+        return self.held(np.union1d(own, more[inside & (apart > _SAME_TIME)]))
+
+    def scaled(self, factor: float) -> WrenchHistory:
+        """Return the wrenches times a factor, beside the same springs."""
+        return replace(self, wrench=factor * self.wrench)
+
+    def on(self, path: ToolPath) -> WrenchHistory:
+        """Return the wrenches that act where the tools take a path, those of the springs among them.
+
+        Args:
+            path: Paths of all tools at the times of the wrenches, or at more.
+        """
+        if self.spring is None:
+            return self
+        wrench = self.wrench.copy()
+        position = path.position[:, np.searchsorted(path.time, self.time)]
+        wrench[..., :3] += self.spring.at(self.time).force(position)
+        return WrenchHistory(self.time, wrench)
 
     @property
     def tools(self) -> tuple[WrenchHistory, ...]:
         """Wrench on every tool by itself."""
-        return tuple(WrenchHistory(self.time, wrench) for wrench in self.wrench)
+        springs = (None,) * len(self.wrench) if self.spring is None else self.spring.tools
+        pairs = zip(self.wrench, springs, strict=True)
+        return tuple(WrenchHistory(self.time, wrench, spring) for wrench, spring in pairs)
 
     @property
     def force(self) -> np.ndarray:

@@ -83,9 +83,10 @@ class MemorylessProcess(Identified, ABC):
         """Return the law."""
 
     def evaluate(self, path: ToolPath) -> Answer:
-        """Return the force of the law along the actual path of the tool."""
-        force = self.law().force(path.time, path.position[0])
-        return Answer(WrenchHistory.of_forces(path.time, [force]))
+        """Return force and stiffness of the law along the actual path of the tool."""
+        reaction = self.law().reaction(path.time, path.position[0])
+        wrench = WrenchHistory.of_forces(path.time, [reaction.force])
+        return Answer(wrench, stiffness=reaction.stiffness[None])
 
 
 class ProcessTable(Schema, ABC):

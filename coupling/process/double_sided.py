@@ -33,7 +33,8 @@ class DoubleSided(Identified):
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the wrenches on both tools along their actual paths."""
-        alone = self.law.evaluate(path.tools[0]).wrench
+        answer = self.law.evaluate(path.tools[0])
+        alone = answer.wrench
         size = np.linalg.norm(alone.force[0], axis=1)
         support = self.support.at(path.time)
         closing = -support.opening(path)
@@ -42,4 +43,14 @@ class DoubleSided(Identified):
         wrench = np.concatenate([alone.wrench, np.zeros_like(alone.wrench)])
         wrench[0, :, :3] -= pinch[:, None] * support.direction
         wrench[1, :, :3] = borne[:, None] * support.direction
-        return Answer(WrenchHistory(path.time, wrench))
+        return Answer(
+            WrenchHistory(path.time, wrench), stiffness=self._stiffness(answer, borne, support)
+        )
+
+    def _stiffness(self, alone: Answer, borne: np.ndarray, support: Support) -> np.ndarray | None:
+        """Return what each tool feels while the other stays; None where the law does not know."""
+        if alone.stiffness is None:
+            return None
+        across = support.direction[:, :, None] * support.direction[:, None, :]
+        pinch = (self.stiffness * (borne > 0.0))[:, None, None] * across
+        return np.stack([alone.stiffness[0] + pinch, pinch])

@@ -14,10 +14,23 @@ import numpy as np
 _ON_AXIS = 1e-12
 
 
+@dataclass(frozen=True)
+class Reaction:
+    """How a process acts on the tool, and how it answers to a displacement.
+
+    Attributes:
+        force: Force on the tool, base axes [N], (n, 3).
+        stiffness: K = -dF/dx [N/m], (n, 3, 3).
+    """
+
+    force: np.ndarray
+    stiffness: np.ndarray
+
+
 def elastic_wall(
     position: np.ndarray, *, point: np.ndarray, normal: np.ndarray, stiffness: float
-) -> np.ndarray:
-    """Return the force of a frictionless plane wall on linear springs, nothing off the wall.
+) -> Reaction:
+    """Return the reaction of a frictionless plane wall on linear springs, nothing off the wall.
 
     Args:
         position: Position of the TCP, base frame [m], (n, 3).
@@ -25,16 +38,17 @@ def elastic_wall(
         normal: Unit vector out of the wall, base axes, (3,).
         stiffness: [N/m].
 
-    Returns:
-        Force on the tool, base axes [N], (n, 3).
-
     Example:
         >>> up = np.array([0.0, 0.0, 1.0])
-        >>> elastic_wall(np.array([[0.0, 0.0, -1e-3]]), point=0.0 * up, normal=up, stiffness=1e5)
+        >>> deep = np.array([[0.0, 0.0, -1e-3]])
+        >>> elastic_wall(deep, point=0.0 * up, normal=up, stiffness=1e5).force
         array([[  0.,   0., 100.]])
     """
     penetration = np.maximum((point - position) @ normal, 0.0)
-    return stiffness * np.outer(penetration, normal)
+    slope = stiffness * (penetration > 0.0)
+    return Reaction(
+        stiffness * np.outer(penetration, normal), slope[:, None, None] * np.outer(normal, normal)
+    )
 
 
 def sheet_forming(
@@ -47,8 +61,8 @@ def sheet_forming(
     radial: float,
     penetration_stiffness: float,
     ramp_depth: float,
-) -> np.ndarray:
-    """Return the force of a sheet that is formed, closed on the actual position.
+) -> Reaction:
+    """Return the reaction of a sheet that is formed, closed on the actual position.
 
     F = ramp max(0, F_s + k_p p) d, d the unit vector out of the sheet (+z) and towards the part's
     axis in the ratio of the steady forces, F_s their resultant, p how far the actual TCP is beyond
@@ -63,14 +77,11 @@ def sheet_forming(
         penetration_stiffness: k_p [N/m].
         ramp_depth: Depth at which the force is steady [m].
 
-    Returns:
-        Force on the tool, base axes [N], (n, 3).
-
     Example:
         >>> constants = dict(part_position=np.zeros(3), base_from_part=np.eye(3), axial=300.0,
         ...                  radial=400.0, penetration_stiffness=0.0, ramp_depth=1e-3)
         >>> deep = np.array([[0.06, 0.08, -0.01]])
-        >>> sheet_forming(deep, desired=deep, **constants)
+        >>> sheet_forming(deep, desired=deep, **constants).force
         array([[-240., -320.,  300.]])
     """
     points = (desired - part_position) @ base_from_part
@@ -82,10 +93,12 @@ def sheet_forming(
     direction = direction @ np.transpose(base_from_part)
     beyond = np.sum((desired - position) * direction, axis=1)
     size = ramp * np.maximum(steady + penetration_stiffness * beyond, 0.0)
-    return size[:, None] * direction
+    slope = ramp * penetration_stiffness * (size > 0.0)
+    outer = direction[:, :, None] * direction[:, None, :]
+    return Reaction(size[:, None] * direction, slope[:, None, None] * outer)
 
 
-FORCE_LAWS: dict[str, Callable[..., np.ndarray]] = {
+FORCE_LAWS: dict[str, Callable[..., Reaction]] = {
     "elastic_wall": elastic_wall,
     "sheet_forming": sheet_forming,
 }
@@ -106,12 +119,13 @@ class ForceLaw:
     constants: Mapping[str, float | np.ndarray]
     desired: np.ndarray | None = None
 
-    def force(self, time: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Return the force on the tool at times (n,) and positions of the TCP (n, 3), base axes [N].
+    def reaction(self, time: np.ndarray, position: np.ndarray) -> Reaction:
+        """Return how the tool is acted on at times (n,) and positions of the TCP, base frame (n, 3) [m].
 
         Example:
             >>> wall = {"point": np.zeros(3), "normal": np.array([0.0, 0.0, 1.0]), "stiffness": 1e5}
-            >>> ForceLaw("elastic_wall", wall).force(np.zeros(1), np.array([[0.0, 0.0, -1e-3]]))
+            >>> law = ForceLaw("elastic_wall", wall)
+            >>> law.reaction(np.zeros(1), np.array([[0.0, 0.0, -1e-3]])).force
             array([[  0.,   0., 100.]])
         """
         arguments = dict(self.constants)

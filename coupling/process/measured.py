@@ -38,9 +38,11 @@ class Measured(Identified):
     frame: WrenchFrame
 
     def evaluate(self, path: ToolPath) -> Answer:
-        """Return the record, turned to base axes with the actual tool."""
+        """Return the record, turned to base axes with the actual tool; it gives way to no position."""
         in_base = wrench_in_base(self.frame, self.wrench_along_path, path, self.part)
-        return Answer(WrenchHistory(path.time, in_base))
+        return Answer(
+            WrenchHistory(path.time, in_base), stiffness=np.zeros((1, len(path.time), 3, 3))
+        )
 
 
 class MeasuredTable(ProcessTable):

@@ -22,21 +22,9 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import AXES, POSE, Mode
 
-Signals = tuple[tuple[str, ...], tuple[str, ...], Callable[[int], tuple[str, ...]]]
-
-# Names of the wrench, of the pose and of so many deflections by version of FMI; in 3.0 they are arrays.
-SIGNALS: dict[str, Signals] = {
-    "2": (
-        tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
-        tuple(f"tcp.{name}" for name in POSE),
-        lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
-    ),
-    "3": (
-        ("force", "moment"),
-        ("tcp.position", "tcp.orientation"),
-        lambda count: ("deflection",) if count else (),
-    ),
-}
+# Rows and columns of a symmetric matrix in the order of the FMU's variables, and their names.
+_UPPER = np.triu_indices(3)
+_ENTRIES = tuple(f"k{AXES[i]}{AXES[j]}" for i, j in zip(*_UPPER, strict=True))
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.
 _TOLERANCE = 1e-8
@@ -44,6 +32,39 @@ _TOLERANCE = 1e-8
 _SAFE_PATH = re.compile(r"[A-Za-z0-9_./\\:~ -]*")
 # A path shorter than this many steps is not worth a second process.
 _WORTH_SHARING = 1000
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Names of what goes in and out, in one version of FMI; in 3.0 they are arrays.
+
+    Attributes:
+        wrench: Of the wrench.
+        spring: Of the contact spring: anchor, its velocity and the stiffness.
+        pose: Of the TCP's pose.
+        deflection: Function that gives those of so many elastic coordinates.
+    """
+
+    wrench: tuple[str, ...]
+    spring: tuple[str, ...]
+    pose: tuple[str, ...]
+    deflection: Callable[[int], tuple[str, ...]]
+
+
+SIGNALS: dict[str, Signals] = {
+    "2": Signals(
+        tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
+        tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *_ENTRIES)),
+        tuple(f"tcp.{name}" for name in POSE),
+        lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
+    ),
+    "3": Signals(
+        ("force", "moment"),
+        ("anchor.position", "anchor.velocity", "anchor.stiffness"),
+        ("tcp.position", "tcp.orientation"),
+        lambda count: ("deflection",) if count else (),
+    ),
+}
 
 
 class RobotFmu:
@@ -145,17 +166,27 @@ class RobotFmu:
         """Return poses, and elastic coordinates behind them if any are asked for, (n, 7 + m)."""
         trajectory = Path(self._folder.path, "trajectory.npz")
         save_trajectory(trajectory, command)
-        (loads,) = wrench.wrench
         mode = str(values["mode"])
         parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
+        asked = wrench.time
+        wrench = wrench.resolved()
         parts = _parts(len(wrench.time), mode)
         processes = self._started(len(parts))
-        inputs, pose, deflection = SIGNALS[processes[0].version]
-        outputs = (*pose, *deflection(coordinates))
+        signals = SIGNALS[processes[0].version]
+        inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
+        outputs = (*signals.pose, *signals.deflection(coordinates))
         width = len(POSE) + coordinates
         jobs = [
-            Job(parameters, wrench.time[rows], inputs, loads[rows], outputs, width, _TOLERANCE)
-            for rows in parts
+            Job(
+                parameters,
+                wrench.time[part],
+                inputs,
+                _inputs(wrench, part),
+                outputs,
+                width,
+                _TOLERANCE,
+            )
+            for part in parts
         ]
 
         def progress(done: int, total: int) -> None:
@@ -166,10 +197,11 @@ class RobotFmu:
             with _simulation_errors():
                 for process, job in zip(processes, jobs, strict=True):
                     process.send(job)
-                return np.vstack([process.receive(progress) for process in processes])
+                answers = np.vstack([process.receive(progress) for process in processes])
         except BaseException:
             self._end()  # what they still answer would be taken for the next simulation's
             raise
+        return answers[np.searchsorted(wrench.time, asked)]
 
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
@@ -211,6 +243,20 @@ def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
     """Write the motion of one robot as an NPZ that the FMU's `trajectory` reads."""
     columns = {"time": command.time, **command.columns}
     np.savez(file, columns=list(columns), data=np.column_stack(list(columns.values())))
+
+
+def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
+    """Return the inputs for some steps: the wrench, and anchor, velocity and stiffness of a spring."""
+    (loads,) = wrench.wrench[:, part]
+    if wrench.spring is None:
+        return loads
+    time = wrench.time[part]
+    spring = wrench.spring.at(time)
+    (anchor,), (stiffness,) = spring.anchor, spring.stiffness
+    start, velocity = anchor.copy(), np.zeros_like(anchor)
+    start[1:] = anchor[:-1]
+    velocity[1:] = np.diff(anchor, axis=0) / np.diff(time)[:, None]
+    return np.hstack([loads, start, velocity, stiffness[:, *_UPPER]])
 
 
 def _parts(samples: int, mode: str) -> list[slice]:

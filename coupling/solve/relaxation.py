@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Protocol
-
 import numpy as np
 
-
-class Scheme(Protocol):
-    """What a scheme does; it may remember earlier iterates."""
-
-    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """Return the next iterate from x and g = G(x), all of one shape."""
-        ...
-
-    def reset(self) -> None:
-        """Forget earlier iterates."""
-        ...
+from coupling.solve.scheme import Scheme, SchemeBuilder
 
 
-class Constant:
+class Constant(Scheme):
     """x + factor (g - x); plain iteration for factor 1.
 
     Converges where |1 - factor (1 + loop gain)| < 1, the loop gain being process stiffness times
@@ -41,7 +28,7 @@ class Constant:
         """Do nothing: there is no memory."""
 
 
-class Aitken:
+class Aitken(Scheme):
     """Relaxation whose factor follows the secant of the last two residuals.
 
     Irons and Tuck 1969; in the form of Kuettler and Wall 2008, eq. (46) (docs/references.md).
@@ -77,7 +64,7 @@ class Aitken:
         self._factor, self._residual = self._first, None
 
 
-class Anderson:
+class Anderson(Scheme):
     """Quasi-Newton step from a least-squares fit over earlier residuals (IQN-ILS).
 
     Degroote, Bathe and Vierendeels 2009; equal to Anderson's mixing (docs/references.md).
@@ -119,15 +106,7 @@ class Anderson:
         self._g_steps.clear()
 
 
-class SchemeBuilder(Protocol):
-    """What makes a new scheme."""
-
-    def __call__(self, first: float = 1.0) -> Scheme:
-        """Return the scheme whose first factor is `first`."""
-        ...
-
-
-class Restarting:
+class Restarting(Scheme):
     """A scheme that starts again, more carefully, from its best iterate when it gets lost.
 
     A tool that a too large update lifts off its wall feels no force there, and what a scheme learns
@@ -169,10 +148,3 @@ class Restarting:
         self._best, self._best_size, self._idle = None, np.inf, 0
         self._factor = self._first
         self._scheme = self._build(self._factor)
-
-
-SCHEMES: dict[str, SchemeBuilder] = {
-    "constant": Constant,
-    "aitken": partial(Restarting, Aitken),
-    "anderson": partial(Restarting, Anderson),
-}

@@ -33,7 +33,7 @@ from coupling.run.stored_run import read_run
 from coupling.run.study import Deviations, _gap, run_compensation
 from coupling.solve.correction import HOW, Before
 from coupling.solve.fixed_point import Loop, Tolerance, couple
-from coupling.solve.relaxation import SCHEMES
+from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along

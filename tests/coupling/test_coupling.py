@@ -23,7 +23,8 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
-from coupling.solve.relaxation import SCHEMES, Aitken, Constant
+from coupling.solve.relaxation import Aitken, Constant
+from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone, Task
 from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
@@ -80,7 +81,7 @@ def test_plain_iteration_at_gain_five_is_reported_as_diverging():
     result = couple(loop(robot, _Bilateral(wall), Constant(1.0)), moving_command())
     assert result.outcome is Outcome.DIVERGED
     assert "factor 5 per evaluation" in result.reason
-    assert "aitken or anderson" in result.reason
+    assert "another scheme, such as robin" in result.reason
     assert len(result.evaluations) == 3
 
 

@@ -29,8 +29,16 @@ class SpringRobot:
         self.compliance = compliance  # (3, 3) or (n, 3, 3) [m/N]
 
     def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        free = drives(command, wrench.time)
         give = np.einsum("...ij,...j->...i", self.compliance, wrench.force[0])
-        return ToolPath(wrench.time, upright(drives(command, wrench.time) + give))
+        if wrench.spring is None:
+            return ToolPath(wrench.time, upright(free + give))
+        # x = free + C (F + K (a - x))
+        spring = wrench.spring.at(wrench.time)
+        pull = self.compliance @ spring.stiffness[0]
+        whole = free + give + (pull @ spring.anchor[0][..., None])[..., 0]
+        resting = np.linalg.solve(np.eye(3) + pull, whole[..., None])[..., 0]
+        return ToolPath(wrench.time, upright(resting))
 
 
 class SpringPlanner:

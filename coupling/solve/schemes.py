@@ -1,0 +1,16 @@
+"""The schemes of the coupling by name."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from coupling.solve.relaxation import Aitken, Anderson, Constant, Restarting
+from coupling.solve.robin import Robin
+from coupling.solve.scheme import SchemeBuilder
+
+SCHEMES: dict[str, SchemeBuilder] = {
+    "robin": Robin,
+    "constant": Constant,
+    "aitken": partial(Restarting, Aitken),
+    "anderson": partial(Restarting, Anderson),
+}
