@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from command_line import command
@@ -28,6 +30,10 @@ MISTAKES = {
     "own times": (
         answer(late=1e-9),
         "wrench: expected the times of the path, got times of its own",
+    ),
+    "a spring": (
+        Answer(replace(answer().wrench, spring=object())),  # type: ignore[arg-type]
+        "wrench: expected no spring",
     ),
     "stiffness": (
         answer(stiffness=np.zeros((5, 3, 3))),

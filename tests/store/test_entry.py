@@ -161,6 +161,8 @@ def test_all_that_an_answer_has_is_kept():
     assert [f.name for f in fields(Answer)] == ["wrench", "workpiece", "period", "stiffness"]
     known = ["points", "cells", "point_fields", "cell_fields"]
     assert [f.name for f in fields(Workpiece)] == known
+    # The springs beside a wrench are the coupling's, never a process's.
+    assert [f.name for f in fields(WrenchHistory)] == ["time", "wrench", "spring"]
 
 
 def test_the_key_tells_process_path_and_physics_apart(monkeypatch):
