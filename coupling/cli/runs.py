@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -19,14 +20,13 @@ from coupling.cli.arguments import (
     StoreFolder,
     store_folder,
 )
-from coupling.errors import CouplingError
 from coupling.events import Event, Progress, Watch
 from coupling.files.scratch import remove_abandoned
 from coupling.process.checked import CheckedProcess
 from coupling.report import write_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import write_run
-from coupling.run.new_folder import new_run_folder
+from coupling.run.new_folder import clear_for_work, new_run_folder
 from coupling.run.run_log import RunLog
 from coupling.run.study import Run, run_compensation, run_coupling
 from coupling.store import Store, StoredProcess
@@ -100,13 +100,11 @@ def _run(
             watch(Progress("writing the report", 1, 2))
             write_report(place)
             log.finish(run.durations)
-        except CouplingError as error:
-            log.stop("failed", str(error))
+        except (Exception, KeyboardInterrupt) as error:
+            with suppress(OSError):
+                clear_for_work(place)  # half of a result is none
+            log.stop(error)
             _note(error, log, store)
-            raise
-        except KeyboardInterrupt as stop:
-            log.stop("interrupted", "by the user")
-            _note(stop, log, store)
             raise
     print_summary(Console(), case, run, folder, log.answers_from("store"))
     if process.unkept:

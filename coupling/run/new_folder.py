@@ -54,9 +54,10 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
             if work is target and beside.exists() and not _is_filled(target):
                 _take_away(target)
                 os.rename(beside, target)  # its result has been removed meanwhile
-            _clear_for_work(work)
+            clear_for_work(work)
         try:
-            yield work
+            with _errors(folder):
+                yield work
         except BaseException as error:  # an interrupt as well: what was computed is worth finding
             _leave(work, error)
             raise
@@ -104,8 +105,12 @@ def _take_away(folder: Path) -> None:
         folder.rmdir()
 
 
-def _clear_for_work(work: Path) -> None:
-    """Make the folder, and remove from it what another run has left but its evaluations."""
+def clear_for_work(work: Path) -> None:
+    """Make the folder of a run, and remove from it all but run.json and the evaluations.
+
+    Raises:
+        OSError: If something cannot be removed.
+    """
     work.mkdir(exist_ok=True)
     for left in work.iterdir():
         if left.name in (EVALUATIONS, RUN):

@@ -100,13 +100,14 @@ class RunLog:
                 _sync(file)
         self._end("finished", durations_s=dict(durations))
 
-    def stop(self, state: str, reason: str) -> None:
+    def stop(self, error: BaseException) -> None:
         """Say that the run has ended before its end, where it can be written.
 
         Args:
-            state: "interrupted" or "failed".
-            reason: Why.
+            error: Why: the run was interrupted, or has failed.
         """
+        interrupted = isinstance(error, KeyboardInterrupt)
+        state, reason = ("interrupted", "by hand") if interrupted else ("failed", str(error))
         with suppress(OSError):
             self._end(state, reason=reason)
 
