@@ -128,6 +128,6 @@ def _note(error: BaseException, log: RunLog, store: Path | None) -> None:
     """Say where the answers so far are, on an error that ends the run."""
     if store is not None and any(log.keys):
         error.add_note(
-            f"the {len(log.keys)} evaluations of the process so far are kept in {store}: the same"
-            " command goes on from there"
+            f"answers of the process so far, kept in {store}: {len(log.keys)}; the same command goes"
+            " on from there"
         )

@@ -42,6 +42,7 @@ def test_the_folder_of_a_killed_process_is_removed_by_the_next(place):
     assert len(list(place.iterdir())) == 1  # in use
     process.kill()
     process.join()
+    age(place)
     (place / "elastic_robot_of_others").mkdir()  # never locked: nobody knows whose it is
     remove_abandoned()
     assert [f.name for f in place.iterdir()] == ["elastic_robot_of_others"]
