@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.contact_spring import ContactSpring
+from coupling.path.contact_spring import ContactSpring, straight
 
 _POSE, _WRENCH = 7, 6  # columns
-# Rows less apart are the same instant, told with rounding [s].
-_SAME_TIME = 1e-9
 
 
 def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
@@ -241,12 +239,7 @@ class WrenchHistory:
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
         time = _common_time(histories, "wrench history")
-        springs = [history.spring for history in histories if history.spring is not None]
-        return cls(
-            time,
-            np.concatenate([history.wrench for history in histories]),
-            ContactSpring.of_tools(springs) if springs else None,
-        )
+        return cls(time, np.concatenate([history.wrench for history in histories]))
 
     def held(self, time: np.ndarray) -> WrenchHistory:
         """Return the same loads over shorter steps: each row of `time` gets the one that acts there.
@@ -261,17 +254,11 @@ class WrenchHistory:
             array([1., 2., 2.])
         """
         rows = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
-        return WrenchHistory(time, self.wrench[:, rows], self.spring)
-
-    def resolved(self) -> WrenchHistory:
-        """Return the same loads over steps that end at the rows of the springs as well."""
-        if self.spring is None or np.array_equal(self.time, self.spring.time):
-            return self
-        own, more = self.time, self.spring.time
-        later = np.searchsorted(own, more).clip(1, len(own) - 1)
-        apart = np.minimum(np.abs(more - own[later - 1]), np.abs(more - own[later]))
-        inside = (more > own[0]) & (more < own[-1])
-        return self.held(np.union1d(own, more[inside & (apart > _SAME_TIME)]))
+        spring = self.spring
+        if spring is not None:
+            anchor = straight(self.time, spring.anchor, time)
+            spring = ContactSpring(anchor, spring.stiffness[:, rows])
+        return WrenchHistory(time, self.wrench[:, rows], spring)
 
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""
@@ -281,13 +268,12 @@ class WrenchHistory:
         """Return the wrenches that act where the tools take a path, those of the springs among them.
 
         Args:
-            path: Paths of all tools at the times of the wrenches, or at more.
+            path: Paths of all tools at the times of the wrenches.
         """
         if self.spring is None:
             return self
         wrench = self.wrench.copy()
-        position = path.position[:, np.searchsorted(path.time, self.time)]
-        wrench[..., :3] += self.spring.at(self.time).force(position)
+        wrench[..., :3] += self.spring.force(path.position)
         return WrenchHistory(self.time, wrench)
 
     @property

@@ -49,7 +49,7 @@ class Placement:
     def wrench_in_base(self, wrench: WrenchHistory) -> WrenchHistory:
         """Return the wrench on one tool given in world axes in the axes of the robot's base."""
         vectors = self.rotation.inv().apply(wrench.wrench.reshape(-1, 3))
-        spring = wrench.spring and wrench.spring.moved(self.position, self.rotation)
+        spring = wrench.spring and wrench.spring.seen_from(self.position, self.rotation)
         return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape), spring)
 
 

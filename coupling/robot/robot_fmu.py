@@ -168,8 +168,6 @@ class RobotFmu:
         save_trajectory(trajectory, command)
         mode = str(values["mode"])
         parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
-        asked = wrench.time
-        wrench = wrench.resolved()
         parts = _parts(len(wrench.time), mode)
         processes = self._started(len(parts))
         signals = SIGNALS[processes[0].version]
@@ -197,11 +195,10 @@ class RobotFmu:
             with _simulation_errors():
                 for process, job in zip(processes, jobs, strict=True):
                     process.send(job)
-                answers = np.vstack([process.receive(progress) for process in processes])
+                return np.vstack([process.receive(progress) for process in processes])
         except BaseException:
             self._end()  # what they still answer would be taken for the next simulation's
             raise
-        return answers[np.searchsorted(wrench.time, asked)]
 
     def _started(self, count: int) -> list[WorkerProcess]:
         """Return as many processes."""
@@ -250,12 +247,10 @@ def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
     (loads,) = wrench.wrench[:, part]
     if wrench.spring is None:
         return loads
-    time = wrench.time[part]
-    spring = wrench.spring.at(time)
-    (anchor,), (stiffness,) = spring.anchor, spring.stiffness
+    (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.stiffness[:, part]
     start, velocity = anchor.copy(), np.zeros_like(anchor)
     start[1:] = anchor[:-1]
-    velocity[1:] = np.diff(anchor, axis=0) / np.diff(time)[:, None]
+    velocity[1:] = np.diff(anchor, axis=0) / np.diff(wrench.time[part])[:, None]
     return np.hstack([loads, start, velocity, stiffness[:, *_UPPER]])
 
 

@@ -13,7 +13,7 @@ from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.process.base import Answer
 from coupling.robot.robot import FlankChange, Robot
-from coupling.solve.fixed_point import Evaluation, Loop, couple, unloaded_path
+from coupling.solve.fixed_point import Evaluation, Loop, couple, told_at, unloaded_path
 from coupling.solve.outcome import Outcome
 
 
@@ -148,8 +148,10 @@ class Uncorrected:
     def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
         joints = on_cycle(loop.robot.plan(desired), loop.controller)
+        desired, rows = told_at(desired, loop.mode)
+        loop.watch(Refined(desired))
         unloaded = unloaded_path(loop, joints, desired.time)
-        coupling = couple(loop, joints, unloaded)
+        coupling = couple(loop, joints, unloaded, rows)
         return Correction(
             outcome=coupling.outcome,
             reason=coupling.reason,

@@ -155,23 +155,39 @@ _PATIENCE = 12
 # A stagnating path change that stays within this ratio is a limit cycle.
 _CYCLE = 4.0
 _ADVICE = "; use another scheme, such as robin, or a smaller relaxation"
-# Longest step at which the paths of moving robots are told, between the samples of the process [s]: a
-# spring's anchor moves straight in between, 0.1 um off on a circle of 60 mm at 50 mm/s.
+# Longest step at which the paths of moving robots are told [s]: springs and forces go straight in
+# between, 0.1 um off on a circle of 60 mm at 50 mm/s.
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
 
 
+def told_at(path: ToolPath, mode: Mode) -> tuple[ToolPath, np.ndarray]:
+    """Return a path at the times at which the robots are simulated, and the rows of its samples.
+
+    Args:
+        path: Paths at the samples of the process.
+        mode: A quasi-static robot needs these alone; a moving one does something in between.
+    """
+    if mode == "quasistatic":
+        return path, np.arange(len(path.time))
+    return refined(path, _STEP)
+
+
 def couple(
-    loop: Loop[SimulatedRobot], command: JointPath, start: ToolPath | None = None
+    loop: Loop[SimulatedRobot],
+    command: JointPath,
+    start: ToolPath | None = None,
+    rows: np.ndarray | None = None,
 ) -> Coupling:
     """Find the path x = G(process(x)) of an elastic robot G under its process's wrench.
 
     Args:
         loop: Robot and process.
         command: Motion of the drives.
-        start: First path shown to the process, whose times are those of all paths and wrenches; the
-            robot's path without load at the command's rows unless given.
+        start: First path, whose times are those of all paths and wrenches; the robot's path without
+            load at the command's rows unless given.
+        rows: Rows of the process's samples in them, (n,); all of them unless given.
 
     Returns:
         The result, converged or not.
@@ -181,11 +197,8 @@ def couple(
         ProcessError: If the process has no answer to the first path; a later failure is a result.
     """
     loop.scheme.reset()
-    first = start or unloaded_path(loop, command, command.time)
-    origin, rows = first, np.arange(len(first.time))
-    if loop.mode == "dynamic":
-        origin, rows = refined(first, _STEP)
-    x = origin
+    x = origin = start or unloaded_path(loop, command, command.time)
+    rows = np.arange(len(x.time)) if rows is None else rows
     found: tuple[ToolPath, Answer] | None = None
     evaluations: list[Evaluation] = []
 
@@ -196,15 +209,15 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             answer = loop.process.evaluate(x.at_rows(rows))
-            answer = replace(answer, wrench=loop.scheme.loads(x, answer))
-            g = loop.robot.simulate(command, answer.wrench.held(x.time), loop.mode)
+            answer = replace(answer, wrench=loop.scheme.loads(x, rows, answer))
+            g = loop.robot.simulate(command, answer.wrench, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        last, found = found, (g.at_rows(rows), answer)
+        last, found = found, (g, answer)
         evaluations.append(Evaluation.of(number, x, g, answer, last[1] if last else None))
-        loop.watch(Evaluated(evaluations[-1], found[0]))
+        loop.watch(Evaluated(evaluations[-1], g))
         follows = answer.wrench.spring is None
         left = 1.0 if follows else _left_over_change(evaluations)
         if _met(evaluations[-1], loop.tolerance, left):

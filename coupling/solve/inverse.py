@@ -131,10 +131,8 @@ class Inverse(Schema):
         if self.before == "one-way":
             loads = answer.wrench.held(times.path.time)
             return Before(loop.robot.simulate(plain, loads, loop.mode), None, "one-way"), 0
-        coupling = couple(loop, plain, unloaded.at_rows(times.rows))
-        loads = coupling.answer.wrench.held(times.path.time)
-        path = loop.robot.simulate(plain, loads, loop.mode)
-        return Before(path, coupling.answer, "coupled"), len(coupling.evaluations)
+        coupling = couple(loop, plain, unloaded, times.rows)
+        return Before(coupling.path, coupling.answer, "coupled"), len(coupling.evaluations)
 
     def _round(
         self,

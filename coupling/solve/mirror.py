@@ -16,7 +16,7 @@ from coupling.path.histories import JointPath, ToolPath
 from coupling.robot.robot import Robot
 from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncorrected
 from coupling.solve.filters import limit_rate, low_pass
-from coupling.solve.fixed_point import Coupling, Loop, couple
+from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
 from coupling.solve.outcome import Outcome
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
@@ -68,7 +68,9 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
+        _, rows = told_at(desired, loop.mode)
         first = Uncorrected().correct(loop, desired)
+        desired = first.desired
         passes = list(first.passes)
         coupling = Coupling(
             first.outcome, first.reason, first.achieved, first.answer, passes[0].coupling
@@ -78,7 +80,7 @@ class Mirror(Schema):
         verdict = self._verdict(passes, coupling)
         while verdict is None:
             try:
-                last, correction = self._mirrored(loop, last, desired)
+                last, correction = self._mirrored(loop, last, desired, rows)
             except ProcessError as error:
                 reason = f"the process failed in pass {len(passes)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
@@ -96,17 +98,18 @@ class Mirror(Schema):
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
                 best = last
             verdict = self._verdict(passes, last.coupling)
-        return self._validated(loop, desired, replace(first, passes=tuple(passes)), best, verdict)
+        found = replace(first, passes=tuple(passes))
+        return self._validated(loop, rows, found, best, verdict)
 
     def _mirrored(
-        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath
+        self, loop: Loop[Robot], last: _Attempt, desired: ToolPath, rows: np.ndarray
     ) -> tuple[_Attempt, SampledCorrection]:
         """Return the next command, coupled, and the figures of its correction."""
         corrected, figures = self._corrected(last, desired)
         joints = on_cycle(loop.robot.plan(corrected), loop.controller)
         # The process sees at first what it saw last, moved with the command.
         start = last.coupling.path.displaced(corrected.deviation_from(last.command))
-        return _Attempt(corrected, joints, couple(loop, joints, start)), figures
+        return _Attempt(corrected, joints, couple(loop, joints, start, rows)), figures
 
     def _corrected(self, last: _Attempt, desired: ToolPath) -> tuple[ToolPath, SampledCorrection]:
         """Return the mirrored command and the figures of its correction."""
@@ -161,18 +164,20 @@ class Mirror(Schema):
     def _validated(
         self,
         loop: Loop[Robot],
-        desired: ToolPath,
+        rows: np.ndarray,
         found: Correction,
         best: _Attempt,
         verdict: tuple[Outcome, str],
     ) -> Correction:
         """Run the best command once more with the process on the path that it really takes."""
         coupling, (outcome, reason) = best.coupling, verdict
+        desired = found.desired
         achieved, answer = coupling.path, coupling.answer
         consistency = coupling.evaluations[-1].path_change
         evaluations = sum(len(entry.coupling) for entry in found.passes)
         try:
-            answer = loop.process.evaluate(coupling.path)
+            answer = loop.process.evaluate(coupling.path.at_rows(rows))
+            answer = replace(answer, wrench=loop.scheme.loads(coupling.path, rows, answer))
             achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1

@@ -2,54 +2,95 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-# Displacement of the tool in the first update, from which the stiffness is then read [m]: small, as a
-# stiffness taken too large is safe and one too small lets the tool lose contact.
-_FIRST_MOVE = 20e-6
+# Displacement along its force that a tool may make in the first update [m].  The stiffness that this
+# asks for should rather be too large, which is slow, than too small, which loses contact.
+_FIRST_MOVE = 2e-4
 # A tool that moved less between two evaluations tells nothing of the stiffness [m].
 _LEAST_MOVE = 1e-8
 # A force that changes at a right angle to the motion, by this cosine, is no reaction to it.
 _LEAST_COSINE = 1e-3
+# Evaluations before which no sample can be said not to settle.
+_EARLY = 3
+# A sample does not settle where a tool moves by more than this part of its last move, and by more
+# than the least move that matters [m].
+_SETTLES, _STILL = 0.5, 1e-7
+# Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
+# median along the path), and its growth from evaluation to evaluation.
+_HOLD, _TIGHTER = 0.1, 4.0
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """What is known of a process along the path of all tools.
+    """What evaluations of a process have told of its stiffness along the path of all tools.
 
     Attributes:
-        position: Positions of the TCPs that the process saw [m], (tools, n, 3).
+        position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
         force: Forces that it answered with [N], (tools, n, 3).
-        stiffness: Its stiffness K about there, symmetric and not negative [N/m], (tools, n, 3, 3).
+        secant: Stiffness that explains its answers, symmetric and not negative [N/m], (tools, n, 3, 3).
+        hold: What is added in all directions where a tool does not settle [N/m], (tools, n).
+        moved: How far every tool has moved between the last two evaluations [m], (tools, n).
+        evaluations: Number of evaluations.
     """
 
     position: np.ndarray
     force: np.ndarray
-    stiffness: np.ndarray
+    secant: np.ndarray
+    hold: np.ndarray
+    moved: np.ndarray
+    evaluations: int = 1
 
     @classmethod
     def first(cls, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
         size = np.linalg.norm(force, axis=-1, keepdims=True)
         direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
-        return cls(position, force, float(size.max()) / _FIRST_MOVE * _square(direction))
+        stiffness = float(size.max()) / _FIRST_MOVE * _square(direction)
+        return cls.known(position, force, stiffness)
+
+    @classmethod
+    def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
+        """Return what is known of a process whose stiffness is given."""
+        nothing = np.zeros(force.shape[:-1])
+        return cls(position, force, stiffness, nothing, nothing)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness to meet the tools with, symmetric and not negative [N/m], (tools, n, 3, 3)."""
+        held: np.ndarray = self.secant + self.hold[..., None, None] * np.eye(3)
+        return held
 
     def then(self, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return what is known after one more evaluation.
 
         The stiffness of a sample is the symmetric one of rank one that explains the change of its force,
-        df df^T / (-df . dx); where the tool did not move or the force did not fall back it stays.
+        df df^T / (-df . dx): of all that are not negative the smallest.  It stays where the tool did not
+        move or the force did not fall back.
         """
-        moved, changed = position - self.position, force - self.force
-        work = -np.sum(changed * moved, axis=-1)
-        far, strong = np.linalg.norm(moved, axis=-1), np.linalg.norm(changed, axis=-1)
-        unmoved = far < _LEAST_MOVE
-        falls = ~unmoved & (work > _LEAST_COSINE * far * strong)
-        secant = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
-        stiffness = np.where(falls[..., None, None], secant, self.stiffness)
-        return Reaction(position, force, stiffness)
+        step, changed = position - self.position, force - self.force
+        work = -np.sum(changed * step, axis=-1)
+        moved, strong = np.linalg.norm(step, axis=-1), np.linalg.norm(changed, axis=-1)
+        falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
+        found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
+        secant = np.where(falls[..., None, None], found, self.secant)
+        seen = replace(self, position=position, force=force, secant=secant, moved=moved)
+        return replace(seen, hold=self._held(seen), evaluations=self.evaluations + 1)
+
+    def _held(self, seen: Reaction) -> np.ndarray:
+        """Return what holds the tools where they do not settle: gears that hang in their play.
+
+        A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
+        taken a little too small; and what one sample answers depends on its neighbours' jumps.
+        """
+        if self.evaluations < _EARLY:
+            return self.hold
+        own = np.trace(seen.secant, axis1=-2, axis2=-1)
+        usual = float(np.median(own[own > 0.0])) if np.any(own > 0.0) else 0.0
+        restless = (seen.moved > _SETTLES * self.moved) & (seen.moved > _STILL)
+        return np.where(restless, np.maximum(_TIGHTER * self.hold, _HOLD * usual), self.hold)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:

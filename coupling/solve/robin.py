@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.path.contact_spring import ContactSpring
+from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer
 from coupling.solve.reaction import Reaction
@@ -19,7 +19,7 @@ class Robin(Scheme):
     At the fixed point the spring carries nothing, so that it changes no answer; on the way there it
     holds a gear that a given force would leave without a place in its play, and with the right K the
     iteration is Newton's.  K is that of the process's answer where it tells, else estimated from
-    evaluation to evaluation.
+    evaluation to evaluation (docs/robin.md).
 
     Args:
         first: Factor of every update.
@@ -27,35 +27,35 @@ class Robin(Scheme):
 
     def __init__(self, first: float = 1.0) -> None:
         self._factor = first
-        self._known: Reaction | None = None
+        self._seen: Reaction | None = None
         self._stiffness: np.ndarray | None = None
 
-    def loads(self, path: ToolPath, answer: Answer) -> WrenchHistory:
+    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer) -> WrenchHistory:
         """Return the answer's wrenches beside springs to the path."""
-        rows = np.searchsorted(path.time, answer.wrench.time)
         position, force = path.position[:, rows], answer.wrench.force
         if answer.stiffness is not None:
-            self._known = self._stated(position, force, answer.stiffness)
-        elif self._known is None:
-            self._known = self._guess(position, force)
+            self._seen = self._stated(position, force, answer.stiffness)
+        elif self._seen is None:
+            self._seen = self._guess(position, force)
         else:
-            self._known = self._known.then(position, force)
-        held = np.searchsorted(answer.wrench.time, path.time).clip(max=len(rows) - 1)
-        spring = ContactSpring(path.time, path.position, self._known.stiffness[:, held])
-        return replace(answer.wrench, spring=spring)
+            self._seen = self._seen.then(position, force)
+        self._stiffness = self._seen.stiffness
+        stiffness = straight(answer.wrench.time, self._stiffness, path.time)
+        spring = ContactSpring(path.position, stiffness)
+        return replace(super().loads(path, rows, answer), spring=spring)
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return the stiffness that the coupling before this one found, or a first guess."""
         if self._stiffness is not None and self._stiffness.shape[:2] == force.shape[:2]:
-            return Reaction(position, force, self._stiffness)
+            return Reaction.known(position, force, self._stiffness)
         return Reaction.first(position, force)
 
     def _stated(self, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
         """Return what the process states; a tool that has just lost contact keeps what held it there."""
-        if self._known is not None:
-            lost = np.any(self._known.force, axis=-1) & ~np.any(force, axis=-1)
-            stiffness = np.where(lost[..., None, None], self._known.stiffness, stiffness)
-        return Reaction(position, force, stiffness)
+        if self._seen is not None:
+            lost = np.any(self._seen.force, axis=-1) & ~np.any(force, axis=-1)
+            stiffness = np.where(lost[..., None, None], self._seen.stiffness, stiffness)
+        return Reaction.known(position, force, stiffness)
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the relaxed iterate."""
@@ -63,6 +63,4 @@ class Robin(Scheme):
 
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was in the last one."""
-        if self._known is not None:
-            self._stiffness = self._known.stiffness
-        self._known = None
+        self._seen = None

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from coupling.path.contact_spring import straight
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer
 
@@ -14,14 +15,19 @@ from coupling.process.base import Answer
 class Scheme(ABC):
     """How the next path follows from the last ones; it may remember them."""
 
-    def loads(self, path: ToolPath, answer: Answer) -> WrenchHistory:
-        """Return what acts on the robots after the process has answered to a path: its wrenches.
+    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer) -> WrenchHistory:
+        """Return what acts on the robots after the process has answered to a path, at its times.
+
+        These are the process's wrenches.  Between two of its samples they go straight: held from one
+        to the next they would shake a moving robot, and answer late to what it does in between.
 
         Args:
-            path: The paths that the process saw, which may be told at more times than it answers.
+            path: The paths, at as many times as the robots are simulated.
+            rows: Rows of the process's samples in them.
             answer: Its answer.
         """
-        return answer.wrench
+        wrench = straight(answer.wrench.time, answer.wrench.wrench, path.time)
+        return WrenchHistory(path.time, wrench)
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -34,7 +34,7 @@ class SpringRobot:
         if wrench.spring is None:
             return ToolPath(wrench.time, upright(free + give))
         # x = free + C (F + K (a - x))
-        spring = wrench.spring.at(wrench.time)
+        spring = wrench.spring
         pull = self.compliance @ spring.stiffness[0]
         whole = free + give + (pull @ spring.anchor[0][..., None])[..., 0]
         resting = np.linalg.solve(np.eye(3) + pull, whole[..., None])[..., 0]
