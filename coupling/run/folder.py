@@ -41,7 +41,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
         _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
         for tool, name in enumerate(run.robots):
-            (folder / name).mkdir()
+            (folder / name).mkdir(exist_ok=True)
             figures = figures_of(run, f"{case.name}, {name} robot", tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)

@@ -17,10 +17,10 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from coupling.errors import ResultError
-from coupling.files.whole_file import sync_folder
+from coupling.files.whole_file import PARTIAL, sync_folder
 from coupling.process.base import EVALUATIONS
 from coupling.run.run_log import is_finished, is_run, read_log
-from coupling.run.stored_run import RUN
+from coupling.run.stored_run import RESULT, RUN
 
 
 @contextmanager
@@ -36,9 +36,8 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     """
     target = folder.resolve()
     lock = FileLock(target.with_name(f"{target.name}.lock"))
-    beside, replaced = (
-        target.with_name(f"{target.name}.{end}") for end in ("unfinished", "replaced")
-    )
+    beside = target.with_name(f"{target.name}.unfinished")
+    replaced = target.with_name(f".{target.name}.replaced")
     with _errors(folder):
         target.parent.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=target.parent).close()  # it can be written
@@ -48,12 +47,11 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
             raise ResultError(f"{folder}: {_who(target, beside)}") from None
     try:
         with _errors(folder):
-            _put_back(target, replaced)
+            _put_right(target, beside, replaced)
             _require_free(folder, overwrite)
             work = beside if is_finished(target) else target
-            if work is target and beside.exists() and not _is_filled(target):
-                _take_away(target)
-                os.rename(beside, target)  # its result has been removed meanwhile
+            if _is_filled(work) and not is_run(work):
+                raise ResultError(f"{work}: holds files that are not a result: name another folder")
             clear_for_work(work)
         try:
             with _errors(folder):
@@ -73,14 +71,17 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
         lock.release()
 
 
-def _put_back(target: Path, replaced: Path) -> None:
+def _put_right(target: Path, beside: Path, replaced: Path) -> None:
     """Clean up after a run that was killed while it changed places with a result."""
-    if not replaced.exists():
-        return
-    if target.exists():
-        shutil.rmtree(replaced)
-    else:
-        os.rename(replaced, target)
+    if is_run(replaced):
+        if target.exists():
+            shutil.rmtree(replaced)
+        else:
+            os.rename(replaced, target)
+    if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
+        if target.exists():
+            target.rmdir()
+        os.rename(beside, target)
 
 
 def _require_free(folder: Path, overwrite: bool) -> None:
@@ -100,25 +101,25 @@ def _is_filled(folder: Path) -> bool:
     return folder.exists() and any(folder.iterdir())
 
 
-def _take_away(folder: Path) -> None:
-    if folder.exists():
-        folder.rmdir()
+# What a run writes at its end, into its folder or into those of its robots.
+_WRITTEN = ("*.csv", "workpiece_*.vtu", "case.toml", RESULT, "report.html", f"*{PARTIAL}")
 
 
 def clear_for_work(work: Path) -> None:
-    """Make the folder of a run, and remove from it all but run.json and the evaluations.
+    """Make the folder of a run, and remove from it the files of a result, which may be half of one.
 
     Raises:
         OSError: If something cannot be removed.
     """
     work.mkdir(exist_ok=True)
-    for left in work.iterdir():
-        if left.name in (EVALUATIONS, RUN):
-            continue
-        if left.is_dir() and not left.is_symlink():
-            shutil.rmtree(left)
-        else:
-            left.unlink()
+    robots = [file.parent for file in work.glob("*/desired.csv")]
+    for folder in (work, *robots):
+        for pattern in _WRITTEN:
+            for file in folder.glob(pattern):
+                file.unlink()
+    for folder in robots:
+        with suppress(OSError):  # holds files of the user
+            folder.rmdir()
 
 
 def _leave(work: Path, error: BaseException) -> None:
@@ -126,7 +127,10 @@ def _leave(work: Path, error: BaseException) -> None:
     if (work / EVALUATIONS).exists():
         error.add_note(f"what the process computed is kept in {work / EVALUATIONS}")
     elif not read_log(work).get("answers"):
-        shutil.rmtree(work, ignore_errors=True)
+        with suppress(OSError):  # holds files of the user
+            clear_for_work(work)
+            (work / RUN).unlink(missing_ok=True)
+            work.rmdir()
 
 
 def _who(*places: Path) -> str:

@@ -241,9 +241,26 @@ def test_a_result_is_whole_at_every_moment_while_it_is_replaced(task, tmp_path):
     run.kill()
     assert task.run(tmp_path).status() == 2  # the old one is protected as ever
     assert files_of(tmp_path / "run") == result
-    (tmp_path / "run").rename(tmp_path / "run.replaced")  # as if killed between two renames
+    (tmp_path / "run").rename(tmp_path / ".run.replaced")  # as if killed between two renames
     assert task.run(tmp_path).status() == 2
     assert files_of(tmp_path / "run") == result
     assert task.run(tmp_path, "--overwrite").status() == 0
     assert files_of(tmp_path / "run") == result
     assert sorted(p.name for p in tmp_path.iterdir()) == ["output.txt", "run", "store"]
+
+
+def test_files_of_the_user_are_left_alone(task, tmp_path):
+    """In a folder that is taken over, and beside one that is replaced."""
+    run = task.run(tmp_path)
+    wait_until(lambda: read_log(tmp_path / "run").get("answers"))
+    run.kill()
+    (tmp_path / "run" / "notes.txt").write_text("mine")
+    assert task.run(tmp_path).status() == 0
+    assert (tmp_path / "run" / "notes.txt").read_text() == "mine"
+    (tmp_path / "run.unfinished").mkdir()
+    (tmp_path / "run.unfinished" / "thesis.csv").write_text("mine")
+    assert task.run(tmp_path, "--overwrite").status() == 2
+    assert "run.unfinished: holds files that are not a result" in (
+        (tmp_path / "output.txt").read_text().replace("\n", " ")
+    )
+    assert (tmp_path / "run.unfinished" / "thesis.csv").read_text() == "mine"
