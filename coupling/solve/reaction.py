@@ -19,8 +19,8 @@ _EARLY = 3
 # than the least move that matters [m].
 _SETTLES, _STILL = 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
-# median along the path), and its growth from evaluation to evaluation.
-_HOLD, _TIGHTER = 0.1, 4.0
+# median along the path), its growth from evaluation to evaluation, and the most.
+_HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 100.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,8 @@ class Reaction:
         own = np.trace(seen.secant, axis1=-2, axis2=-1)
         usual = float(np.median(own[own > 0.0])) if np.any(own > 0.0) else 0.0
         restless = (seen.moved > _SETTLES * self.moved) & (seen.moved > _STILL)
-        return np.where(restless, np.maximum(_TIGHTER * self.hold, _HOLD * usual), self.hold)
+        tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
+        return np.where(restless, tighter, self.hold)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:
