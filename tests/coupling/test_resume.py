@@ -97,7 +97,7 @@ def test_runs_killed_at_any_moment_go_on_and_compute_every_path_once(task, tmp_p
     """14 kills of the runs alone: their programs go on, and whoever comes next waits for them."""
     kills, chance = 0, random.Random(14)
     while kills < 14:
-        folder = tmp_path / f"after {kills} kills"
+        folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         task.forget()
         run = task.run(folder)
@@ -139,7 +139,7 @@ def test_where_the_program_is_killed_too_only_that_evaluation_begins_again(task,
     """6 kills of run and program, as where a machine fails."""
     kills, chance = 0, random.Random(6)
     while kills < 6:
-        folder = tmp_path / f"after {kills} kills"
+        folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
         folder.mkdir()
         task.forget()
         finished, begun = set(), counts([], "begin")
