@@ -21,7 +21,7 @@ from coupling.files.csv_table import (
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
-RESULT = "result.json"
+RESULT, RUN = "result.json", "run.json"
 PLANT = "plant"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
@@ -119,13 +119,17 @@ def read_run(folder: Path) -> StoredRun:
 
 def _read_figures(folder: Path) -> dict[str, Any]:
     try:
-        figures: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        figures = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except OSError as cause:
+        unfinished = (folder / RUN).exists()
+        advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
         raise ResultError(
-            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: name a run folder"
+            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: {advice}"
         ) from cause
     except ValueError as cause:
         raise ResultError(f"{folder / RESULT}: is not valid JSON: {cause}") from cause
+    if not isinstance(figures, dict) or "kind" not in figures:
+        raise ResultError(f"{folder / RESULT}: expected the figures of a run, got something else")
     return figures
 
 
