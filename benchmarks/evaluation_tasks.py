@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import get_args
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,7 +12,6 @@ from coupling.case import Case, PlacedRobot
 from coupling.path.controller import Controller, on_cycle
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Answer, ElasticWall, Process
-from coupling.robot.cell import AT_THE_ORIGIN
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of
 from coupling.toolpaths.line import Line
@@ -31,7 +29,7 @@ _WALL = 1e6
 _NOISE, _NOISE_LENGTH = 0.03, 1e-2
 # Forces between which the elastic robot's compliance is taken [N]: its gears are then on a flank.
 _PRESSING = (500.0, 600.0)
-_MODES = get_args(Mode)
+MODES: tuple[Mode, ...] = ("quasistatic", "dynamic")
 
 
 @dataclass(frozen=True)
@@ -141,38 +139,66 @@ def _noise(models: Models) -> Iterator[CouplingTask]:
         yield _springs(f"tool on springs, 3 % noise, gain {gain:g}", gain, 5e-3, noisy)
 
 
-def robot_on_a_wall(models: Models, gains: tuple[float, ...] = GAINS) -> Iterator[CouplingTask]:
-    """Yield tasks of the example robot that goes onto a wall, along it, and off again."""
+# Lines of the commanded tool in the part frame [m], the wall being its x-y plane: always pressed, as
+# gravity pulls the tool down, and onto the wall and off again.
+PRESSED = [[-0.02, 0.0, -3e-4], [0.0, 0.0, -9e-4], [0.02, 0.0, -3e-4]]
+ON_AND_OFF = [[-0.03, 0.0, 3e-3], [-0.02, 0.0, -3e-4], [0.02, 0.0, -3e-4], [0.03, 0.0, 3e-3]]
+
+
+def on_a_wall(
+    models: Models,
+    name: str,
+    points: list[list[float]],
+    gains: tuple[float, ...] = GAINS,
+    sample: float = 0.004,
+) -> Iterator[CouplingTask]:
+    """Yield tasks of the example robot on walls, in both modes.
+
+    The gain is that of its largest compliance along the wall's normal.
+
+    Args:
+        models: Simulates it.
+        name: Name of the tasks.
+        points: Corners of the commanded line.
+        gains: One for each wall.
+        sample: Period at which the process is evaluated [s]; a longer one tells less than what a
+            moving robot does against a wall.
+    """
     part = Part(np.array([1.6, 0.0, 0.8]), Rotation.identity())
-    points = [[-0.03, 0, 0.003], [-0.02, 0, -0.0003], [0.02, 0, -0.0003], [0.03, 0, 0.003]]
-    line = Line(kind="line", points_m=points, feed_m_s=0.02)
-    desired, normal = line.path(part), np.array([0.0, 0.0, 1.0])
-    (placed, *_) = example("cone").robots
-    cell, _ = cell_of((placed,), models)
+    desired = Line(kind="line", points_m=points, feed_m_s=0.02, sample_s=sample).path(part)
+    normal = np.array([0.0, 0.0, 1.0])
+    cell, _ = cell_of(example("cone").robots, models)
     command = on_cycle(cell.plan(desired), Controller())
 
     def height(force: float) -> np.ndarray:
-        loads = WrenchHistory.of_forces(
-            desired.time, [np.tile(force * normal, (len(desired.time), 1))]
-        )
+        pressing = np.tile(force * normal, (len(desired.time), 1))
+        loads = WrenchHistory.of_forces(desired.time, [pressing])
         return cell.simulate(command, loads, "quasistatic").position[0] @ normal
 
     weak, strong = (height(force) for force in _PRESSING)
     compliance = float((strong - weak).max()) / (_PRESSING[1] - _PRESSING[0])
     for gain in gains:
         wall = ElasticWall(part.position, normal, gain / compliance)
-        for mode in _MODES:
+        for mode in MODES:
             yield CouplingTask(
-                f"robot, wall, gain {gain:g}", mode, cell, wall, command, desired, gain
+                f"{name}, gain {gain:g}", mode, cell, wall, command, desired, gain, most=25
             )
+
+
+def _robot_on_walls(models: Models) -> Iterator[CouplingTask]:
+    yield from on_a_wall(models, "robot, wall", PRESSED)
+
+
+def _robot_off_walls(models: Models) -> Iterator[CouplingTask]:
+    yield from on_a_wall(models, "robot, contact lost", ON_AND_OFF)
 
 
 def of_case(name: str, case: Case, models: Models) -> Iterator[CouplingTask]:
     """Yield the tasks of a case, in both modes."""
     cell, _ = cell_of(case.robots, models)
     command = on_cycle(cell.plan(case.desired), case.controller)
-    for mode in _MODES:
-        yield CouplingTask(name, mode, cell, case.process, command, case.desired)
+    for mode in MODES:
+        yield CouplingTask(name, mode, cell, case.process, command, case.desired, most=25)
 
 
 def turned(case: Case) -> Case:
@@ -235,7 +261,8 @@ TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
     "springs": _on_springs,
     "lost": _lost,
     "noise": _noise,
-    "walls": robot_on_a_wall,
+    "walls": _robot_on_walls,
+    "robot_lost": _robot_off_walls,
     "cone": _example("cone", "cone"),
     "hanging": _hanging,
     "two_robots": _example("two_robots", "two robots"),

@@ -2,10 +2,10 @@
 
     python -m benchmarks.evaluations                    all but cone_fem
     python -m benchmarks.evaluations cone two_robots    only these
-    python -m benchmarks.evaluations cone_fem           the sheet that is computed: a minute an evaluation
+    python -m benchmarks.evaluations cone_fem           the computed sheet: a minute an evaluation
 
-A coupled path is compared with a reference: the same coupling, converged a thousand times as far.  What a
-scheme says of itself does not count.
+A coupled path is compared with a reference: the same coupling, converged a thousand times as far.
+What a scheme says of itself does not count.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ SCHEMES_RUN = (STATED, WITHHELD, "constant", "aitken", "anderson")
 ENOUGH, MOST_STATED, MOST, LARGEST_GAIN = 1e-6, 3, 4, 5.0
 _REFERENCE = Tolerance(path=1e-9, rms=1e-9, force=1e-6)
 _REFERENCE_EVALUATIONS = 60
+# Change of a reference in its last evaluation above which it is none [m].
+_KNOWN = 1e-8
 
 
 @dataclass(frozen=True)
@@ -58,10 +60,27 @@ class Reference:
     change: float
 
     @classmethod
-    def of(cls, task: CouplingTask) -> Reference:
-        """Return that of a task, by its springs and far below any tolerance of a scheme."""
-        found = _coupled(task, STATED, _REFERENCE, _REFERENCE_EVALUATIONS, Counted(task.robot))
-        return cls(found.path, found.changes[-1])
+    def of(cls, task: CouplingTask, start: ToolPath | None = None) -> Reference:
+        """Return that of a task: by the first scheme that gets there, or the nearest.
+
+        Args:
+            task: The task.
+            start: Path from which is started; the unloaded one unless given.
+        """
+        found = []
+        for scheme in (STATED, WITHHELD, "anderson"):
+            coupled = _coupled(
+                task, scheme, _REFERENCE, _REFERENCE_EVALUATIONS, Counted(task.robot), start
+            )
+            found.append(cls(coupled.path, coupled.changes[-1]))
+            if found[-1].known:
+                break
+        return min(found, key=lambda reference: reference.change)
+
+    @property
+    def known(self) -> bool:
+        """Whether it can be compared with."""
+        return self.change <= _KNOWN
 
 
 @dataclass(frozen=True)
@@ -73,12 +92,13 @@ class CouplingRow:
         mode: Mode of its robots.
         scheme: Name of the scheme.
         gain: Loop gain of the task, where it is known.
-        errors: Distance from the reference after every evaluation [m].
+        errors: Distance from the reference after every evaluation [m]; not a number where there is none.
+        beyond: Number of samples that are off by more than 1 um in the end.
+        elsewhere: Whether that is another solution, as where a gear in its play has two places to rest.
         converged: Whether the scheme says so.
         outcome: Word for how it ended.
         simulations: Simulations of robots.
         wall: Wall time [s].
-        known: Change of the reference in its last evaluation [m].
     """
 
     task: str
@@ -86,11 +106,12 @@ class CouplingRow:
     scheme: str
     gain: float | None
     errors: tuple[float, ...]
+    beyond: int
+    elsewhere: bool
     converged: bool
     outcome: str
     simulations: int
     wall: float
-    known: float
 
     @property
     def evaluations(self) -> int:
@@ -100,12 +121,12 @@ class CouplingRow:
     @property
     def good(self) -> bool:
         """Whether it ended by itself, at the right path."""
-        return self.converged and self.errors[-1] <= ENOUGH
+        return self.converged and (self.elsewhere or self.errors[-1] <= ENOUGH)
 
     @property
     def enough(self) -> int | None:
         """Number of evaluations after which the path stays right, if there is one."""
-        wrong = [k for k, error in enumerate(self.errors, 1) if error > ENOUGH]
+        wrong = [k for k, error in enumerate(self.errors, 1) if not error <= ENOUGH]
         last = wrong[-1] if wrong else 0
         return last + 1 if last < len(self.errors) else None
 
@@ -135,7 +156,12 @@ class _Coupled:
 
 
 def _coupled(
-    task: CouplingTask, scheme: str, tolerance: Tolerance, most: int, robot: Counted
+    task: CouplingTask,
+    scheme: str,
+    tolerance: Tolerance,
+    most: int,
+    robot: Counted,
+    start: ToolPath | None = None,
 ) -> _Coupled:
     process = Withheld(task.process) if scheme == WITHHELD else task.process
     paths: list[ToolPath] = []
@@ -149,7 +175,7 @@ def _coupled(
     relaxation = SCHEMES[scheme.split(",")[0]]()
     loop = Loop(robot, process, task.mode, relaxation, tolerance, most, watch=watch)
     times, rows = told_at(task.desired, task.mode)
-    start = unloaded_path(loop, task.command, times.time)
+    start = start or unloaded_path(loop, task.command, times.time)
     try:
         found = couple(loop, task.command, start, rows)
     except SimulationError:
@@ -162,18 +188,28 @@ def measured(task: CouplingTask, scheme: str, reference: Reference) -> CouplingR
     robot, start = Counted(task.robot), time.perf_counter()
     found = _coupled(task, scheme, Tolerance(), task.most, robot)
     wall = time.perf_counter() - start
+    off = [path.distance_to(reference.path) for path in found.paths]
     return CouplingRow(
         task.name,
         task.mode,
         scheme,
         task.gain,
-        tuple(float(path.distance_to(reference.path).max()) for path in found.paths),
+        tuple(float(distance.max()) if reference.known else np.nan for distance in off),
+        int(np.count_nonzero(off[-1] > ENOUGH)),
+        found.converged and reference.known and _elsewhere(task, found.path, reference),
         found.converged,
         found.outcome,
         robot.count,
         wall,
-        reference.change,
     )
+
+
+def _elsewhere(task: CouplingTask, path: ToolPath, reference: Reference) -> bool:
+    """Return whether a path that is not the reference is a solution as well: without inertia only."""
+    if task.mode == "dynamic" or np.all(path.distance_to(reference.path) <= ENOUGH):
+        return False
+    own = Reference.of(task, path)
+    return own.known and bool(np.all(path.distance_to(own.path) <= ENOUGH))
 
 
 def rows(names: Iterable[str]) -> Iterator[CouplingRow]:
@@ -196,6 +232,10 @@ def goals(found: Iterable[CouplingRow]) -> list[Goal]:
             text = f"{row.task}, {row.mode}, {row.scheme}, evaluations"
             if not row.converged:
                 text += f" ({row.outcome})"
+            elif np.isnan(row.errors[-1]):
+                text += " (no reference)"
+            elif row.elsewhere:
+                text += f" (another solution at {row.beyond} samples)"
             elif not row.good:
                 text += f" (off by {1e6 * row.errors[-1]:.2g} um)"
             met = row.good and row.evaluations <= most
@@ -205,19 +245,45 @@ def goals(found: Iterable[CouplingRow]) -> list[Goal]:
 
 def lines(found: Iterable[CouplingRow]) -> str:
     """Return the table."""
-    head = (
-        *("task", "mode", "scheme", "evaluations", "for 1 um", "simulations", "off by [um]"),
-        *("ended", "time [s]"),
-    )
-    return table(head, (_cells(row) for row in found))
+    head = ("task", "mode", "scheme", "evaluations", "for 1 um", "simulations", "off by [um]")
+    return table((*head, "samples off", "ended", "time [s]"), (cells(row) for row in found))
 
 
-def _cells(row: CouplingRow) -> list[str]:
+def cells(row: CouplingRow) -> list[str]:
+    """Return the line of a row."""
     enough = "never" if row.enough is None else f"{row.enough}"
+    off = ("?", "?") if np.isnan(row.errors[-1]) else (_um(row.errors[-1]), f"{row.beyond}")
+    ended = f"{row.outcome}, another solution" if row.elsewhere else row.outcome
     return [
         *(row.task, row.mode, row.scheme, f"{row.evaluations}", enough, f"{row.simulations}"),
-        *(f"{1e6 * row.errors[-1]:.2g}", row.outcome, f"{row.wall:.2g}"),
+        *(*off, ended, f"{row.wall:.2g}"),
     ]
+
+
+def grid(found: Iterable[CouplingRow]) -> str:
+    """Return a shorter table: evaluations by task and scheme, and what is wrong where something is."""
+    by_task: dict[tuple[str, str], dict[str, str]] = {}
+    for row in found:
+        by_task.setdefault((row.task, row.mode), {})[row.scheme] = _verdict(row)
+    body = [(*task, *(cell[scheme] for scheme in SCHEMES_RUN)) for task, cell in by_task.items()]
+    return table(("task", "mode", *SCHEMES_RUN), body)
+
+
+def _verdict(row: CouplingRow) -> str:
+    if not row.converged:
+        return row.outcome
+    if row.elsewhere:
+        return f"{row.evaluations} (another solution at {row.beyond})"
+    if np.isnan(row.errors[-1]):
+        return f"{row.evaluations} (not known whether right)"
+    if not row.good:
+        return f"{row.evaluations} (off by {_um(row.errors[-1])} um at {row.beyond})"
+    return f"{row.evaluations}"
+
+
+def _um(length: float) -> str:
+    value = 1e6 * length
+    return "< 0.001" if value < 1e-3 else f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
 
 
 def main(names: list[str]) -> None:
@@ -229,7 +295,7 @@ def main(names: list[str]) -> None:
     found = []
     for row in rows(names or list(TASKS)):
         found.append(row)
-        print(*_cells(row), f"(reference changed by {row.known:.1e} m)", sep="; ", flush=True)
+        print(*cells(row), sep="; ", flush=True)
     print(f"\n{lines(found)}\n\nGoals of that run:\n")
     print("\n".join(f"- {goal}" for goal in goals(found)))
 
