@@ -10,6 +10,7 @@ import numpy as np
 
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
+ANCHOR_COLUMNS = ("x", "y", "z", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz")
 CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
 
 

@@ -12,17 +12,19 @@ import numpy as np
 
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
+    ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
     read_header,
     read_table,
 )
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
 RESULT, RUN = "result.json", "run.json"
-PLANT = "plant"
+PLANT, ANCHOR = "plant", "anchor"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
 
@@ -161,7 +163,9 @@ def _read_robot(folder: Path) -> StoredRobot:
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
+    held = (folder / f"{ANCHOR}.csv").exists()
     try:
+        spring = _spring(table(ANCHOR, ANCHOR_COLUMNS)) if held else None
         return StoredRobot(
             figures=_read_figures(folder),
             desired=tool_path("desired"),
@@ -172,8 +176,16 @@ def _read_robot(folder: Path) -> StoredRobot:
             ),
             command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
-            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause
+
+
+def _spring(rows: np.ndarray) -> ContactSpring:
+    """Return the contact spring of a tool from time, anchor and upper triangle of the stiffness."""
+    stiffness = np.zeros((len(rows), 3, 3))
+    above = np.triu_indices(3)
+    stiffness[:, *above] = stiffness[:, *above[::-1]] = rows[:, 4:]
+    return ContactSpring(rows[None, :, 1:4], stiffness[None])
