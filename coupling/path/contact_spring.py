@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,12 @@ class ContactSpring:
         if not np.all(np.isfinite(self.anchor)) or not np.all(np.isfinite(self.stiffness)):
             raise ValueError("contact spring: expected finite values, got one that is not finite")
 
+    @classmethod
+    def of_tools(cls, springs: Sequence[ContactSpring]) -> ContactSpring:
+        """Return the springs of several tools, whose rows are at the same times."""
+        anchors, stiffnesses = zip(*((own.anchor, own.stiffness) for own in springs), strict=True)
+        return cls(np.concatenate(anchors), np.concatenate(stiffnesses))
+
     @property
     def tools(self) -> tuple[ContactSpring, ...]:
         """Spring of every tool by itself."""
@@ -58,6 +65,14 @@ class ContactSpring:
         anchor = turn.apply((self.anchor - position).reshape(-1, 3)).reshape(self.anchor.shape)
         matrix = turn.as_matrix()
         return ContactSpring(anchor, matrix @ self.stiffness @ matrix.T)
+
+
+def symmetric(entries: np.ndarray) -> np.ndarray:
+    """Return symmetric matrices (n, 3, 3) from their entries xx, xy, xz, yy, yz, zz, (n, 6)."""
+    matrices = np.empty((len(entries), 3, 3))
+    above = np.triu_indices(3)
+    matrices[:, *above] = matrices[:, *above[::-1]] = entries
+    return matrices
 
 
 def straight(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:

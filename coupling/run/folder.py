@@ -12,13 +12,14 @@ import tomli_w
 from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
+    ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
     write_table,
 )
 from coupling.run.figures import figures_of
-from coupling.run.stored_run import GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
+from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
 from coupling.run.study import Run
 
 
@@ -66,6 +67,10 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
     _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
     _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
+    spring = found.answer.wrench.spring
+    if spring is not None:
+        stiffness = spring.stiffness[tool][:, *np.triu_indices(3)]
+        _write(folder, ANCHOR, ANCHOR_COLUMNS, time, np.hstack([spring.anchor[tool], stiffness]))
     if run.plant is not None and run.plant.coupling is not None:
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, time, run.plant.wrench.wrench[tool])
 

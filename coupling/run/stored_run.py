@@ -12,17 +12,19 @@ import numpy as np
 
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
+    ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
     read_header,
     read_table,
 )
+from coupling.path.contact_spring import ContactSpring, symmetric
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
 RESULT, RUN = "result.json", "run.json"
-PLANT = "plant"
+PLANT, ANCHOR = "plant", "anchor"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
 
@@ -161,7 +163,12 @@ def _read_robot(folder: Path) -> StoredRobot:
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
+    held = (folder / f"{ANCHOR}.csv").exists()
     try:
+        rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if held else None
+        spring = (
+            None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
+        )
         return StoredRobot(
             figures=_read_figures(folder),
             desired=tool_path("desired"),
@@ -172,7 +179,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             ),
             command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
-            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
         )
     except ValueError as cause:

@@ -179,6 +179,7 @@ class Mirror(Schema):
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
             answer = replace(answer, wrench=loop.scheme.loads(coupling.path, rows, answer))
             achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
+            answer = replace(answer, wrench=answer.wrench.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1
         except ProcessError as error:
