@@ -31,9 +31,9 @@ NUDGE = 3e-7
 AGREES = 1e-3
 
 
-def felt(force, axes=np.eye(3)) -> np.ndarray:
+def felt(force) -> np.ndarray:
     """Return -dF/dx by central differences of a function of the displacement."""
-    columns = [(force(NUDGE * e) - force(-NUDGE * e)) / (-2.0 * NUDGE) for e in axes]
+    columns = [(force(NUDGE * e) - force(-NUDGE * e)) / (-2.0 * NUDGE) for e in np.eye(3)]
     return np.stack(columns, axis=-1)
 
 
@@ -83,7 +83,7 @@ def test_of_two_tools_each_feels_its_own_displacement():
     """
     sheet = SheetModel(SheetMesh((0.04, 0.04), (10, 10), THICKNESS), ALUMINIUM)
     places = np.array([[2e-3, 1e-3, REACH - 4e-4], [-3e-3, 0.0, -REACH + 1e-4]])
-    start = places + [[0, 0, 4e-4], [0, 0, -1e-4]]
+    start = places + np.array([[0, 0, 4e-4], [0, 0, -1e-4]])
 
     def forces(displacements):
         before = tuple(sheet.sphere(place, RADIUS) for place in start)
@@ -123,7 +123,7 @@ def stroke():
 
 
 def test_stated_stiffness_is_that_of_the_answer_in_base_axes_with_the_force_factor(stroke):
-    """Only the sample's own tool pose is moved: what is before it stays, what comes after is not read."""
+    """Only that sample is moved: what is before it stays, what comes after is not read."""
     model, path, answer = stroke
 
     def force(displacement):
