@@ -82,6 +82,7 @@ class Case:
         fmu: Kind of their FMUs.
         task: Task that the tools are to do.
         process: Process model.
+        process_table: Table [process] that it is made of.
         coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
         controller: What the robots' controllers take.
@@ -96,6 +97,7 @@ class Case:
     fmu: str
     task: Task
     process: Process
+    process_table: ProcessTable
     coupling: CouplingTable
     method: Method
     controller: Controller
@@ -160,6 +162,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         fmu=file.robot.fmu,
         task=task,
         process=process,
+        process_table=process_table,
         coupling=file.coupling,
         method=method,
         controller=file.controller.controller(),

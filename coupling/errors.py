@@ -38,6 +38,10 @@ class StudyError(CouplingError):
     """A study cannot be begun, continued or distributed."""
 
 
+class StoreError(CouplingError):
+    """The store of evaluations cannot be read or written."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

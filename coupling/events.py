@@ -35,6 +35,17 @@ class Said(Event):
     line: str
 
 
+@dataclass(frozen=True)
+class Warned(Event):
+    """Something that the user should know and that does not end the run.
+
+    Attributes:
+        text: A sentence.
+    """
+
+    text: str
+
+
 Watch = Callable[[Event], None]
 
 

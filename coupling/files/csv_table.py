@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
+ANCHOR_COLUMNS = ("x", "y", "z", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz")
 CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
 
 
-def write_table(file: Path, columns: Sequence[str], data: np.ndarray) -> None:
+def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -> None:
     """Write columns of numbers; every number survives the round trip exactly."""
     np.savetxt(file, data, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
 

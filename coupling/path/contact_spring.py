@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,12 @@ class ContactSpring:
             )
         if not np.all(np.isfinite(self.anchor)) or not np.all(np.isfinite(self.stiffness)):
             raise ValueError("contact spring: expected finite values, got one that is not finite")
+
+    @classmethod
+    def of_tools(cls, springs: Sequence[ContactSpring]) -> ContactSpring:
+        """Return the springs of several tools, whose rows are at the same times."""
+        anchors, stiffnesses = zip(*((own.anchor, own.stiffness) for own in springs), strict=True)
+        return cls(np.concatenate(anchors), np.concatenate(stiffnesses))
 
     @property
     def tools(self) -> tuple[ContactSpring, ...]:

@@ -239,7 +239,12 @@ class WrenchHistory:
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
         time = _common_time(histories, "wrench history")
-        return cls(time, np.concatenate([history.wrench for history in histories]))
+        springs = [history.spring for history in histories if history.spring is not None]
+        return cls(
+            time,
+            np.concatenate([history.wrench for history in histories]),
+            ContactSpring.of_tools(springs) if len(springs) == len(histories) else None,
+        )
 
     def held(self, time: np.ndarray) -> WrenchHistory:
         """Return the same loads over shorter steps: each row of `time` gets the one that acts there.
@@ -265,7 +270,9 @@ class WrenchHistory:
         return replace(self, wrench=factor * self.wrench)
 
     def on(self, path: ToolPath) -> WrenchHistory:
-        """Return the wrenches that act where the tools take a path, those of the springs among them.
+        """Return the same loads, told by what acts where the tools take a path.
+
+        Their springs then pull to that path, and carry nothing on it.
 
         Args:
             path: Paths of all tools at the times of the wrenches.
@@ -274,7 +281,7 @@ class WrenchHistory:
             return self
         wrench = self.wrench.copy()
         wrench[..., :3] += self.spring.force(path.position)
-        return WrenchHistory(self.time, wrench)
+        return WrenchHistory(self.time, wrench, replace(self.spring, anchor=path.position))
 
     @property
     def tools(self) -> tuple[WrenchHistory, ...]:

@@ -9,17 +9,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
-import elastic_robot
 from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.task import Task
+
+# Raised by one whenever any shipped process answers a path differently than before, beyond rounding:
+# answers that were kept under a lower number are not used again (CONTRIBUTING.md).
+PHYSICS = 1
 
 # Folder in the workspace for what programs compute; kept even where a run fails.
 EVALUATIONS = "evaluations"
@@ -87,7 +90,13 @@ class MemorylessProcess(Identified, ABC):
 
 
 class ProcessTable(Schema, ABC):
-    """Base of the case file's process tables, shipped and your own; a table answers `process(task)`."""
+    """Base of the case file's process tables, shipped and your own; a table answers `process(task)`.
+
+    Attributes:
+        WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
+    """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
 
     model: str
 
@@ -109,27 +118,38 @@ class ProcessTable(Schema, ABC):
         return ()
 
     def identity(self, task: Task) -> str:
-        """Return a hash of the resolved table, the task, this version and the user's own files.
+        """Return a hash of the resolved table, the task and the user's own files.
 
         Raises:
             CaseError: If a file cannot be read.
         """
-        digest = hashlib.sha256(elastic_robot.__version__.encode())
-        digest.update(json.dumps(self.model_dump(mode="json"), sort_keys=True).encode())
-        for values in (
-            task.part.position,
-            task.part.rotation.as_quat(),
-            task.desired.time,
-            task.desired.pose,
-        ):
-            digest.update(values.tobytes())
+        digest = hashlib.sha256()
+
+        def add(content: bytes) -> None:
+            digest.update(len(content).to_bytes(8, "big"))
+            digest.update(content)
+
+        table = self.model_dump(mode="json", exclude=set(self.WITHOUT_EFFECT))
+        add(json.dumps(table, sort_keys=True).encode())
+        for values in _arrays_of(task):
+            add(values.tobytes())
         code = Path(inspect.getfile(type(self)))
         own = [] if code.is_relative_to(Path(__file__).parent) else [code]
         for file in (*own, *self.own_files()):
             try:
-                digest.update(file.read_bytes())
+                add(file.read_bytes())
             except OSError as cause:
                 raise CaseError(
                     f"process: {file}: cannot be read: {cause.strerror or cause}"
                 ) from cause
         return digest.hexdigest()
+
+
+def _arrays_of(task: Task) -> Iterable[np.ndarray]:
+    """Return all that a process may know of a task, as numbers."""
+    yield from (task.part.position, task.part.rotation.as_quat())
+    yield from (task.desired.time, task.desired.pose)
+    yield np.array([np.nan if x is None else x for x in (task.wall_angle, task.step_down)])
+    if task.support is not None:
+        yield task.support.direction
+        yield np.array([task.support.gap, task.support.tool_diameter])

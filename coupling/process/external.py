@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
@@ -18,12 +20,21 @@ from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS, read_table, w
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import EVALUATIONS, Answer, Identified, ProcessTable
+from coupling.process.evaluation_folder import (
+    PATH,
+    RESTART,
+    EvaluationFolder,
+    answered,
+    finished_in,
+    mark_of,
+)
 from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
-from coupling.process.program import last_lines, quoted, run_program
+from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
-PATH, WRENCH = "path.csv", "wrench.csv"
+WRENCH = "wrench.csv"
+_RESTART = "{restart}"
 # Largest error of an answered time, as a share of the shortest step: printed digits.
 _TIME_TOLERANCE = 1e-3
 
@@ -33,13 +44,13 @@ class External(Identified):
     """A program that is run for every evaluation.
 
     Attributes:
-        command: Program and arguments.
+        command: Program and arguments; {restart} in them stands for a folder in which the program finds
+            the restart files that it wrote there before it was interrupted.
         time_limit: Time that one evaluation may take [s].
         part: Placement of the part.
         frame: Frame of path.csv and wrench.csv: "part" or "base".
         folder: Place where every evaluation gets a folder of its own: 0001, 0002, ...
-        reuse: Such a folder of an earlier run, or None; for a path that was answered there, the
-            answer is taken and the program not run.
+        earlier: Evaluations that were there before; the answer of one is taken for the same path.
         watch: Function that is told what the program prints.
     """
 
@@ -48,46 +59,61 @@ class External(Identified):
     part: Part
     frame: PoseFrame
     folder: Path
-    reuse: Path | None = None
+    earlier: tuple[Path, ...] = ()
     watch: Watch = unwatched
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Run the program on a path and return its answer, base axes.
 
+        Where a run that was killed has left the program running for this path, its end is awaited.
+
         Raises:
             ProcessError: With the program's last lines, if it fails or answers nonsense.
         """
-        number = 1 + sum(1 for _ in self.folder.glob("*")) if self.folder.exists() else 1
-        folder = self.folder / f"{number:04d}"
-        folder.mkdir(parents=True)
+        table = StringIO()
         poses = poses_in(self.frame, path, self.part)
-        write_table(folder / PATH, ("time", *POSE_COLUMNS), np.column_stack([path.time, poses]))
-        earlier = self._answered(folder / PATH)
+        write_table(table, ("time", *POSE_COLUMNS), np.column_stack([path.time, poses]))
+        asked = table.getvalue().encode()
+        mark = mark_of(self.identity, asked)
+        before = answered(self.earlier, mark) if self.identity else None
+        if before is not None:
+            return self._answer(self._read(before, path), path)
+        place = EvaluationFolder(self.folder, mark)
+        wrench = self._taken_over(place, path)
         try:
-            if earlier is None:
-                run_program(self.command, folder, self.time_limit, self.watch)
-            else:
-                self.watch(Said(f"the answer to this path is taken from {earlier}"))
-                shutil.copyfile(earlier, folder / WRENCH)
-            answer = self._read(folder, path)
+            if wrench is None:
+                wrench = self._computed(place, asked, path)
         except ProcessError as cause:
-            raise ProcessError(f"evaluation {folder.name}: {cause}") from cause
-        in_base = wrench_in_base(self.frame, answer, path, self.part)
-        return Answer(WrenchHistory(path.time, in_base))
+            raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
+        place.finish()
+        return self._answer(wrench, path)
 
-    def _answered(self, asked: Path) -> Path | None:
-        """Return the wrench.csv of an earlier run for the same path, if there is one."""
-        if self.reuse is None:
+    def _computed(self, place: EvaluationFolder, asked: bytes, path: ToolPath) -> np.ndarray:
+        """Run the program from its start, (n, 6)."""
+        place.begin(asked, any(_RESTART in word for word in self.command))
+        restart = str((place.path / RESTART).resolve())
+        command = [word.replace(_RESTART, restart) for word in self.command]
+        run_program(command, place.path, self.time_limit, self.watch)
+        return self._read(place.path, path)
+
+    def _taken_over(self, place: EvaluationFolder, path: ToolPath) -> np.ndarray | None:
+        """Return what the program of a killed run answers, (n, 6); None where there is no answer."""
+        if not self.identity or not place.can_be_taken_over:
             return None
-        for earlier in sorted(self.reuse.glob(f"*/{WRENCH}")):
-            path = earlier.parent / PATH
-            if path.is_file() and path.read_bytes() == asked.read_bytes():
-                return earlier
-        return None
+        self.watch(Said(f"going on with {place.path}, which a run that was killed has begun"))
+        try:
+            wait_for_program(self.command[0], place.path, self.time_limit, self.watch)
+            return self._read(place.path, path)
+        except ProcessError:  # it starts again
+            return None
+
+    def _answer(self, wrench: np.ndarray, path: ToolPath) -> Answer:
+        in_base = wrench_in_base(self.frame, wrench, path, self.part)
+        return Answer(WrenchHistory(path.time, in_base))
 
     def _read(self, folder: Path, path: ToolPath) -> np.ndarray:
         """Return the wrenches that the program left, (n, 6)."""
-        said = quoted(last_lines(folder)) if (folder / "output.txt").exists() else ""
+        said = quoted(last_lines(folder)) if (folder / OUTPUT).exists() else ""
         if not (folder / WRENCH).is_file():
             raise ProcessError(f"{self.command[0]!r} left no {WRENCH}{said}")
         try:
@@ -118,45 +144,49 @@ def _filled(command: list[str], info: ValidationInfo) -> list[str]:
 
 
 class ExternalTable(ProcessTable):
-    """Keys: command, time_limit_s, frame ("part" unless given), reuse.
+    """Keys: command, time_limit_s, frame ("part" unless given), files.
 
-    In the words of the command, {case} stands for the folder of the case file and {python} for the
-    Python that runs this.
+    In the words of the command, {case} stands for the folder of the case file, {python} for the Python
+    that runs this and {restart} for a folder for restart files.  files are what the answers depend on
+    beside the words of the command that are files; a folder stands for all files in it.
     """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"time_limit_s"})
 
     model: Literal["external"]
     command: Annotated[list[str], Field(min_length=1), AfterValidator(_filled)]
     time_limit_s: Positive
     frame: PoseFrame = "part"
-    reuse: FilePath | None = None
+    files: list[FilePath] = []
 
     def process(self, task: Task) -> External:
         """Return the program as a process.
 
         Raises:
-            CaseError: If the program or the folder to reuse is not there.
+            CaseError: If the program or a file is not there.
         """
         if shutil.which(self.command[0]) is None:
             raise CaseError(
                 f"process: command: there is no program {self.command[0]!r}: give a name on the"
                 " search path, or an absolute path ({case} is the folder of the case file)"
             )
-        if self.reuse is not None and not self.reuse.is_dir():
-            raise CaseError(
-                f"process: reuse: expected the folder {EVALUATIONS} of an earlier run, got"
-                f" {self.reuse}, which is no folder"
-            )
+        folder = task.workspace / EVALUATIONS
         return External(
             tuple(self.command),
             self.time_limit_s,
             task.part,
             self.frame,
-            task.workspace / EVALUATIONS,
-            self.reuse,
+            folder,
+            finished_in(folder),
             task.watch,
             identity=self.identity(task),
         )
 
-    def own_files(self) -> list[Path]:
-        """Return the files among the words of the command."""
-        return [Path(word) for word in self.command if os.path.isfile(word)]
+    def own_files(self) -> Iterator[Path]:
+        """Return the files among the words of the command, and those of `files`."""
+        yield from (Path(word) for word in self.command if os.path.isfile(word))
+        for file in self.files:
+            if file.is_dir():
+                yield from sorted(part for part in file.rglob("*") if part.is_file())
+            else:
+                yield file

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from pydantic import Field
 from coupling.errors import CaseError, ProcessError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS
+from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import FilePath
 from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerProcess, unpack
@@ -77,10 +77,10 @@ class ProcessFmu(Identified):
         return Answer(WrenchHistory(path.time, in_base))
 
     def _run(self, job: Job) -> np.ndarray:
-        with tempfile.TemporaryDirectory(prefix="elastic_robot_") as folder:
+        with ScratchFolder() as folder:
             try:
-                unpack(self.file, Path(folder))
-                worker = WorkerProcess(Path(folder))
+                unpack(self.file, folder)
+                worker = WorkerProcess(folder)
                 try:
                     worker.send(job)
                     return worker.receive(self._tell)

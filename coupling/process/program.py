@@ -1,13 +1,20 @@
-"""Running a program in a folder: output streamed into a file, a time limit, nothing left running."""
+"""Running a program in a folder: output streamed into a file, a time limit, nothing left running.
+
+The program runs under a shell of its own, which writes its exit status into the folder.  So the end of
+a program is known even where who started it was killed, and whoever comes next can wait for it: the
+shell's standard input is a file that it holds locked to its end.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
+import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,6 +22,15 @@ from coupling.errors import ProcessError
 from coupling.events import Said, Watch, unwatched
 
 OUTPUT = "output.txt"
+STATUS = "exit_status"
+# Locked by the shell while the program runs; holds the shell's number, which is that of its group.
+RUNNING = "running"
+# A program that is told to end may clean up: the shell outlives it (trap) and writes its status.
+# What the shell itself has to say of a program's end is not part of the program's output (2).
+_SHELL = (
+    'trap : TERM; echo $$ > "$0"; exec 3>&2 2> /dev/null; "$@" < /dev/null 2>&3 3>&-;'
+    f" echo $? > {STATUS}.partial; mv -f {STATUS}.partial {STATUS}"
+)
 # Between two looks at a running program [s].
 _LOOK = 0.1
 # For a program that is told to end, before it is killed [s].
@@ -43,34 +59,92 @@ def run_program(
         >>> last_lines(folder)
         'formed'
     """
-    with (folder / OUTPUT).open("wb") as output, (folder / OUTPUT).open("rb") as said:
-        try:
-            process = subprocess.Popen(
-                command,
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,  # a group of its own, so that its children end with it
-            )
-        except OSError as cause:
-            raise ProcessError(
-                f"{command[0]!r} cannot be started: {cause.strerror or cause}"
-            ) from cause
-        try:
-            status = _watch(process, said, time_limit, watch)
-        finally:
-            if process.returncode is None:
-                _end_group(process)
-    if status is None:
-        raise ProcessError(
-            f"{command[0]!r} was ended after the time limit of {time_limit:g} s"
-            f"{quoted(last_lines(folder))}"
+    if shutil.which(command[0], path=None) is None and not (folder / command[0]).is_file():
+        raise ProcessError(f"{command[0]!r} cannot be started: there is no such program")
+    with (folder / RUNNING).open("w+b") as held, (folder / OUTPUT).open("wb") as output:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        shell = subprocess.Popen(
+            ["/bin/sh", "-c", _SHELL, RUNNING, *command],
+            cwd=folder,
+            stdin=held,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # a group of its own, so that its children end with it
         )
-    if status != 0:
-        raise ProcessError(
-            f"{command[0]!r} ended with exit status {status}{quoted(last_lines(folder))}"
-        )
+    try:
+        ended = _watched(folder, time_limit, watch, lambda wait: _ends(shell, wait))
+    finally:
+        if shell.returncode is None:
+            _end_group(shell.pid, lambda wait: _ends(shell, wait))
+            shell.wait()
+    require_success(command[0], folder, time_limit if not ended else None)
+
+
+def is_running(folder: Path) -> bool:
+    """Return whether a program that someone else started still runs in a folder."""
+    try:
+        with (folder / RUNNING).open("rb") as held:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # never started, or a file system without locks
+        return False
+    return False
+
+
+def wait_for_program(name: str, folder: Path, time_limit: float, watch: Watch = unwatched) -> None:
+    """Wait for a program that someone else started in a folder, as `run_program` does.
+
+    Args:
+        name: Its name.
+        folder, time_limit, watch: As for `run_program`; the time counts from now.
+
+    Raises:
+        ProcessError: As `run_program`.
+    """
+    ended = False
+    try:
+        ended = _watched(folder, time_limit, watch, lambda wait: _has_gone(folder, wait))
+    finally:
+        if not ended:
+            end_program(folder)
+    require_success(name, folder, time_limit if not ended else None)
+
+
+def end_program(folder: Path) -> None:
+    """End the program that someone else started in a folder, if it still runs."""
+    if is_running(folder):
+        with contextlib.suppress(OSError, ValueError):  # it has just ended
+            group = int((folder / RUNNING).read_text())
+            _end_group(group, lambda wait: _has_gone(folder, wait))
+
+
+def has_ended(folder: Path) -> bool:
+    """Return whether the program in a folder has come to its end, by itself or by a signal."""
+    return (folder / STATUS).is_file()
+
+
+def require_success(name: str, folder: Path, overdue: float | None = None) -> None:
+    """Check how the program in a folder has ended.
+
+    Args:
+        name: Its name.
+        folder: Its working folder.
+        overdue: Time limit after which it was ended [s], if it was.
+
+    Raises:
+        ProcessError: With its last lines, unless it ended with status 0.
+    """
+    said = quoted(last_lines(folder))
+    if overdue is not None:
+        raise ProcessError(f"{name!r} was ended after the time limit of {overdue:g} s{said}")
+    try:
+        status = (folder / STATUS).read_text().strip()
+    except OSError as cause:
+        raise ProcessError(f"{name!r} was killed with all that ran it{said}") from cause
+    if status != "0":
+        raise ProcessError(f"{name!r} ended with exit status {status}{said}")
 
 
 def last_lines(folder: Path) -> str:
@@ -84,23 +158,41 @@ def quoted(lines: str) -> str:
     return f"; its last lines:\n{lines}" if lines else "; it printed nothing"
 
 
-def _watch(
-    process: subprocess.Popen[bytes], said: BinaryIO, time_limit: float, watch: Watch
-) -> int | None:
-    """Return the exit status, or None where the time limit came first."""
+def _watched(folder: Path, time_limit: float, watch: Watch, ends: Callable[[float], bool]) -> bool:
+    """Tell what a program prints until it ends; return whether it did within the time limit."""
     end = time.monotonic() + time_limit
-    while (left := end - time.monotonic()) > 0.0:
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            return process.wait(min(_LOOK, left))
-        for line in said.readlines():
-            watch(Said(line.decode(errors="replace").rstrip()))
-    return None
+    with (folder / OUTPUT).open("rb") as said:
+        while (left := end - time.monotonic()) > 0.0:
+            if ends(min(_LOOK, left)):
+                return True
+            _tell(said, watch)
+    return False
 
 
-def _end_group(process: subprocess.Popen[bytes]) -> None:
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGTERM)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(_GRACE)
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+def _tell(said: BinaryIO, watch: Watch) -> None:
+    for line in said.readlines():
+        watch(Said(line.decode(errors="replace").rstrip()))
+
+
+def _ends(shell: subprocess.Popen[bytes], wait: float) -> bool:
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        shell.wait(wait)
+        return True
+    return False
+
+
+def _has_gone(folder: Path, wait: float) -> bool:
+    time.sleep(wait)
+    return not is_running(folder)
+
+
+def _end_group(group: int, ends: Callable[[float], bool]) -> None:
+    """Tell a group of processes to end, and kill what has not done so after a grace."""
+    if group <= 1:
+        return
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(group, signal.SIGTERM)
+        end = time.monotonic() + _GRACE
+        while time.monotonic() < end and not ends(_LOOK):
+            pass
+        os.killpg(group, signal.SIGKILL)

@@ -16,7 +16,7 @@ from coupling.errors import ResultError
 from coupling.path.workpiece import Workpiece
 from coupling.report import figures, tables, workpiece_figures
 from coupling.report.thinning import PARTS
-from coupling.run.stored_run import StoredRobot, StoredRun, read_run, stages
+from coupling.run.stored_run import RESULT, StoredRobot, StoredRun, read_run, stages
 
 _STYLE = """
 body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
@@ -43,17 +43,27 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the run cannot be read or the report not written.
     """
     target, run = file or folder / "report.html", read_run(folder)
-    if run.gap is None:
-        pages = {target: robot_page(run.first, run.workpieces)}
-    else:
-        pages = {folder / name / "report.html": robot_page(own) for name, own in run.robots.items()}
-        pages[target] = cell_page(run)
+    try:
+        pages = _pages(folder, target, run)
+    except (KeyError, TypeError, ValueError, AttributeError) as cause:
+        raise ResultError(
+            f"{folder / RESULT}: expected the figures of a run, got damaged ones:"
+            f" {type(cause).__name__}: {cause}"
+        ) from cause
     for place, page in pages.items():
         try:
             place.write_text(page, encoding="utf-8")
         except OSError as cause:
             raise ResultError(f"{place}: cannot be written: {cause.strerror or cause}") from cause
     return target
+
+
+def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
+    """Return the pages of a run by their files."""
+    if run.gap is None:
+        return {target: robot_page(run.first, run.workpieces)}
+    pages = {folder / name / "report.html": robot_page(own) for name, own in run.robots.items()}
+    return {**pages, target: cell_page(run)}
 
 
 def robot_page(

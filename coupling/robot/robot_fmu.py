@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ import numpy as np
 
 from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
+from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -88,15 +88,15 @@ class RobotFmu:
         self.torque_curve = torque_curve
         self._file = file
         self._watch = watch
-        self._folder = tempfile.TemporaryDirectory(prefix="elastic_robot_")
-        if not _SAFE_PATH.fullmatch(self._folder.name):
+        self._folder = ScratchFolder()
+        if not _SAFE_PATH.fullmatch(str(self._folder.path)):
             raise SimulationError(
                 "the folder for temporary files: expected a path of plain letters, digits and -_., as"
-                f" the FMU's binary cannot take others, got {self._folder.name!r}: set TMPDIR"
+                f" the FMU's binary cannot take others, got {str(self._folder.path)!r}: set TMPDIR"
             )
         with _simulation_errors(f"{file}: "):
-            unpack(file, Path(self._folder.name))
-        self.fingerprint = fingerprint(Path(self._folder.name, "resources"))
+            unpack(file, self._folder.path)
+        self.fingerprint = fingerprint(Path(self._folder.path, "resources"))
         self._processes: list[WorkerProcess] = []
         self._started(1)
 
@@ -109,7 +109,7 @@ class RobotFmu:
     def close(self) -> None:
         """End the processes and remove the unpacked files."""
         self._end()
-        self._folder.cleanup()
+        self._folder.close()
 
     def simulate(
         self,
@@ -164,7 +164,7 @@ class RobotFmu:
         what: str = "",
     ) -> np.ndarray:
         """Return poses, and elastic coordinates behind them if any are asked for, (n, 7 + m)."""
-        trajectory = Path(self._folder.name, "trajectory.npz")
+        trajectory = Path(self._folder.path, "trajectory.npz")
         save_trajectory(trajectory, command)
         mode = str(values["mode"])
         parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
@@ -204,7 +204,7 @@ class RobotFmu:
         """Return as many processes."""
         while len(self._processes) < count:
             with _simulation_errors(f"{self._file}: "):
-                self._processes.append(WorkerProcess(Path(self._folder.name)))
+                self._processes.append(WorkerProcess(self._folder.path))
         return self._processes[:count]
 
     def _end(self) -> None:

@@ -23,6 +23,7 @@ from coupling.run.robustness import Replay
 from coupling.run.study import Deviations, Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation
+from coupling.store import Waits
 
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
@@ -69,7 +70,11 @@ class RunView:
             case events.Progress():
                 self._working(event)
             case events.Said(line):
-                self._said(line)
+                self._said(f"process: {line}")
+            case Waits(text):
+                self._print(text)
+            case events.Warned(text):
+                self._print(f"Warning: {text}", "yellow")
             case RunBegins(desired):
                 self._desired = desired
                 self._print(_HEADER, "bold")
@@ -92,7 +97,7 @@ class RunView:
 
     def _said(self, line: str) -> None:
         self._progress.update(
-            self._task, description=escape(f"process: {line}"), total=None, count="", visible=True
+            self._task, description=escape(line), total=None, count="", visible=True
         )
 
     def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
@@ -123,8 +128,18 @@ class RunView:
         self._console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
 
 
-def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
-    """Say in plain words what a run found and where it is."""
+def print_summary(
+    console: Console, case: Case, run: Run, folder: Path, from_store: int = 0
+) -> None:
+    """Say in plain words what a run found and where it is.
+
+    Args:
+        console: Console to write to.
+        case: The case.
+        run: The run.
+        folder: Its folder.
+        from_store: Number of answers of the process that were taken from the store.
+    """
     mode, compensated = case.mode, run.kind == "compensate"
     found, deviations = run.correction, Deviations.of(run)
     how = HOW[found.before.how]
@@ -161,9 +176,10 @@ def print_summary(console: Console, case: Case, run: Run, folder: Path) -> None:
             f"The process beats: the slow part of the deviation is at most {_um(slow)}, the ripple"
             f" around it {_um(ripple)}."
         )
+    taken = f", {from_store} of them from the store" if from_store else ""
     lines += [
         f"Peak force {found.answer.wrench.peak_force:.1f} N; {found.evaluations} evaluations of the"
-        f" process; {sum(run.durations.values()):.1f} s.",
+        f" process{taken}; {sum(run.durations.values()):.1f} s.",
     ]
     lines += [f"Warning: {warning}" for warning in run.rate_warnings]
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")

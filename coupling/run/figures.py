@@ -11,6 +11,7 @@ from coupling.run.beat import beat_parts
 from coupling.run.plant import OnPlant
 from coupling.run.study import Deviations, Run
 from coupling.solve.correction import Pass
+from coupling.solve.fixed_point import Evaluation
 
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
 
@@ -66,7 +67,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "beat": _beat(run, tool),
         "passes": [_pass_figures(entry) for entry in found.passes],
         "rate_warnings": [str(warning) for warning in warnings],
-        "durations_s": run.durations,
+        "evaluation_keys": list(run.keys),
         "fmu_fingerprint": run.fmu_fingerprint,
         "versions": versions(),
     }
@@ -168,17 +169,20 @@ def _pass_figures(entry: Pass) -> dict[str, Any]:
         "number": entry.number,
         "deviation_m": entry.deviation.as_dict(),
         **sampled,
-        "evaluations": [
-            {
-                "number": e.number,
-                "path_change_max_m": e.path_change,
-                "path_change_rms_m": e.path_change_rms,
-                "force_change_relative": e.force_change if e.number > 1 else None,
-                "peak_force_N": e.peak_force,
-                "worst_time_s": e.worst_time,
-            }
-            for e in entry.coupling
-        ],
+        "evaluations": [evaluation_figures(e) for e in entry.coupling],
+    }
+
+
+def evaluation_figures(evaluation: Evaluation) -> dict[str, Any]:
+    """Return the figures of one evaluation of the process."""
+    first = evaluation.number == 1
+    return {
+        "number": evaluation.number,
+        "path_change_max_m": evaluation.path_change,
+        "path_change_rms_m": evaluation.path_change_rms,
+        "force_change_relative": None if first else evaluation.force_change,
+        "peak_force_N": evaluation.peak_force,
+        "worst_time_s": evaluation.worst_time,
     }
 
 

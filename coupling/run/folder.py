@@ -1,13 +1,8 @@
-"""The run folder: written whole or not at all."""
+"""The files of a run."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,61 +12,15 @@ import tomli_w
 from coupling.case import Case
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
+    ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
     write_table,
 )
-from coupling.process.base import EVALUATIONS
 from coupling.run.figures import figures_of
-from coupling.run.stored_run import GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
+from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
 from coupling.run.study import Run
-
-
-@contextmanager
-def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
-    """Give a scratch folder that becomes `folder` if the block ends well, and vanishes if not.
-
-    Only what a process's programs computed in it is kept in any case, and a note on the error tells
-    where.  It is made at once, so that a folder that cannot be written is found before the work.
-
-    Raises:
-        ResultError: If `folder` exists and may not be replaced, or cannot be written.
-    """
-    _require_free(folder, overwrite)
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f"{folder.name}.unfinished-"))
-    except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
-    try:
-        yield scratch
-        os.chmod(scratch, 0o755)
-        if folder.exists():
-            shutil.rmtree(folder)
-        os.replace(scratch, folder)
-    except OSError as cause:
-        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
-    except BaseException as error:  # an interrupt as well: what was computed is worth finding
-        if (scratch / EVALUATIONS).exists():
-            error.add_note(f"what the process computed is kept in {scratch / EVALUATIONS}")
-        raise
-    finally:
-        if not (scratch / EVALUATIONS).exists():
-            shutil.rmtree(scratch, ignore_errors=True)
-
-
-def _require_free(folder: Path, overwrite: bool) -> None:
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise ResultError(f"{folder}: expected the name of a folder, got a file")
-    if not any(folder.iterdir()):
-        return
-    if not (folder / RESULT).exists():
-        raise ResultError(f"{folder}: holds files that are not a result: name another folder")
-    if not overwrite:
-        raise ResultError(f"{folder}: holds a result already: add --overwrite to replace it")
 
 
 def write_run(folder: Path, case: Case, run: Run) -> None:
@@ -93,7 +42,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         gap = np.column_stack([run.gap.before, run.gap.after]) + run.gap.commanded
         _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
         for tool, name in enumerate(run.robots):
-            (folder / name).mkdir()
+            (folder / name).mkdir(exist_ok=True)
             figures = figures_of(run, f"{case.name}, {name} robot", tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)
@@ -118,6 +67,10 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
     _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
     _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
+    spring = found.answer.wrench.spring
+    if spring is not None:
+        stiffness = spring.stiffness[tool][:, *np.triu_indices(3)]
+        _write(folder, ANCHOR, ANCHOR_COLUMNS, time, np.hstack([spring.anchor[tool], stiffness]))
     if run.plant is not None and run.plant.coupling is not None:
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, time, run.plant.wrench.wrench[tool])
 

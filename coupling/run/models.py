@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 from coupling.case import PlacedRobot
 from coupling.events import Watch, unwatched
+from coupling.files.scratch import ScratchFolder
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.inversion import MovingRobot
 from coupling.robot.cell import Cell, Member
@@ -35,8 +35,7 @@ class Models:
         self.kind = kind
         self.watch = watch
         self._stack = ExitStack()
-        folder = tempfile.TemporaryDirectory(prefix="elastic_robot_")
-        self._folder = Path(self._stack.enter_context(folder))
+        self._folder = self._stack.enter_context(ScratchFolder())
         self._loaded: dict[tuple[str, str], SimulatedModel] = {}
 
     def __enter__(self) -> Models:

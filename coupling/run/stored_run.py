@@ -12,17 +12,19 @@ import numpy as np
 
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
+    ANCHOR_COLUMNS,
     CORRECTION_COLUMNS,
     POSE_COLUMNS,
     WRENCH_COLUMNS,
     read_header,
     read_table,
 )
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
-RESULT = "result.json"
-PLANT = "plant"
+RESULT, RUN = "result.json", "run.json"
+PLANT, ANCHOR = "plant", "anchor"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
 
@@ -119,13 +121,17 @@ def read_run(folder: Path) -> StoredRun:
 
 def _read_figures(folder: Path) -> dict[str, Any]:
     try:
-        figures: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        figures = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except OSError as cause:
+        unfinished = (folder / RUN).exists()
+        advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
         raise ResultError(
-            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: name a run folder"
+            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: {advice}"
         ) from cause
     except ValueError as cause:
         raise ResultError(f"{folder / RESULT}: is not valid JSON: {cause}") from cause
+    if not isinstance(figures, dict) or "kind" not in figures:
+        raise ResultError(f"{folder / RESULT}: expected the figures of a run, got something else")
     return figures
 
 
@@ -157,7 +163,9 @@ def _read_robot(folder: Path) -> StoredRobot:
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
     blocks = np.split(motion, np.cumsum([len(block) for block in names])[:-1], axis=1)
     wrench = table("wrench", WRENCH_COLUMNS)
+    held = (folder / f"{ANCHOR}.csv").exists()
     try:
+        spring = _spring(table(ANCHOR, ANCHOR_COLUMNS)) if held else None
         return StoredRobot(
             figures=_read_figures(folder),
             desired=tool_path("desired"),
@@ -168,8 +176,16 @@ def _read_robot(folder: Path) -> StoredRobot:
             ),
             command=ToolPath(command[:, 0], poses),
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
-            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:]),
+            wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause
+
+
+def _spring(rows: np.ndarray) -> ContactSpring:
+    """Return the contact spring of a tool from time, anchor and upper triangle of the stiffness."""
+    stiffness = np.zeros((len(rows), 3, 3))
+    above = np.triu_indices(3)
+    stiffness[:, *above] = stiffness[:, *above[::-1]] = rows[:, 4:]
+    return ContactSpring(rows[None, :, 1:4], stiffness[None])

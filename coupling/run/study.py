@@ -52,6 +52,7 @@ class Run:
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
         durations: Wall time by part [s].
+        keys: Keys of the process's answers in the store of evaluations, in their order, where known.
     """
 
     kind: str
@@ -66,6 +67,7 @@ class Run:
     fmu_fingerprint: str
     gap: ToolGap | None = None
     durations: dict[str, float] = field(default_factory=dict)
+    keys: tuple[str, ...] = ()
 
     @property
     def desired(self) -> ToolPath:

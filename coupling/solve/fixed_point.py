@@ -202,6 +202,7 @@ def couple(
     x = origin = start or unloaded_path(loop, command, command.time)
     rows = np.arange(len(x.time)) if rows is None else rows
     found: tuple[ToolPath, Answer] | None = None
+    last: Answer | None = None
     evaluations: list[Evaluation] = []
 
     def ended(outcome: Outcome, reason: str) -> Coupling:
@@ -217,8 +218,9 @@ def couple(
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        last, found = found, (g, answer)
-        evaluations.append(Evaluation.of(number, x, g, answer, last[1] if last else None))
+        found = g, replace(answer, wrench=answer.wrench.on(g))
+        evaluations.append(Evaluation.of(number, x, g, answer, last))
+        last = answer
         loop.watch(Evaluated(evaluations[-1], g))
         if _met(evaluations, loop.tolerance, springs=answer.wrench.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")

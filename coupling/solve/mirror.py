@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import CouplingError, HostError, ProcessError
+from coupling.errors import CouplingError, HostError, ProcessError, StoreError
 from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
@@ -85,7 +85,7 @@ class Mirror(Schema):
                 reason = f"the process failed in pass {len(passes)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
                 break
-            except HostError:  # no verdict on the command
+            except (HostError, StoreError):  # no verdict on the command
                 raise
             except CouplingError as error:
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
@@ -179,6 +179,7 @@ class Mirror(Schema):
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
             answer = replace(answer, wrench=loop.scheme.loads(coupling.path, rows, answer))
             achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
+            answer = replace(answer, wrench=answer.wrench.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1
         except ProcessError as error:

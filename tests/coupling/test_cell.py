@@ -379,7 +379,7 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
         *("case.toml", "result.json", "gap.csv", "report.html", "forming", "support")
     }
     for name in ("forming", "support"):
-        assert {f.name for f in (out / name).iterdir()} == FILES - {"case.toml"}
+        assert {f.name for f in (out / name).iterdir()} == FILES - {"case.toml", "run.json"}
     cell = read_run(out)
     for tool, name in enumerate(("forming", "support")):
         stored = cell.robots[name]

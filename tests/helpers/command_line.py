@@ -9,6 +9,7 @@ from pathlib import Path
 FILES = {
     "case.toml",
     "result.json",
+    "run.json",
     "desired.csv",
     "uncompensated.csv",
     "achieved.csv",

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
+import signal
+import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -11,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import command
+from killing import wait_until
 from places import EXAMPLES, LINE_CASE
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
@@ -22,6 +27,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.histories import ToolPath
 from coupling.process import External, ExternalTable, MeasuredTable
 from coupling.process.measured import distance_along
+from coupling.process.program import is_running
 from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
 from coupling.run.study import run_coupling
 from coupling.solve.correction import Correction
@@ -68,7 +74,7 @@ def test_every_evaluation_has_a_fresh_folder(tmp_path):
     process.evaluate(path)
     process.evaluate(path)
     left = sorted(str(f.relative_to(tmp_path)) for f in tmp_path.rglob("*") if f.is_file())
-    names = ("output.txt", "path.csv", "wrench.csv")
+    names = ("evaluation.json", "output.txt", "path.csv", "wrench.csv")
     assert left == [f"evaluations/{n}/{name}" for n in ("0001", "0002") for name in names]
     assert "largest force 400.0 N" in (tmp_path / "evaluations/0002/output.txt").read_text()
 
@@ -152,20 +158,121 @@ def test_output_is_told_line_by_line(tmp_path):
     assert Said("50 %") in told
 
 
-def test_an_earlier_answer_is_reused_for_the_same_path_only(tmp_path):
+def unfinished(workspace: Path, program: str, **keys: object) -> Path:
+    """Begin an evaluation in a process of its own, kill that, and return the evaluation's folder."""
+    begin = (
+        "import sys; sys.path[:0] = sys.argv[1:]\n"
+        "from pathlib import Path\n"
+        "import test_external as test\n"
+        f"test.external(Path({str(workspace)!r}), {program!r}, **{keys!r})"
+        ".evaluate(test.task().desired)\n"
+    )
+    run = subprocess.Popen([sys.executable, "-c", begin, str(Path(__file__).parent), *sys.path])
+    folder = workspace / "evaluations" / "0001"
+    while not (folder / "begun").exists():
+        assert run.poll() is None
+        time.sleep(0.01)
+    run.kill()
+    run.wait()
+    assert (folder / "unfinished.json").exists()
+    return folder
+
+
+# Tells that it has begun, and how often.
+BEGUN = (
+    "import pathlib, time\n"
+    "with open('../../begun', 'a') as f: f.write('x')\n"
+    "pathlib.Path('begun').touch()\n"
+)
+
+
+def begun(workspace: Path) -> int:
+    return len((workspace / "begun").read_text())
+
+
+def test_a_program_whose_run_was_killed_is_waited_for(tmp_path):
+    program = BEGUN + "time.sleep(0.5); print('half way', flush=True); time.sleep(0.5)\n" + SPRINGS
+    folder = unfinished(tmp_path, program)
+    told: list[Event] = []
+    process = replace(external(tmp_path, program), watch=told.append)
+    answer = process.evaluate(task().desired)
+    assert begun(tmp_path) == 1
+    assert answer.wrench.peak_force == pytest.approx(400.0)
+    assert Said("half way") in told
+    assert any(str(folder) in event.line for event in told)
+    assert sorted(f.name for f in folder.parent.iterdir()) == ["0001"]
+    assert (folder / "evaluation.json").exists()
+
+
+def test_a_program_that_has_ended_after_its_run_was_killed_is_not_run_again(tmp_path):
+    program = BEGUN + "time.sleep(0.2)\n" + SPRINGS
+    folder = unfinished(tmp_path, program)
+    wait_until(lambda: (folder / "exit_status").exists())
+    assert external(tmp_path, program).evaluate(task().desired).wrench.peak_force > 399.0
+    assert begun(tmp_path) == 1
+
+
+@pytest.mark.parametrize("other", ["path", "program"])
+def test_a_program_that_was_begun_for_something_else_is_ended(tmp_path, other):
+    again = "0 if pathlib.Path('../0001.unfinished').exists() else 60"
+    program = BEGUN + f"time.sleep({again})\n" + SPRINGS
+    folder = unfinished(tmp_path, program)
+    group = int((folder / "running").read_text())
     path = task().desired
-    first = external(tmp_path / "a", SPRINGS).evaluate(path)
-    again = external(tmp_path / "b", "exit(1)", reuse=str(tmp_path / "a" / "evaluations"))
-    assert np.array_equal(again.evaluate(path).wrench.wrench, first.wrench.wrench)
-    with pytest.raises(ProcessError, match="exit status 1"):
-        again.evaluate(path.displaced(np.full(6, 1e-12)))
+    if other == "path":
+        path = path.displaced(np.full(6, 1e-9))
+    else:
+        program += "# another"
+    assert external(tmp_path, program).evaluate(path).wrench.peak_force > 399.0
+    status = Path(f"/proc/{group}/stat")
+    assert not status.exists() or status.read_text().split()[2] == "Z"
+
+
+def test_where_the_program_is_killed_too_it_finds_its_restart_files(tmp_path):
+    """It counts to ten in steps that it keeps; killed after three, it goes on with the fourth."""
+    steps = (
+        "import sys\n"
+        "kept = pathlib.Path(sys.argv[1]) / 'steps'\n"
+        "done = int(kept.read_text()) if kept.exists() else 0\n"
+        "for step in range(done, 10):\n"
+        "    kept.write_text(str(step + 1))\n"
+        "    with open('../../steps', 'a') as f: f.write(f'{step} ')\n"
+        "    first = step == 2 and pathlib.Path('../../begun').read_text() == 'x'\n"
+        "    if first: pathlib.Path('begun').touch(); time.sleep(60.0)\n"
+    )
+    program = BEGUN.replace("pathlib.Path('begun').touch()\n", "") + steps + SPRINGS
+    command = ["{python}", "-c", program, "{restart}"]
+    folder = unfinished(tmp_path, program, command=command)
+    os.killpg(int((folder / "running").read_text()), signal.SIGKILL)
+    wait_until(lambda: not is_running(folder))
+    process = external(tmp_path, program, command=command)
+    assert process.evaluate(task().desired).wrench.peak_force > 399.0
+    assert (tmp_path / "steps").read_text().split() == [str(step) for step in range(10)]
+    assert begun(tmp_path) == 2
+    assert sorted(f.name for f in folder.parent.iterdir()) == ["0001"]
+    other = process.evaluate(task().desired.displaced(np.full(6, 1e-9)))  # has no restart files
+    assert other.wrench.peak_force > 399.0
+    assert (tmp_path / "steps").read_text().split()[10] == "0"
+
+
+def test_files_that_a_program_reads_belong_to_its_identity(tmp_path):
+    deck = tmp_path / "decks" / "sheet.inp"
+    deck.parent.mkdir()
+    found = set()
+    for text in ("*ELASTIC", "*PLASTIC", "*PLASTIC"):
+        deck.write_text(text)
+        for files in ([str(deck)], [str(deck.parent)]):
+            found.add(external(tmp_path, SPRINGS, files=files).identity)
+    assert len(found) == 4
+    one, two = (external(tmp_path, SPRINGS, time_limit_s=limit).identity for limit in (1.0, 2.0))
+    assert one == two
 
 
 def test_a_program_that_is_not_there_is_found_with_the_case(tmp_path):
     with pytest.raises(CaseError, match="there is no program 'abaqus-2099'"):
         external(tmp_path, "", command=["abaqus-2099"])
-    with pytest.raises(CaseError, match="is no folder"):
-        external(tmp_path, "", reuse=str(tmp_path / "nowhere"))
+    with pytest.raises(CaseError, match=r"nowhere: cannot be read: No such file"):
+        external(tmp_path, "", files=[str(tmp_path / "nowhere")])
 
 
 def counted(limit: int) -> str:
@@ -192,9 +299,13 @@ def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
     assert "evaluation 0001" in done.stderr
     assert "licence lost" in done.stderr
     assert "Traceback" not in done.stderr
-    (kept,) = tmp_path.glob("out.unfinished-*/evaluations/0001")
+    kept = tmp_path / "out" / "evaluations" / "0001"
     assert str(kept.parent) in done.stderr.replace("\n", "")
     assert (kept / "path.csv").is_file()
+    log = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert log["state"] == "failed"
+    assert "licence lost" in log["reason"]
+    assert "its run has not finished" in command("report", tmp_path / "out").stderr
 
 
 def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, External]:

@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from coupling.case import Case, load_case
+from coupling.case import load_case
+from coupling.cli.arguments import NoStore, StoreFolder, store_folder
+from coupling.cli.runs import conduct
 from coupling.events import Progress, Watch
-from coupling.report import write_report
 from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView
-from coupling.run.folder import new_run_folder, write_run
 from coupling.run.stored_run import RESULT
 from coupling.run.study import run_compensation
 from coupling.study.conduct import changed_table, opened, simulated
@@ -46,21 +46,19 @@ def study(
         bool, typer.Option("--couple", help="Evaluate the process for every robot as well.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Start a study anew.")] = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)
+    kept = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
     with locked(folder, overwrite), RunView(Console()) as view:
-        place = run or _own_run(case, folder / RUN, view.watch)
+        place = run or _own_run(case, folder / RUN, kept, view.watch)
         begun = opened(folder, loaded, table, place, couple)
-        try:
-            found = simulated(begun, crew, view.watch)
-        except KeyboardInterrupt as stop:  # Typer ends the program without a word
-            text = "stopped; " + "; ".join(getattr(stop, "__notes__", []))
-            Console(stderr=True).print(text, soft_wrap=True, markup=False)
-            raise
+        found = simulated(begun, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(begun, found)
         write_study_report(folder)
@@ -70,11 +68,8 @@ def study(
         raise typer.Exit(_NOT_CONVERGED)
 
 
-def _own_run(file: Path, folder: Path, watch: Watch) -> Path:
+def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
     if not (folder / RESULT).exists():
-        with new_run_folder(folder, False) as scratch:
-            case: Case = load_case(file, scratch, watch)
-            write_run(scratch, case, run_compensation(case, watch))
-            write_report(scratch)
+        conduct(file, folder, False, store, "compensate", run_compensation, watch)
     return folder

@@ -1,0 +1,6 @@
+"""python -m coupling.cli."""
+
+from coupling.cli import main
+
+if __name__ == "__main__":
+    main()

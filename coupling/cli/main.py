@@ -1,0 +1,79 @@
+"""All commands as one program, and what it says where one of them fails."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+from typing import Any
+
+import typer
+from rich.console import Console
+from typer.core import TyperGroup
+
+from coupling.cli import build, runs, store, study
+from coupling.errors import CouplingError
+from elastic_robot.errors import ElasticRobotError
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+class _StoppedError(Exception):
+    """The user has interrupted a command: typer would swallow a KeyboardInterrupt with its notes."""
+
+
+class _Commands(TyperGroup):
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as stop:
+            raise _StoppedError from stop
+
+
+app = typer.Typer(
+    cls=_Commands,
+    help="Elastic robot: build its FMU, couple it with a process, compensate its path.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+_COMMANDS = (
+    build.build,
+    build.ssp,
+    runs.couple,
+    runs.compensate,
+    study.study,
+    runs.report,
+    store.store,
+)
+for _command in _COMMANDS:
+    app.command()(_command)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; exit status 0 converged, 1 not converged, 2 bad input, 130 stopped."""
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        app(arguments)
+    except (CouplingError, ElasticRobotError) as error:
+        text = "\n".join([f"error: {error}", *_notes(error)])
+        Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
+        sys.exit(BAD_INPUT)
+    except (KeyboardInterrupt, _StoppedError) as stop:
+        kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
+        text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
+        Console(stderr=True).print(text, soft_wrap=True, markup=False)
+        sys.exit(INTERRUPTED)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Let the end that a batch system announces be as orderly as an interrupt by hand."""
+    raise KeyboardInterrupt
+
+
+def _notes(error: BaseException) -> list[str]:
+    """Return what was added to an error on its way here."""
+    return getattr(error, "__notes__", [])

@@ -1,0 +1,78 @@
+"""Files that are there whole or not at all, whatever ends the program or the machine."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+# Ending of a file that is not complete yet.
+PARTIAL = ".partial"
+
+
+class WholeFile:
+    """A file under a temporary name beside its own, which it gets when it is complete and on the disk.
+
+    Args:
+        file: The file; one that is there is replaced.
+        room: Room to take at once [bytes], so that a full disk is found before the work that fills it.
+
+    Raises:
+        OSError: If it cannot be made, or there is less room.
+
+    Example:
+        >>> import tempfile
+        >>> file = Path(tempfile.mkdtemp(), "figures.json")
+        >>> WholeFile(file).write([b"{", b"}"])
+        >>> file.read_bytes()
+        b'{}'
+    """
+
+    def __init__(self, file: Path, room: int = 0) -> None:
+        self._file = file
+        self._draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}{PARTIAL}")
+        self._stream = self._draft.open("xb")
+        try:
+            if room and hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(self._stream.fileno(), 0, room)
+        except BaseException:
+            self.discard()
+            raise
+
+    def write(self, parts: Iterable[bytes | memoryview]) -> None:
+        """Write the content; afterwards the file is there under its name.
+
+        Raises:
+            OSError: If it cannot be written; what was there before is then untouched.
+        """
+        try:
+            for part in parts:
+                self._stream.write(part)
+            self._stream.truncate()
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            self._stream.close()
+            os.replace(self._draft, self._file)
+        except BaseException:
+            self.discard()
+            raise
+        sync_folder(self._file.parent)
+
+    def discard(self) -> None:
+        """Remove what is there under the temporary name, if anything is."""
+        with suppress(OSError):  # closing writes what is left, and a full disk refuses
+            self._stream.close()
+        with suppress(OSError):
+            self._draft.unlink()
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk, where the system can."""
+    with suppress(OSError):  # not every file system knows this of folders
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)

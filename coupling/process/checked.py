@@ -1,0 +1,77 @@
+"""A process whose answers are checked: an author's mistake is an error that names the process."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from coupling.errors import CouplingError, ProcessError
+from coupling.path.histories import ToolPath
+from coupling.process.base import Answer, Process
+
+
+@dataclass(frozen=True)
+class CheckedProcess:
+    """A process, most likely the user's own, and what its answers must be.
+
+    Attributes:
+        process: The process.
+        name: Its name, as the case file has it.
+    """
+
+    process: Process
+    name: str
+
+    @property
+    def identity(self) -> str:
+        """Key of its answers."""
+        return self.process.identity
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the process's answer to a path.
+
+        Raises:
+            ProcessError: If it has none, fails, or gives what is no answer to the path.
+        """
+        try:
+            answer = self.process.evaluate(path)
+        except CouplingError:
+            raise
+        except Exception as cause:  # whatever is wrong with the author's code
+            where = traceback.extract_tb(cause.__traceback__)[-1]
+            raise ProcessError(
+                f"the process {self.name} failed: {type(cause).__name__}: {cause}"
+                f" ({Path(where.filename).name}, line {where.lineno})"
+            ) from cause
+        problem = _problem(answer, path)
+        if problem:
+            raise ProcessError(f"the process {self.name} answered badly: {problem}")
+        return answer
+
+
+def _problem(answer: object, path: ToolPath) -> str:
+    """Return what is wrong with an answer to a path, empty if nothing is."""
+    if not isinstance(answer, Answer):
+        return f"expected a coupling.process.Answer, got {type(answer).__name__}"
+    expected = (*path.pose.shape[:2], 6)
+    if answer.wrench.wrench.shape != expected:
+        return (
+            f"wrench: expected shape {expected}, (tools, samples, 6) of the path, got"
+            f" {answer.wrench.wrench.shape}"
+        )
+    if not np.array_equal(answer.wrench.time, path.time):
+        return "wrench: expected the times of the path, got times of its own"
+    if answer.wrench.spring is not None:
+        return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
+    if answer.stiffness is None:
+        return ""
+    expected = (*path.pose.shape[:2], 3, 3)
+    found = np.shape(answer.stiffness)
+    if found != expected:
+        return f"stiffness: expected shape {expected}, (tools, samples, 3, 3), got {found}"
+    if not np.all(np.isfinite(answer.stiffness)):
+        return "stiffness: expected finite values, got one that is not finite"
+    return ""

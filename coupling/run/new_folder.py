@@ -1,0 +1,153 @@
+"""The run folder while a run goes on: who may write it, and when it takes the place of a result.
+
+A new run works in its own folder, where `run.json` tells how far it is.  One that is to replace a
+result works beside it, in `<name>.unfinished`, and changes places with it at its end, so that there is
+a whole result at every moment.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from coupling.errors import ResultError
+from coupling.files.whole_file import PARTIAL, sync_folder
+from coupling.process.base import EVALUATIONS
+from coupling.run.run_log import is_finished, is_run, read_log
+from coupling.run.stored_run import RESULT, RUN
+
+
+@contextmanager
+def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
+    """Give the folder to work in, which is `folder` or becomes it where the block ends well.
+
+    What a run that was killed has left is taken over.  A block that fails leaves the folder only where
+    something was computed, and a note on the error tells where.
+
+    Raises:
+        ResultError: If another run is at it, `folder` exists and may not be replaced, or it cannot be
+            written.
+    """
+    target = folder.resolve()
+    lock = FileLock(target.with_name(f"{target.name}.lock"))
+    beside = target.with_name(f"{target.name}.unfinished")
+    replaced = target.with_name(f".{target.name}.replaced")
+    with _errors(folder):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=target.parent).close()  # it can be written
+        try:
+            lock.acquire(timeout=0)
+        except Timeout:
+            raise ResultError(f"{folder}: {_who(target, beside)}") from None
+    try:
+        with _errors(folder):
+            _put_right(target, beside, replaced)
+            _require_free(folder, overwrite)
+            work = beside if is_finished(target) else target
+            if _is_filled(work) and not is_run(work):
+                raise ResultError(f"{work}: holds files that are not a result: name another folder")
+            clear_for_work(work)
+        try:
+            with _errors(folder):
+                yield work
+        except BaseException as error:  # an interrupt as well: what was computed is worth finding
+            _leave(work, error)
+            raise
+        with _errors(folder):
+            if work is not target:
+                os.rename(target, replaced)
+                os.rename(work, target)
+                sync_folder(target.parent)
+                shutil.rmtree(replaced)
+    finally:
+        with suppress(OSError):
+            os.unlink(lock.lock_file)
+        lock.release()
+
+
+def _put_right(target: Path, beside: Path, replaced: Path) -> None:
+    """Clean up after a run that was killed while it changed places with a result."""
+    if is_run(replaced):
+        if target.exists():
+            shutil.rmtree(replaced)
+        else:
+            os.rename(replaced, target)
+    if is_run(beside) and not _is_filled(target):  # its result has been removed meanwhile
+        if target.exists():
+            target.rmdir()
+        os.rename(beside, target)
+
+
+def _require_free(folder: Path, overwrite: bool) -> None:
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise ResultError(f"{folder}: expected the name of a folder, got a file")
+    if not _is_filled(folder):
+        return
+    if not is_run(folder):
+        raise ResultError(f"{folder}: holds files that are not a result: name another folder")
+    if is_finished(folder) and not overwrite:
+        raise ResultError(f"{folder}: holds a result already: add --overwrite to replace it")
+
+
+def _is_filled(folder: Path) -> bool:
+    return folder.exists() and any(folder.iterdir())
+
+
+# What a run writes at its end, into its folder or into those of its robots.
+_WRITTEN = ("*.csv", "workpiece_*.vtu", "case.toml", RESULT, "report.html", f"*{PARTIAL}")
+
+
+def clear_for_work(work: Path) -> None:
+    """Make the folder of a run, and remove from it the files of a result, which may be half of one.
+
+    Raises:
+        OSError: If something cannot be removed.
+    """
+    work.mkdir(exist_ok=True)
+    robots = [file.parent for file in work.glob("*/desired.csv")]
+    for folder in (work, *robots):
+        for pattern in _WRITTEN:
+            for file in folder.glob(pattern):
+                file.unlink()
+    for folder in robots:
+        with suppress(OSError):  # holds files of the user
+            folder.rmdir()
+
+
+def _leave(work: Path, error: BaseException) -> None:
+    """Remove the folder of a run that has computed nothing; say what there is in another one."""
+    if (work / EVALUATIONS).exists():
+        error.add_note(f"what the process computed is kept in {work / EVALUATIONS}")
+    elif not read_log(work).get("answers"):
+        with suppress(OSError):  # holds files of the user
+            clear_for_work(work)
+            (work / RUN).unlink(missing_ok=True)
+            work.rmdir()
+
+
+def _who(*places: Path) -> str:
+    """Return which run is at a folder, in words."""
+    logs = [log for log in map(read_log, places) if log.get("state") == "running"]
+    if not logs:
+        return "another run writes it: wait for its end, or name another folder"
+    log = logs[0]
+    return (
+        f"process {log.get('pid')} on {log.get('host')} writes it since {log.get('started')}: wait for"
+        " its end, or name another folder"
+    )
+
+
+@contextmanager
+def _errors(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as cause:
+        raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause

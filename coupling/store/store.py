@@ -1,0 +1,232 @@
+"""The folder that keeps answers: one file each, shared by runs, studies and machines."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from coupling.errors import StoreError
+from coupling.events import Event, Warned, Watch, unwatched
+from coupling.files.whole_file import PARTIAL, WholeFile
+from coupling.process.base import Answer
+from coupling.store.entry import About, DamagedError, checked, decoded, encoded, read_about
+
+ENTRY, DAMAGED = ".answer", ".damaged"
+# Folder in the store for the locks of keys, and for who holds them.
+LOCKS = "locks"
+_KEY = re.compile(r"[0-9a-f]{64}")
+# Bytes that hold an entry's first two lines, with a name for each of some hundred fields.
+_HEAD = 20_000
+# Between two looks at a lock that another one holds [s].
+_LOOK = 0.1
+
+
+@dataclass(frozen=True)
+class Waits(Event):
+    """Another process computes the same evaluation; this one waits for its answer.
+
+    Attributes:
+        text: Who does, since when.
+    """
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An answer in the store.
+
+    Attributes:
+        file: Its file.
+        size: [bytes].
+        used: When it was written or last used [s since 1970].
+        about: What it says about itself; None where it cannot be read.
+    """
+
+    file: Path
+    size: int
+    used: float
+    about: About | None
+
+    @property
+    def key(self) -> str:
+        """Its key."""
+        return self.file.name.removesuffix(ENTRY)
+
+    def problem(self) -> str:
+        """Return what is wrong with it, empty if nothing is."""
+        try:
+            checked(self.file.read_bytes(), self.key)
+        except DamagedError as cause:
+            return str(cause)
+        except OSError as cause:
+            return f"cannot be read: {cause.strerror or cause}"
+        return ""
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder of answers by key; made when the first one is written.
+
+    Attributes:
+        folder: The folder.
+        watch: Function that is told of damaged entries, and what is waited for.
+    """
+
+    folder: Path
+    watch: Watch = unwatched
+
+    def entries(self) -> list[Entry]:
+        """Return what is in the store, the entry that was used last at the end.
+
+        Raises:
+            StoreError: If the folder cannot be read.
+        """
+        found = []
+        with self._errors("read"):
+            for file in self.folder.iterdir():
+                if file.name.endswith(ENTRY) and _KEY.fullmatch(file.name.removesuffix(ENTRY)):
+                    with suppress(FileNotFoundError):  # cleared in the meantime
+                        found.append(_entry(file))
+        return sorted(found, key=lambda entry: entry.used)
+
+    def read(self, key: str) -> Answer | None:
+        """Return the answer that is kept under a key, or None where there is none that is sound.
+
+        Raises:
+            StoreError: If the folder cannot be read.
+        """
+        with suppress(DamagedError):
+            return self._read(key)
+        return None
+
+    @contextmanager
+    def claimed(self, key: str) -> Iterator[Answer | None]:
+        """Hold a key while its answer is computed; another process that needs it waits meanwhile.
+
+        Gives the answer where it has come in the meantime.  An entry that is damaged is set aside.
+
+        Raises:
+            StoreError: If the store cannot be written.
+        """
+        with self._errors("written"):
+            (self.folder / LOCKS).mkdir(parents=True, exist_ok=True)
+            lock = FileLock(self._lock(key))
+            owner = self._lock(key).with_suffix(".owner")
+            self._acquire(lock, owner)
+        try:
+            with suppress(OSError):  # only told to those who wait
+                owner.write_text(json.dumps([platform.node(), os.getpid(), time.time()]))
+            yield self._found(key)
+        finally:
+            with suppress(OSError):
+                owner.unlink()
+            lock.release()
+
+    def room(self, key: str, size: int) -> WholeFile:
+        """Take room for an answer before it is computed; its key is to be held.
+
+        Args:
+            key: The key.
+            size: What the answer takes at least [bytes].
+
+        Raises:
+            StoreError: If the disk is full or the store cannot be written.
+        """
+        with self._errors("written"):
+            for left in self.folder.glob(f"{key}{ENTRY}.*{PARTIAL}"):
+                left.unlink(missing_ok=True)  # of a process that was killed
+            return WholeFile(self._file(key), size)
+
+    def write(self, file: WholeFile, answer: Answer, about: About) -> None:
+        """Keep an answer, in the room that was taken for it.
+
+        Raises:
+            StoreError: If it cannot be written.
+        """
+        with self._errors("written"):
+            try:
+                file.write(encoded(answer, about))
+            except TypeError as cause:
+                file.discard()
+                raise StoreError(f"the answer cannot be kept: {cause}") from cause
+
+    def _read(self, key: str) -> Answer | None:
+        try:
+            answer = decoded(self._file(key).read_bytes(), key)
+        except FileNotFoundError:
+            return None
+        except OSError as cause:
+            raise StoreError(
+                f"{self._file(key)}: cannot be read: {cause.strerror or cause}"
+            ) from cause
+        except DamagedError:
+            raise
+        except Exception as cause:  # its checksum is right, but this program did not write it
+            raise DamagedError(f"is no answer: {cause}") from cause
+        with suppress(OSError):  # a store that may only be read
+            os.utime(self._file(key))
+        return answer
+
+    def _found(self, key: str) -> Answer | None:
+        """Return the answer that is kept, and set a damaged entry aside."""
+        try:
+            return self._read(key)
+        except DamagedError as cause:
+            file = self._file(key)
+            aside = file.with_suffix(DAMAGED)
+            with self._errors("written"):
+                os.replace(file, aside)
+            text = f"{file}: {cause}: it is set aside as {aside.name}, and computed anew"
+            self.watch(Warned(text))
+        return None
+
+    def _acquire(self, lock: FileLock, owner: Path) -> None:
+        try:
+            lock.acquire(timeout=0)
+            return
+        except Timeout:
+            self.watch(Waits(f"waiting for {_owner(owner)}, which computes the same evaluation"))
+        lock.acquire(timeout=-1, poll_interval=_LOOK)
+
+    def _file(self, key: str) -> Path:
+        return self.folder / f"{key}{ENTRY}"
+
+    def _lock(self, key: str) -> Path:
+        return self.folder / LOCKS / f"{key}.lock"
+
+    @contextmanager
+    def _errors(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as cause:
+            reason = cause.strerror or cause
+            raise StoreError(f"{self.folder}: the store cannot be {what}: {reason}") from cause
+
+
+def _entry(file: Path) -> Entry:
+    status = file.stat()
+    about = None
+    with suppress(OSError, DamagedError), file.open("rb") as stream:
+        about = read_about(stream.read(_HEAD))
+    return Entry(file, status.st_size, status.st_mtime, about)
+
+
+def _owner(file: Path) -> str:
+    """Return who holds a lock, in words."""
+    try:
+        host, process, since = json.loads(file.read_text())
+        moment = datetime.fromtimestamp(float(since)).strftime("%Y-%m-%d %H:%M:%S")
+    except (OSError, ValueError, TypeError):
+        return "another process"
+    return f"process {process} on {host}, since {moment}"

@@ -1,0 +1,139 @@
+"""A process whose answers are kept."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from coupling.errors import StoreError
+from coupling.events import Event, Warned, Watch, unwatched
+from coupling.path.histories import ToolPath
+from coupling.process.base import Answer, Process
+from coupling.store.entry import About, answer_key, plain, size_of
+from coupling.store.store import Store
+
+
+@dataclass(frozen=True)
+class Answered(Event):
+    """A process has answered, or the store has in its place.
+
+    Attributes:
+        key: Key of the answer; empty where the process has no identity.
+        origin: "computed", or "store".
+        seconds: Time that it took [s].
+    """
+
+    key: str
+    origin: Literal["computed", "store"]
+    seconds: float
+
+
+_CHANGED = (
+    "a file that the process's answers depend on has changed since the run began: the answer is used,"
+    " but not kept (a file that the program writes to cannot be a word of its command)"
+)
+
+
+class StoredProcess:
+    """A process that answers from a store where it can, and whose answers are kept before they are used.
+
+    Room for an answer is taken before it is computed, so that a full disk is found first.  An answer
+    that cannot be kept all the same is used, and kept as soon as there is room.
+
+    Args:
+        process: The process; without an identity it is evaluated every time.
+        store: The store; None: every answer is computed.
+        watch: Function that is told of every answer.
+        name: Name of the process, for people.
+        identify: Function that finds the identity of the process anew; where that is another one after
+            an evaluation, as a file of the process has changed, its answer is not kept.
+    """
+
+    def __init__(
+        self,
+        process: Process,
+        store: Store | None,
+        watch: Watch = unwatched,
+        name: str = "",
+        identify: Callable[[], str] | None = None,
+    ) -> None:
+        self._process, self._store, self._watch = process, store, watch
+        self._identify = identify or (lambda: process.identity)
+        self._name = name or type(process).__name__
+        self._pending: dict[str, tuple[Answer, About]] = {}
+
+    @property
+    def identity(self) -> str:
+        """Key of its answers, that of the process."""
+        return self._process.identity
+
+    @property
+    def unkept(self) -> int:
+        """Number of answers that could not be kept so far."""
+        return len(self._pending)
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the process's answer to a path, computed only where it is not kept.
+
+        Raises:
+            ProcessError: If the process has no answer.
+            StoreError: If the store cannot be read, or has no room for another answer.
+        """
+        self.settle()
+        start, key = time.perf_counter(), answer_key(self.identity, path)
+        answer = None if self._store is None or not key else self._kept(self._store, key)
+        origin: Literal["computed", "store"] = "computed" if answer is None else "store"
+        if answer is None:
+            if self._store is None or not key:
+                answer = plain(self._process.evaluate(path))
+            else:
+                answer, origin = self._claimed(self._store, key, path)
+        self._watch(Answered(key, origin, time.perf_counter() - start))
+        return answer
+
+    def settle(self) -> None:
+        """Try again to keep what could not be kept."""
+        if self._store is None:
+            return
+        for key, (answer, about) in list(self._pending.items()):
+            try:
+                self._store.write(self._store.room(key, 0), answer, about)
+            except StoreError:
+                continue
+            del self._pending[key]
+
+    def _kept(self, store: Store, key: str) -> Answer | None:
+        return self._pending[key][0] if key in self._pending else store.read(key)
+
+    def _claimed(
+        self, store: Store, key: str, path: ToolPath
+    ) -> tuple[Answer, Literal["computed", "store"]]:
+        """Return the answer, computed by this process or by another one that was quicker."""
+        with store.claimed(key) as answer:
+            if answer is not None:
+                return answer, "store"
+            file = store.room(key, size_of(path))
+            start = time.perf_counter()
+            try:
+                answer = plain(self._process.evaluate(path))
+                changed = self._identify() != self.identity
+            except BaseException:
+                file.discard()
+                raise
+            if changed:
+                file.discard()
+                self._watch(Warned(_CHANGED))
+                return answer, "computed"
+            tools, samples = path.pose.shape[:2]
+            seconds = time.perf_counter() - start
+            host, now = platform.node(), time.time()
+            about = About(key, self._name, samples, tools, seconds, host, now)
+            try:
+                store.write(file, answer, about)
+            except StoreError as cause:
+                self._pending[key] = answer, about
+                self._watch(Warned(f"{cause}; the answer is used, and kept as soon as it can be"))
+            return answer, "computed"

@@ -1,0 +1,266 @@
+"""Runs that are killed go on: what was finished is not computed again, and the result is the same."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from killing import (
+    Started,
+    counts,
+    files_of,
+    log_of,
+    logged_case,
+    start,
+    wait_until,
+)
+
+from coupling.process.evaluation_folder import UNFINISHED
+from coupling.process.program import RUNNING, STATUS
+from coupling.run.run_log import read_log
+
+# Time that the process works on a path [s]; a run evaluates it four times.
+WORK = 0.1
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case, and what a run of it leaves that nobody disturbs.
+
+    Attributes:
+        case: Its file.
+        files: Result files of the run.
+        log: What its process has logged.
+        length: Time that the run takes [s].
+    """
+
+    case: Path
+    files: dict[str, bytes]
+    log: list[tuple[str, str]]
+    length: float
+
+    def forget(self) -> None:
+        """Begin a new log."""
+        (self.case.parent / "log.txt").unlink(missing_ok=True)
+
+    @property
+    def told(self) -> list[tuple[str, str]]:
+        """The log."""
+        return log_of(self.case.parent)
+
+    def run(self, folder: Path, *more: object) -> Started:
+        return start(folder / "output.txt", "couple", self.case, "-o", folder / "run", *more)
+
+
+@pytest.fixture(scope="module")
+def task(tmp_path_factory) -> Task:
+    folder = tmp_path_factory.mktemp("undisturbed")
+    case = logged_case(folder / "case", WORK)
+    for number in ("first", "second"):  # the first one imports all
+        place = folder / number
+        place.mkdir()
+        found = Task(case, {}, [], 0.0)
+        found.forget()
+        begin = time.monotonic()
+        assert found.run(place).status() == 0, (place / "output.txt").read_text()
+        length = time.monotonic() - begin
+    return Task(case, files_of(place / "run"), found.told, length)
+
+
+def finishes(task: Task, folder: Path) -> None:
+    """Run to the end where that is not reached yet, and compare with what nobody has disturbed."""
+    if read_log(folder / "run").get("state") != "finished":
+        assert task.run(folder).status() == 0, (folder / "output.txt").read_text()
+    found = files_of(folder / "run")
+    assert set(found) == set(task.files)
+    assert [name for name in found if found[name] != task.files[name]] == []
+    assert read_log(folder / "run")["state"] == "finished"
+
+
+def test_an_undisturbed_run_computes_every_path_once(task):
+    once = dict.fromkeys(counts(task.log, "begin"), 1)
+    assert len(once) >= 4
+    assert counts(task.log, "begin") == counts(task.log, "end") == once
+    keys = json.loads(task.files["result.json"])["evaluation_keys"]
+    assert len(keys) == len(set(keys)) == len(once)
+
+
+def test_runs_killed_at_any_moment_go_on_and_compute_every_path_once(task, tmp_path):
+    """14 kills of the runs alone: their programs go on, and whoever comes next waits for them."""
+    kills, chance = 0, random.Random(14)
+    while kills < 14:
+        folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
+        folder.mkdir()
+        task.forget()
+        run = task.run(folder)
+        while kills < 14 and not run.ends_within(chance.uniform(0.0, task.length)):
+            run.kill()
+            kills += 1
+            run = task.run(folder)
+        run.status()
+        finishes(task, folder)
+        assert counts(task.told, "begin") == counts(task.log, "begin")
+        assert counts(task.told, "end") == counts(task.log, "end")
+
+
+def kill_with_program(run: Started, folder: Path) -> None:
+    """Kill a run, and the program that it has started."""
+    run.kill()
+    for running in folder.glob(f"run/evaluations/*/{RUNNING}"):
+        with suppress(ProcessLookupError, ValueError):
+            os.killpg(int(running.read_text()), signal.SIGKILL)
+
+
+def finished_in(folder: Path) -> set[str]:
+    """Return the paths whose evaluation has finished, by the status that its program has left."""
+    paths = set()
+    for path in folder.glob("run/evaluations/[0-9]*/path.csv"):
+        ended = (path.parent / STATUS).exists()
+        if ended or not (path.parent / UNFINISHED).exists():
+            paths.add(digest_of(path))
+    return paths
+
+
+def digest_of(path: Path) -> str:
+    mark = path.parent / UNFINISHED
+    mark = mark if mark.exists() else path.parent / "evaluation.json"
+    return json.loads(mark.read_text())["path.csv"]
+
+
+def test_where_the_program_is_killed_too_only_that_evaluation_begins_again(task, tmp_path):
+    """6 kills of run and program, as where a machine fails."""
+    kills, chance = 0, random.Random(6)
+    while kills < 6:
+        folder = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
+        folder.mkdir()
+        task.forget()
+        finished, begun = set(), counts([], "begin")
+        while kills < 6:
+            run = task.run(folder)
+            if run.ends_within(chance.uniform(0.3, 1.0) * task.length):
+                break
+            kill_with_program(run, folder)
+            kills += 1
+            assert finished.isdisjoint(counts(task.told, "begin") - begun)
+            finished, begun = finished_in(folder), counts(task.told, "begin")
+        finishes(task, folder)
+        assert finished.isdisjoint(counts(task.told, "begin") - begun)
+        assert set(counts(task.told, "end")) == set(counts(task.log, "end"))
+        assert list(folder.glob("run/evaluations/*.unfinished")) == []
+
+
+def computing(task: Task, folder: Path, evaluations: int) -> Callable[[], bool]:
+    """Return what tells whether a run has begun so many evaluations."""
+    return lambda: len(counts(task.told, "begin")) >= evaluations and (folder / "run").exists()
+
+
+def test_a_run_tells_how_far_it_is_and_a_second_one_on_its_folder_is_refused(task, tmp_path):
+    task.forget()
+    run = task.run(tmp_path)
+    wait_until(computing(task, tmp_path, 2))
+    log = read_log(tmp_path / "run")
+    assert (log["state"], log["pid"], log["host"]) == ("running", run.process.pid, os.uname()[1])
+    assert [answer["from"] for answer in log["answers"]] == ["computed"]
+    assert log["evaluations"][0]["path_change_max_m"] > 0.0
+    second = start(tmp_path / "second.txt", "couple", task.case, "-o", tmp_path / "run")
+    assert second.status() == 2
+    said = (tmp_path / "second.txt").read_text()
+    assert f"process {run.process.pid} on {os.uname()[1]} writes it since" in said
+    assert "Traceback" not in said
+    assert run.status() == 0
+    assert files_of(tmp_path / "run") == task.files
+
+
+def test_two_runs_with_one_store_compute_every_path_once(task, tmp_path):
+    task.forget()
+    runs = [
+        start(
+            tmp_path / f"{name}.txt",
+            *("couple", task.case, "-o", tmp_path / name, "--store", tmp_path / "kept"),
+        )
+        for name in ("one", "two")
+    ]
+    assert [run.status() for run in runs] == [0, 0]
+    assert counts(task.told, "begin") == counts(task.log, "begin")
+    assert files_of(tmp_path / "one") == files_of(tmp_path / "two") == task.files
+    origins = [
+        answer["from"] for name in ("one", "two") for answer in read_log(tmp_path / name)["answers"]
+    ]
+    assert sorted(origins) == ["computed"] * 4 + ["store"] * 4
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_says_what_is_kept_and_how_to_go_on(task, tmp_path, number):
+    task.forget()
+    run = task.run(tmp_path)
+    wait_until(computing(task, tmp_path, 3))
+    run.send(number)
+    assert run.status() == 130
+    said = (tmp_path / "output.txt").read_text()
+    assert "stopped; " in said
+    kept = f"answers of the process so far, kept in {tmp_path / 'store'}: 2; the same command goes"
+    assert kept in said.replace("\n", " ")
+    assert "Traceback" not in said
+    assert "Aborted" not in said
+    assert read_log(tmp_path / "run")["state"] == "interrupted"
+    finishes(task, tmp_path)
+    again = counts(task.told, "begin") - counts(task.log, "begin")
+    assert sum(again.values()) == 1  # the one that was interrupted
+
+
+def test_other_tolerances_use_what_fits(task, tmp_path):
+    """A finer tolerance goes on from the last evaluation of a coarser one."""
+    assert task.run(tmp_path).status() == 0
+    text = task.case.read_text()
+    task.forget()
+    finer = task.case.with_name("finer.toml")
+    finer.write_text(text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-13"))
+    run = start(tmp_path / "finer.txt", "couple", finer, "-o", tmp_path / "finer")
+    assert run.status() in (0, 1)
+    answers = [answer["from"] for answer in read_log(tmp_path / "finer")["answers"]]
+    assert answers[:5] == ["store"] * 4 + ["computed"]
+
+
+def test_a_result_is_whole_at_every_moment_while_it_is_replaced(task, tmp_path):
+    """The old one stays until the new one is there, and a killed run puts it back."""
+    assert task.run(tmp_path).status() == 0
+    result = files_of(tmp_path / "run")
+    task.forget()
+    run = task.run(tmp_path, "--overwrite", "--no-store")
+    wait_until(lambda: len(counts(task.told, "begin")) >= 2)
+    assert files_of(tmp_path / "run") == result
+    assert read_log(tmp_path / "run.unfinished")["state"] == "running"
+    run.kill()
+    assert task.run(tmp_path).status() == 2  # the old one is protected as ever
+    assert files_of(tmp_path / "run") == result
+    (tmp_path / "run").rename(tmp_path / ".run.replaced")  # as if killed between two renames
+    assert task.run(tmp_path).status() == 2
+    assert files_of(tmp_path / "run") == result
+    assert task.run(tmp_path, "--overwrite").status() == 0
+    assert files_of(tmp_path / "run") == result
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["output.txt", "run", "store"]
+
+
+def test_files_of_the_user_are_left_alone(task, tmp_path):
+    """In a folder that is taken over, and beside one that is replaced."""
+    run = task.run(tmp_path)
+    wait_until(lambda: read_log(tmp_path / "run").get("answers"))
+    run.kill()
+    (tmp_path / "run" / "notes.txt").write_text("mine")
+    assert task.run(tmp_path).status() == 0
+    assert (tmp_path / "run" / "notes.txt").read_text() == "mine"
+    (tmp_path / "run.unfinished").mkdir()
+    (tmp_path / "run.unfinished" / "thesis.csv").write_text("mine")
+    assert task.run(tmp_path, "--overwrite").status() == 2
+    assert "run.unfinished: holds files that are not a result" in (
+        (tmp_path / "output.txt").read_text().replace("\n", " ")
+    )
+    assert (tmp_path / "run.unfinished" / "thesis.csv").read_text() == "mine"

@@ -1,0 +1,178 @@
+"""Runs that are killed: commands in processes that are forked from one that has imported all."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from places import LINE_CASE
+
+PROGRAM = Path(__file__).parent / "logged_program.py"
+# What is about the run itself, and differs between two runs of one case.
+OF_THE_RUN = ("run.json", "evaluations")
+
+_context = multiprocessing.get_context("forkserver")
+_context.set_forkserver_preload(["coupling.cli"])
+
+
+def _command(arguments: Sequence[str], output: Path) -> None:
+    """What the child does: the command, its output in a file."""
+    from coupling.cli import main
+
+    with output.open("a") as stream:
+        for number in (1, 2):
+            os.dup2(stream.fileno(), number)
+        main(list(arguments))
+
+
+@dataclass(frozen=True)
+class Started:
+    """A command that runs.
+
+    Attributes:
+        process: Its process.
+        output: File with all that it prints.
+    """
+
+    process: multiprocessing.process.BaseProcess
+    output: Path
+
+    def kill(self) -> None:
+        """Kill it, and nothing that it has started."""
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.process.pid or 0, signal.SIGKILL)
+        self.process.join()
+
+    def send(self, number: int) -> None:
+        os.kill(self.process.pid or 0, number)
+
+    def ends_within(self, seconds: float) -> bool:
+        self.process.join(seconds)
+        return self.process.exitcode is not None
+
+    def status(self) -> int | None:
+        """Wait for its end and return its exit status."""
+        self.process.join()
+        return self.process.exitcode
+
+
+def start(output: Path, *arguments: object) -> Started:
+    """Start a command of elastic-robot."""
+    words = [str(argument) for argument in arguments]
+    process = _context.Process(target=_command, args=(words, output), daemon=True)
+    process.start()
+    return Started(process, output)
+
+
+def wait_until(condition, seconds: float = 60.0) -> None:
+    """Wait for something to become true."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """Return the result files of a run: all but what is about the run itself."""
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file() and file.relative_to(folder).parts[0] not in OF_THE_RUN
+    }
+
+
+def logged_case(folder: Path, seconds: float, program: str = "") -> Path:
+    """Write a short case whose process logs its evaluations in log.txt of the folder; return its file.
+
+    Args:
+        folder: Place of the case.
+        seconds: Time that the process works on a path [s].
+        program: Text of the process's program instead of logged_program.py.
+    """
+    folder.mkdir(exist_ok=True)
+    (folder / "program.py").write_text(program or PROGRAM.read_text())
+    text = LINE_CASE.read_text()
+    head, tail = text[: text.index("[process]")], text[text.index("[coupling]") :]
+    words = [sys.executable, "-S", "{case}/program.py", str(seconds)]
+    process = f'[process]\nmodel = "external"\ncommand = {words!r}\ntime_limit_s = 60.0\n\n'
+    case = folder / "case.toml"
+    case.write_text(head + process + tail)
+    return case
+
+
+def log_of(folder: Path) -> list[tuple[str, str]]:
+    """Return what the process has logged: what happened, to which path."""
+    file = folder / "log.txt"
+    lines = file.read_text().splitlines() if file.exists() else []
+    return [(line.split()[0], line.split()[1]) for line in lines]
+
+
+def counts(log: Sequence[tuple[str, str]], what: str) -> Counter[str]:
+    """Return how often something happened to every path."""
+    return Counter(path for happened, path in log if happened == what)
+
+
+def start_function(function, *arguments: object) -> multiprocessing.process.BaseProcess:
+    """Call a function of this module in a process of its own."""
+    process = _context.Process(target=function, args=arguments, daemon=True)
+    process.start()
+    return process
+
+
+def nothing() -> None:
+    """Let the process that others are forked from start."""
+
+
+def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
+    """Evaluate a process with a store, and be killed at a stage of writing its entry."""
+    import numpy as np
+
+    from coupling.files import whole_file
+    from coupling.path.histories import ToolPath, WrenchHistory
+    from coupling.process import Answer
+    from coupling.store import Store, StoredProcess
+
+    def die(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    class Dying:
+        identity = who
+
+        def evaluate(self, path: ToolPath) -> Answer:
+            if stage == "opened":
+                die()
+            return Answer(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
+
+    class Os:
+        fsync = staticmethod(die if stage == "written" else os.fsync)
+        replace = staticmethod(die if stage == "synced" else os.replace)
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(os, name)
+
+    whole_file.os = Os()
+    if stage == "renamed":
+        whole_file.sync_folder = die
+    pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
+    path = ToolPath(np.linspace(0.0, 1.0, 50), pose)
+    StoredProcess(Dying(), Store(folder)).evaluate(path)
+
+
+def hold_a_scratch_folder(place: Path) -> None:
+    """Make a temporary folder in a place, and sleep."""
+    import tempfile
+
+    from coupling.files.scratch import ScratchFolder
+
+    tempfile.tempdir = str(place)
+    with ScratchFolder() as folder:
+        (folder / "robot.fmu").write_text("")
+        time.sleep(600.0)

@@ -1,0 +1,101 @@
+"""An author's mistake in a process of his own is an error that names it, not a traceback."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import command
+from places import LINE_CASE
+
+from coupling.errors import CaseError, ProcessError
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process import Answer
+from coupling.process.checked import CheckedProcess
+
+PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
+
+
+def answer(n: int = 5, tools: int = 1, stiffness: object = None, late: float = 0.0) -> Answer:
+    wrench = WrenchHistory(np.linspace(0.0, 1.0 + late, n), np.zeros((tools, n, 6)))
+    return Answer(wrench, stiffness=stiffness)
+
+
+MISTAKES = {
+    "None": (None, "expected a coupling.process.Answer, got NoneType"),
+    "a wrench": (answer().wrench, "expected a coupling.process.Answer, got WrenchHistory"),
+    "too short": (answer(4), r"wrench: expected shape \(1, 5, 6\), .* got \(1, 4, 6\)"),
+    "two tools": (answer(tools=2), r"wrench: expected shape \(1, 5, 6\), .* got \(2, 5, 6\)"),
+    "own times": (
+        answer(late=1e-9),
+        "wrench: expected the times of the path, got times of its own",
+    ),
+    "a spring": (
+        Answer(replace(answer().wrench, spring=object())),  # type: ignore[arg-type]
+        "wrench: expected no spring",
+    ),
+    "stiffness": (
+        answer(stiffness=np.zeros((5, 3, 3))),
+        r"stiffness: expected shape \(1, 5, 3, 3\), .* got \(5, 3, 3\)",
+    ),
+    "a number": (answer(stiffness=1e5), r"stiffness: expected shape .* got \(\)"),
+    "NaN": (answer(stiffness=np.full((1, 5, 3, 3), np.nan)), "stiffness: expected finite values"),
+}
+
+
+class Own:
+    identity = ""
+
+    def __init__(self, says: object) -> None:
+        self.says = says
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        if isinstance(self.says, Exception):
+            raise self.says
+        return self.says  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_bad_answer_is_named(name):
+    says, words = MISTAKES[name]
+    with pytest.raises(ProcessError, match=f"the process mine answered badly: {words}"):
+        CheckedProcess(Own(says), "mine").evaluate(PATH)
+
+
+def test_a_good_answer_passes():
+    good = answer(stiffness=np.zeros((1, 5, 3, 3)))
+    assert CheckedProcess(Own(good), "mine").evaluate(PATH) is good
+
+
+def test_what_fails_in_it_is_named_with_its_line():
+    with pytest.raises(ProcessError, match=r"mine failed: KeyError: 'x' \(test_checked.py, line"):
+        CheckedProcess(Own(KeyError("x")), "mine").evaluate(PATH)
+    with pytest.raises(CaseError, match="as it is"):
+        CheckedProcess(Own(CaseError("as it is")), "mine").evaluate(PATH)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("return None", "answered badly: expected a coupling.process.Answer"),
+        ("return path.forces", "failed: AttributeError: 'ToolPath' object has no attribute"),
+    ],
+)
+def test_the_command_says_so_in_one_message(tmp_path, line, words):
+    (tmp_path / "own.py").write_text(
+        "from coupling.process import Identified, ProcessTable\n"
+        "class Own(Identified):\n"
+        f"    def evaluate(self, path): {line}\n"
+        "class Table(ProcessTable):\n"
+        "    def process(self, task): return Own(identity=self.identity(task))\n"
+    )
+    text = LINE_CASE.read_text()
+    text = text.replace('"elastic-wall"', '"own.py:Table"').replace("stiffness_N_m = 2.0e5", "")
+    (tmp_path / "case.toml").write_text(text)
+    done = command("couple", tmp_path / "case.toml", "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert words in " ".join(done.stderr.split())
+    assert "own.py:Table" in done.stderr.replace("\n", "")
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,183 @@
+"""An answer in the store: every bit of it survives, and every changed bit is noticed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.workpiece import Workpiece
+from coupling.process import Answer
+from coupling.process import base as process_base
+from coupling.store import Store, entry
+from coupling.store.entry import About, DamagedError, answer_key, decoded, encoded, plain
+
+KEY = "a" * 64
+ABOUT = About(KEY, "a wall", 3, 1, 12.5, "host", 1.8e9)
+RNG = np.random.default_rng(3)
+
+
+def path(n: int = 3, tools: int = 1) -> ToolPath:
+    pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (tools, n, 1))
+    return ToolPath(np.linspace(0.0, 1.0, n), pose)
+
+
+def answer(**changes: object) -> Answer:
+    """An answer with all that one can have."""
+    points = RNG.standard_normal((4, 3))
+    piece = Workpiece(
+        points,
+        np.array([[0, 1, 2], [1, 2, 3]], dtype=np.int32),
+        {"height [m]": np.array([0.0, -0.0, np.nan, np.inf]), "at point x": np.arange(4.0)},
+        {"layer": np.array([1, 2], dtype=np.uint8), "": np.array([True, False])},
+    )
+    wrench = WrenchHistory(np.linspace(0.0, 1.0, 3), RNG.standard_normal((2, 3, 6)))
+    whole = Answer(wrench, piece, 0.1, RNG.standard_normal((2, 3, 3, 3)))
+    return replace(whole, **changes)
+
+
+def content(kept: Answer) -> bytes:
+    return b"".join(encoded(plain(kept), ABOUT))
+
+
+def parts(found: Answer) -> dict[str, np.ndarray]:
+    named = {"time": found.wrench.time, "wrench": found.wrench.wrench}
+    if found.stiffness is not None:
+        named["stiffness"] = found.stiffness
+    if found.workpiece is not None:
+        named |= {"points": found.workpiece.points, "cells": found.workpiece.cells}
+        named |= {f"point {name}": v for name, v in found.workpiece.point_fields.items()}
+        named |= {f"cell {name}": v for name, v in found.workpiece.cell_fields.items()}
+    return named
+
+
+def require_equal(found: Answer, expected: Answer) -> None:
+    assert list(parts(found)) == list(parts(expected))
+    for name, values in parts(expected).items():
+        got = parts(found)[name]
+        assert (got.dtype, got.shape) == (values.dtype, values.shape), name
+        assert got.tobytes() == values.tobytes(), name
+        assert got.flags.c_contiguous
+        assert got.flags.writeable
+    assert found.period == expected.period
+
+
+@pytest.mark.parametrize("lacking", [(), ("workpiece",), ("stiffness", "period")])
+def test_every_bit_of_an_answer_survives(lacking):
+    kept = answer(**dict.fromkeys(lacking))
+    require_equal(decoded(content(kept), KEY), kept)
+
+
+@given(
+    arrays.arrays(
+        st.sampled_from(["<f8", ">f8", "<f4"]),
+        st.tuples(st.integers(1, 3), st.just(3), st.just(6)),
+        elements=st.floats(allow_nan=False, allow_infinity=False, width=32),
+    ),
+    st.sampled_from("CF"),
+)
+def test_any_numbers_in_any_order_survive(wrench, order):
+    kept = answer(wrench=WrenchHistory(np.arange(3.0), np.asarray(wrench, order=order)))
+    require_equal(decoded(content(kept), KEY), plain(kept))
+
+
+def test_a_computed_answer_has_the_layout_of_a_kept_one():
+    """Sums of the same numbers in another order would differ in their last digits."""
+    kept = answer(stiffness=np.asfortranarray(RNG.standard_normal((2, 3, 3, 3))))
+    assert not kept.stiffness.flags.c_contiguous
+    assert all(values.flags.c_contiguous for values in parts(plain(kept)).values())
+
+
+def test_every_flipped_bit_is_noticed():
+    whole = content(answer())
+    for place in range(len(whole)):
+        changed = bytearray(whole)
+        changed[place] ^= 1 << (place % 8)
+        with pytest.raises(DamagedError):
+            decoded(bytes(changed), KEY)
+
+
+def test_every_truncation_and_whatever_follows_is_noticed():
+    whole = content(answer())
+    for length in range(len(whole)):
+        with pytest.raises(DamagedError):
+            decoded(whole[:length], KEY)
+    with pytest.raises(DamagedError, match="checksum"):
+        decoded(whole + b"\0", KEY)
+
+
+@pytest.mark.parametrize("junk", [b"", b"\n", b"\0" * 4096, b"elastic-robot answer 1 ", b"PK\3\4"])
+def test_what_is_no_entry_is_said_to_be_none(junk):
+    with pytest.raises(DamagedError, match="is no entry"):
+        decoded(junk, KEY)
+
+
+def test_an_entry_under_another_name_is_not_taken():
+    with pytest.raises(DamagedError, match="another evaluation"):
+        decoded(content(answer()), "b" * 64)
+
+
+def test_an_array_of_objects_is_refused():
+    """What would have to be pickled is never written."""
+    objects = np.array([{}, {}, {}, {}], dtype=object)
+    piece = replace(answer().workpiece, point_fields={"x": objects})
+    with pytest.raises(TypeError, match="at point x: expected an array of numbers"):
+        encoded(answer(workpiece=piece), ABOUT)
+
+
+def forged(old: bytes, new: bytes) -> bytes:
+    """An entry with another text in its second line, and a checksum that is right."""
+    whole = content(answer())
+    _, line, rest = whole.split(b"\n", 2)
+    assert old in line
+    rest = line.replace(old, new, 1) + b"\n" + rest
+    return f"{entry._FORMAT} {hashlib.sha256(rest).hexdigest()}\n".encode() + rest
+
+
+FORGERIES = {
+    "objects": (b'"<f8"', b'"|O"'),
+    "no type": (b'"<f8"', b'"<x9"'),
+    "too many": (b"[2, 3, 6]", b"[2, 3, 7]"),
+    "far too many": (b"[2, 3, 6]", b"[1000000000000000000000000, 3, 6]"),
+    "no wrench": (b'"wrench"', b'"winch"'),
+    "no list": (b'"arrays": [', b'"arrays": 7, "others": ['),
+}
+
+
+@pytest.mark.parametrize("name", FORGERIES)
+def test_a_forged_entry_is_damaged_whatever_its_checksum(name, tmp_path):
+    (tmp_path / f"{KEY}.answer").write_bytes(forged(*FORGERIES[name]))
+    assert Store(tmp_path).read(KEY) is None
+
+
+def test_all_that_an_answer_has_is_kept():
+    """A new field of an answer or a workpiece needs its place in an entry."""
+    assert [f.name for f in fields(Answer)] == ["wrench", "workpiece", "period", "stiffness"]
+    known = ["points", "cells", "point_fields", "cell_fields"]
+    assert [f.name for f in fields(Workpiece)] == known
+    # The springs beside a wrench are the coupling's, never a process's.
+    assert [f.name for f in fields(WrenchHistory)] == ["time", "wrench", "spring"]
+
+
+def test_the_key_tells_process_path_and_physics_apart(monkeypatch):
+    nearly = path()
+    nearly.pose[0, 2, 1] = 5e-324  # the smallest number above zero
+    later = ToolPath(path().time + 2.0**-40, path().pose)
+    keys = {
+        answer_key("wall", path()),
+        answer_key("wall 2", path()),
+        answer_key("wall", nearly),
+        answer_key("wall", later),
+        answer_key("wall", path(4)),
+        answer_key("wall", path(3, tools=2)),
+    }
+    monkeypatch.setattr(entry, "PHYSICS", process_base.PHYSICS + 1)
+    keys.add(answer_key("wall", path()))
+    assert len(keys) == 7
+    assert all(len(key) == 64 for key in keys)

@@ -1,0 +1,281 @@
+"""The store: computed once, whole or not at all, and no fault of the disk loses an answer."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from killing import die_while_keeping, start_function, wait_until
+
+from coupling.errors import ProcessError, StoreError
+from coupling.events import Event, Warned
+from coupling.files import whole_file
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.process import Answer
+from coupling.store import Answered, Store, StoredProcess, Waits
+from coupling.store.entry import answer_key
+
+
+def path(shift: float = 0.0) -> ToolPath:
+    pose = np.tile([shift, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
+    return ToolPath(np.linspace(0.0, 1.0, 50), pose)
+
+
+@dataclass
+class Springs:
+    """A process that counts its evaluations."""
+
+    identity: str = "springs"
+    seconds: float = 0.0
+    asked: list[float] = field(default_factory=list)
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        self.asked.append(float(path.pose[0, 0, 0]))
+        time.sleep(self.seconds)
+        return Answer(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
+
+
+@pytest.fixture
+def told() -> list[Event]:
+    return []
+
+
+@pytest.fixture
+def store(tmp_path, told) -> Store:
+    return Store(tmp_path / "store", told.append)
+
+
+def test_a_path_is_evaluated_once_by_all_who_ask(store, told):
+    springs = [Springs(), Springs()]
+    found = [StoredProcess(s, store, told.append).evaluate(path()) for s in (*springs, springs[0])]
+    assert [s.asked for s in springs] == [[0.0], []]
+    assert all(np.array_equal(a.wrench.wrench, found[0].wrench.wrench) for a in found)
+    assert [event.origin for event in told] == ["computed", "store", "store"]
+    assert {event.key for event in told} == {answer_key("springs", path())}
+
+
+def test_a_store_is_of_processes_that_answer_alike(store):
+    for identity in ("springs", "other springs"):
+        springs = Springs(identity)
+        StoredProcess(springs, store).evaluate(path())
+        StoredProcess(springs, store).evaluate(path(1e-12))
+        assert springs.asked == [0.0, 1e-12]
+    assert len(store.entries()) == 4
+
+
+def test_a_process_that_nobody_knows_is_evaluated_every_time(store):
+    springs = Springs(identity="")
+    for _ in range(2):
+        StoredProcess(springs, store).evaluate(path())
+    assert len(springs.asked) == 2
+    assert not store.folder.exists()
+
+
+def test_without_a_store_keys_are_told_all_the_same(told):
+    process = StoredProcess(Springs(), None, told.append)
+    for _ in range(2):
+        process.evaluate(path())
+    assert [(e.origin, e.key) for e in told] == [("computed", answer_key("springs", path()))] * 2
+
+
+def test_a_process_that_fails_leaves_nothing(store):
+    class Failing(Springs):
+        def evaluate(self, path: ToolPath) -> Answer:
+            raise ProcessError("no licence")
+
+    with pytest.raises(ProcessError, match="no licence"):
+        StoredProcess(Failing(), store).evaluate(path())
+    assert [f.name for f in store.folder.iterdir()] == ["locks"]
+    springs = Springs()  # and nobody waits for it
+    StoredProcess(springs, store).evaluate(path())
+    assert len(springs.asked) == 1
+
+
+def entry_of(store: Store) -> Path:
+    (entry,) = store.entries()
+    return entry.file
+
+
+def flip(file: Path) -> None:
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 4
+    file.write_bytes(content)
+
+
+DAMAGES = {
+    "truncated": lambda file: file.write_bytes(file.read_bytes()[:-1]),
+    "empty": lambda file: file.write_bytes(b""),
+    "flipped": flip,
+    "something else": lambda file: file.write_text("results of mine"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_entry_is_set_aside_named_and_computed_anew(store, told, damage):
+    first = StoredProcess(Springs(), store).evaluate(path())
+    file = entry_of(store)
+    DAMAGES[damage](file)
+    left, springs = file.read_bytes(), Springs()
+    again = StoredProcess(springs, store).evaluate(path())
+    assert len(springs.asked) == 1
+    assert np.array_equal(again.wrench.wrench, first.wrench.wrench)
+    assert file.with_suffix(".damaged").read_bytes() == left
+    (warning,) = told
+    assert isinstance(warning, Warned)
+    assert str(file) in warning.text
+    assert "set aside" in warning.text
+    assert entry_of(store).read_bytes() != left
+
+
+@pytest.mark.parametrize("stage", ["opened", "written", "synced", "renamed"])
+def test_a_process_killed_while_it_keeps_an_answer_leaves_it_whole_or_not_at_all(store, stage):
+    child = start_function(die_while_keeping, store.folder, stage)
+    child.join()
+    assert child.exitcode == -9
+    springs = Springs()
+    found = StoredProcess(springs, store).evaluate(path())
+    assert len(springs.asked) == (0 if stage == "renamed" else 1)
+    assert np.array_equal(found.wrench.force[0], 2e5 * path().position[0])
+    assert [entry.problem() for entry in store.entries()] == [""]
+    assert list(store.folder.glob("*.partial")) == []
+
+
+def test_two_at_once_compute_once_and_the_other_is_told_for_whom_it_waits(store, told):
+    slow, quick = Springs(seconds=0.5), Springs()
+    first = threading.Thread(target=StoredProcess(slow, store).evaluate, args=(path(),))
+    first.start()
+    wait_until(lambda: slow.asked)
+    answer = StoredProcess(quick, store, told.append).evaluate(path())
+    first.join()
+    assert (slow.asked, quick.asked) == ([0.0], [])
+    assert np.array_equal(answer.wrench.force[0], 2e5 * path().position[0])
+    waits, answered = told
+    assert isinstance(waits, Waits)
+    assert f"waiting for process {os.getpid()} on {os.uname().nodename}, since" in waits.text
+    assert (answered.origin, answered.seconds > 0.2) == ("store", True)
+
+
+def test_who_waits_for_one_that_fails_computes_itself(store):
+    class Failing(Springs):
+        def evaluate(self, path: ToolPath) -> Answer:
+            super().evaluate(path)
+            raise ProcessError("no licence")
+
+    failing, springs = Failing(seconds=0.3), Springs()
+
+    def fail() -> None:
+        with pytest.raises(ProcessError):
+            StoredProcess(failing, store).evaluate(path())
+
+    first = threading.Thread(target=fail)
+    first.start()
+    wait_until(lambda: failing.asked)
+    StoredProcess(springs, store).evaluate(path())
+    first.join()
+    assert len(springs.asked) == 1
+
+
+def test_no_room_is_found_before_the_work(store, monkeypatch):
+    """As a full disk says it where room is asked for."""
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    springs = Springs()
+    monkeypatch.setattr(whole_file.os, "posix_fallocate", full)
+    with pytest.raises(StoreError, match=r"store cannot be written: No space left on device"):
+        StoredProcess(springs, store).evaluate(path())
+    assert springs.asked == []
+    assert [f.name for f in store.folder.iterdir()] == ["locks"]
+
+
+def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
+    store, told, monkeypatch
+):
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    springs = Springs()
+    process = StoredProcess(springs, store, told.append)
+    with monkeypatch.context() as faults:
+        faults.setattr(whole_file.os, "fsync", full)
+        answer = process.evaluate(path())
+        assert np.array_equal(process.evaluate(path()).wrench.wrench, answer.wrench.wrench)
+    assert (springs.asked, process.unkept, store.entries()) == ([0.0], 1, [])
+    warnings = [event.text for event in told if isinstance(event, Warned)]
+    assert len(warnings) == 1
+    assert "No space left on device; the answer is used" in warnings[0]
+    process.settle()
+    assert (process.unkept, len(store.entries())) == (0, 1)
+    StoredProcess(springs, store).evaluate(path())
+    assert len(springs.asked) == 1
+
+
+@pytest.fixture
+def small_disk(tmp_path) -> Iterator[Path]:
+    """A disk of three megabytes."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(place)]
+    if subprocess.run(mount, capture_output=True).returncode != 0:
+        pytest.skip("needs the right to mount a small disk")
+    yield place
+    subprocess.run(["umount", "--lazy", str(place)], check=True)
+
+
+def test_a_full_disk_is_a_clear_error_and_loses_nothing(small_disk):
+    store, springs = Store(small_disk / "store"), Springs()
+    process = StoredProcess(springs, store)
+    process.evaluate(path())
+    (small_disk / "other files").write_bytes(b"\0" * 2_000_000)
+    with pytest.raises(StoreError, match=r"disk/store: the store cannot be written: No space left"):
+        process.evaluate(path(1.0))
+    assert springs.asked == [0.0]
+    assert [entry.problem() for entry in store.entries()] == [""]
+    process.evaluate(path())
+    (small_disk / "other files").unlink()
+    process.evaluate(path(1.0))
+    assert springs.asked == [0.0, 1.0]
+
+
+def test_a_place_that_cannot_be_one_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "store", Path("/proc/store")):
+        with pytest.raises(StoreError, match=f"{place}"):
+            StoredProcess(Springs(), Store(place)).evaluate(path())
+
+
+def test_the_lock_of_a_killed_process_is_free(store):
+    child = start_function(die_while_keeping, store.folder, "opened")
+    child.join()
+    owner = next((store.folder / "locks").glob("*.owner"))
+    assert json.loads(owner.read_text())[1] == child.pid
+    begin = time.monotonic()
+    StoredProcess(Springs(), store).evaluate(path())
+    assert time.monotonic() - begin < 5.0
+
+
+def test_an_entry_is_used_last_when_it_is_read_last(store):
+    process = StoredProcess(Springs(), store)
+    for k in range(3):
+        process.evaluate(path(k))
+    for age, entry in enumerate(store.entries()):
+        os.utime(entry.file, (1e9 + age, 1e9 + age))
+    process.evaluate(path(1))
+    assert store.entries()[-1].key == answer_key("springs", path(1))
+
+
+def test_an_answered_event_says_how_long_it_took(store, told):
+    StoredProcess(Springs(seconds=0.1), store, told.append).evaluate(path())
+    (answered,) = told
+    assert isinstance(answered, Answered)
+    assert answered.seconds >= 0.1
