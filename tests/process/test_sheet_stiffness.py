@@ -53,23 +53,29 @@ def assert_symmetric_and_not_negative(stiffness: np.ndarray):
     assert np.linalg.eigvalsh(stiffness).min() > -1e-12 * size
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.1])
+FAR, NEAR = np.array([2e-3, 1e-3, -1e-4]), np.array([4e-6, 2e-6, -2e-6])
+
+
+@pytest.mark.parametrize(("friction", "move"), [(0.0, FAR), (0.1, FAR), (0.1, NEAR)], ids=str)
 @pytest.mark.parametrize("whole", [True, False])
-def test_stiffness_is_the_derivative_of_the_force_with_the_history_before_it(friction, whole):
-    """A tool that has pressed and travels along the sheet; with friction the symmetric part."""
+def test_stiffness_is_the_derivative_of_the_force_with_the_history_before_it(friction, move, whole):
+    """A tool that has pressed and travels along the sheet; with friction the symmetric part.
+
+    The sheet slides along it, or by 4 um only in part.
+    """
     settings = SheetSettings(friction=friction, window=0.012)
     sheet = SheetModel(SheetMesh((0.04, 0.04), (10, 10), THICKNESS), ALUMINIUM, settings)
     above, pressed = (sheet.sphere(np.array([0, 0, REACH - d]), RADIUS) for d in (0.0, 3e-4))
-    there = np.array([2e-3, 1e-3, REACH - 4e-4])
+    there = pressed.center + move
     state = sheet.equilibrium(sheet.flat(), (above,), (pressed,), sheet.everywhere()).state
 
-    def move(displacement):
+    def moved(displacement):
         after = sheet.sphere(there + displacement, RADIUS)
         box = sheet.everywhere() if whole else sheet.window(there)
         return sheet.equilibrium(state, (pressed,), (after,), box)
 
-    (stiffness,) = sheet.reaction(move(np.zeros(3)))
-    expected = felt(lambda d: move(d).forces[0])
+    (stiffness,) = sheet.reaction(moved(np.zeros(3)))
+    expected = felt(lambda d: moved(d).forces[0])
     if friction == 0.0:
         np.testing.assert_allclose(expected, expected.T, atol=AGREES * expected.max())
     assert_agrees(stiffness, 0.5 * (expected + expected.T))
