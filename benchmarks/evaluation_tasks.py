@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,6 +15,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Answer, ElasticWall, Process
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of
+from coupling.store import Store, StoredProcess
 from coupling.toolpaths.line import Line
 from coupling.toolpaths.part import Part
 from docs.scripts.runs import CASES, example
@@ -45,6 +47,7 @@ class CouplingTask:
         desired: Path at whose times the process is evaluated.
         gain: Largest stiffness of the process times compliance of the robot, where it is known.
         most: Evaluations at most.
+        most_for_reference: Evaluations at most for a solution to compare with.
     """
 
     name: str
@@ -55,6 +58,7 @@ class CouplingTask:
     desired: ToolPath
     gain: float | None = None
     most: int = 40
+    most_for_reference: int = 60
 
 
 @dataclass(frozen=True)
@@ -252,9 +256,10 @@ def _example(name: str, title: str) -> Callable[[Models], Iterator[CouplingTask]
 
 
 def _fem(models: Models) -> Iterator[CouplingTask]:
-    """Yield the sheet that is computed: a minute for each evaluation."""
+    """Yield the sheet that is computed, a minute for each evaluation, which is kept in results/store."""
     for task in of_case("cone_fem", example("cone_fem"), models):
-        yield replace(task, most=15)
+        process = StoredProcess(task.process, Store(Path("results", "store")))
+        yield replace(task, process=process, most=15, most_for_reference=25)
 
 
 TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {

@@ -2,7 +2,7 @@
 
     python -m benchmarks.evaluations                    all but cone_fem
     python -m benchmarks.evaluations cone two_robots    only these
-    python -m benchmarks.evaluations cone_fem           the computed sheet: a minute an evaluation
+    python -m benchmarks.evaluations cone_fem           the computed sheet, hours; goes on where it was
 
 A coupled path is compared with a reference: the same coupling, converged a thousand times as far.
 What a scheme says of itself does not count.
@@ -42,7 +42,6 @@ SCHEMES_RUN = (STATED, WITHHELD, "constant", "aitken", "anderson")
 # meant to be enough for it: with a stiffness that is stated, and without at gains up to the largest.
 ENOUGH, MOST_STATED, MOST, LARGEST_GAIN = 1e-6, 3, 4, 5.0
 _REFERENCE = Tolerance(path=1e-9, rms=1e-9, force=1e-6)
-_REFERENCE_EVALUATIONS = 60
 # Change of a reference in its last evaluation above which it is none [m].
 _KNOWN = 1e-8
 
@@ -70,7 +69,7 @@ class Reference:
         found = []
         for scheme in (STATED, WITHHELD, "anderson"):
             coupled = _coupled(
-                task, scheme, _REFERENCE, _REFERENCE_EVALUATIONS, Counted(task.robot), start
+                task, scheme, _REFERENCE, task.most_for_reference, Counted(task.robot), start
             )
             found.append(cls(coupled.path, coupled.changes[-1]))
             if found[-1].known:

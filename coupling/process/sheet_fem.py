@@ -42,7 +42,7 @@ class SheetFem(Identified):
     watch: Watch = unwatched
 
     def evaluate(self, path: ToolPath) -> Answer:
-        """Return the wrenches along the actual paths, and the formed sheet.
+        """Return wrenches and stiffness along the actual paths, and the formed sheet.
 
         Raises:
             ProcessError: If no equilibrium is found.
@@ -54,6 +54,7 @@ class SheetFem(Identified):
         places = np.stack(centers, axis=1)[self.schedule.positions]
         moves = [self._spheres(place) for place in places]
         forces, moments = np.zeros(places.shape), np.zeros(places.shape)
+        stiffness = np.zeros((*places.shape, 3))
         loaded = state = self.model.flat()
         before, touching = moves[0], False
         for k, after in enumerate(moves):
@@ -65,7 +66,7 @@ class SheetFem(Identified):
                 state, forces[k], moments[k] = found.state, found.forces, found.moments
                 touching = bool(np.any(forces[k]))
                 if touching:
-                    loaded = state
+                    loaded, stiffness[k] = state, self.model.reaction(found)
             before = after
         if touching:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
@@ -75,7 +76,15 @@ class SheetFem(Identified):
             for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True))
         ]
         formed = formed_sheet(self.model.mesh, loaded, state)
-        return Answer(WrenchHistory.of_tools(wrenches), formed)
+        reaction = np.stack([self._along(values) for values in stiffness.swapaxes(0, 1)])
+        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=reaction)
+
+    def _along(self, stiffness: np.ndarray) -> np.ndarray:
+        """Return a tool's stiffness at all samples, base axes, of that at the positions, (n, 3, 3)."""
+        flat = self.schedule.interpolated(stiffness.reshape(-1, 9))
+        axes = self.part.rotation.as_matrix()
+        turned: np.ndarray = self.force_factor * axes @ flat.reshape(-1, 3, 3) @ axes.T
+        return turned
 
     def _wrench(
         self, path: ToolPath, centers: np.ndarray, forces: np.ndarray, moments: np.ndarray

@@ -93,6 +93,20 @@ class Assembled(NamedTuple):
     wrenches: np.ndarray
 
 
+class Grip(NamedTuple):
+    """What holds a sphere on a sheet: tangents of the contact, as if one spring of 3 x 3.
+
+    Attributes:
+        own: Derivative of the force on the sphere by the sheet under it, moved as a whole [N/m], (3, 3).
+        by_sheet: Derivative of that force by the control points of a box, (3 n, 3), transposed.
+        on_sheet: Derivative of the residual there by the sphere's centre, negative, (3 n, 3).
+    """
+
+    own: np.ndarray
+    by_sheet: np.ndarray
+    on_sheet: np.ndarray
+
+
 class Assembler:
     """Residual and stiffness of a box, with the arrays they need.
 
@@ -162,6 +176,54 @@ class Assembler:
         band = GeneralBanded if rubs else SymmetricBanded
         matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
         return Assembled(residual, matrix, wrenches)
+
+    def grip(
+        self, box: Box, sphere: Sphere, before: SheetState, after: SheetState, tool: int
+    ) -> Grip | None:
+        """Return what holds a sphere on the sheet; None where it is far from it.
+
+        The contact depends on the place of the sheet relative to the sphere.  The splines sum to one:
+        so the contact's element matrices, summed over one of their sides, are its derivatives by the
+        sphere, and those summed over both the one by both.
+
+        Args:
+            box: Control points that may move.
+            sphere: Tool.
+            before: State before its move.
+            after: State to look at.
+            tool: Place of the tool's slip in both.
+        """
+        places = self._places_near(box, sphere, after.points)
+        if not len(places):
+            return None
+        force, index = np.zeros((len(places), 27)), np.empty((len(places), 27), dtype=np.int64)
+        stiffness = np.zeros((len(places), 27, 27))
+        moves = (before.points, after.points, before.slip[tool], after.slip[tool].copy())
+        press(self._surface, sphere, places, *moves, force, stiffness, np.zeros(6))
+        unknowns = 3 * (box.last_x - box.first_x) * (box.last_y - box.first_y)
+        _unknowns(box, self._free, places, force, index, np.zeros(unknowns))
+        moving = index >= 0
+        by_sheet, on_sheet = np.zeros((unknowns, 3)), np.zeros((unknowns, 3))
+        of_points = stiffness.reshape(-1, 9, 3, 27).sum(axis=1).swapaxes(1, 2)
+        np.add.at(by_sheet, index[moving], of_points[moving])
+        np.add.at(on_sheet, index[moving], stiffness.reshape(-1, 27, 9, 3).sum(axis=2)[moving])
+        return Grip(of_points.reshape(-1, 9, 3, 3).sum(axis=(0, 1)).T, by_sheet, on_sheet)
+
+    def _places_near(self, box: Box, sphere: Sphere, points: np.ndarray) -> np.ndarray:
+        """Return the places of the elements of a box about those that a sphere may touch, (n, 2)."""
+        apart = np.linalg.norm(points - sphere.center, axis=-1)
+        margin = 2.0 * np.sqrt(np.sum(self._surface.basis.area))
+        x, y = np.nonzero(apart < sphere.radius + self._surface.half_thickness + margin)
+        if not len(x):
+            return np.empty((0, 2), dtype=np.int64)
+        return self._places(
+            Box(
+                max(box.first_x, int(x.min())),
+                min(box.last_x, int(x.max()) + 1),
+                max(box.first_y, int(y.min())),
+                min(box.last_y, int(y.max()) + 1),
+            )
+        )
 
     def _places(self, box: Box) -> np.ndarray:
         """Return the places (i, j) of the elements that the control points of a box shape, (n, 2)."""

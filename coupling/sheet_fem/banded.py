@@ -32,7 +32,11 @@ class SymmetricBanded:
         return cls(lower)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution by Cholesky's factors; a matrix that is not definite is shifted."""
+        """Return the solution by Cholesky's factors; a matrix that is not definite is shifted.
+
+        Args:
+            right: One right-hand side, (n,), or several, (n, k).
+        """
         matrix = self.lower.T
         factor, status = dpbtrf(matrix, lower=1)
         shift = _FIRST_SHIFT * float(np.mean(np.abs(matrix[0])))
@@ -83,7 +87,7 @@ class GeneralBanded:
         return (self.columns.shape[1] - 1) // 3
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution by factors with pivots."""
+        """Return the solution by factors with pivots; of one right-hand side or several."""
         factor, pivots, _ = dgbtrf(self.columns.T, self._width, self._width)
         solution: np.ndarray = dgbtrs(factor, self._width, self._width, right, pivots)[0]
         return solution

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.sheet_fem.assembly import Assembler, Box
+from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.state import SheetState
 
@@ -20,12 +21,20 @@ class Equilibrium:
         forces: Forces on the spheres [N], (spheres, 3).
         moments: Moments on them about their centres, by friction [N m], (spheres, 3).
         iterations: Number of Newton's iterations.
+        before: State before the move.
+        spheres: Tools where they have gone.
+        box: Control points that could move.
+        tangent: Derivative of the residual by them [N/m].
     """
 
     state: SheetState
     forces: np.ndarray
     moments: np.ndarray
     iterations: int
+    before: SheetState
+    spheres: tuple[Sphere, ...]
+    box: Box
+    tangent: SymmetricBanded | GeneralBanded
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,8 @@ def find_equilibrium(
         if not np.all(np.isfinite(residual)):
             return None
         if np.max(np.abs(residual)) <= settings.tolerance:
-            return Equilibrium(after, wrenches[:, :3], wrenches[:, 3:], iteration)
+            on_tools = (wrenches[:, :3], wrenches[:, 3:])
+            return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
         size = float(np.linalg.norm(residual))
         if size > last and halvings < _MAX_HALVINGS:
             step *= 0.5

@@ -17,6 +17,7 @@ from coupling.sheet_fem.equilibrium import (
 )
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
+from coupling.sheet_fem.reaction import tool_stiffness
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
 
@@ -199,6 +200,10 @@ class SheetModel:
             state, done = found.state, target
             if done >= 1.0:
                 return found
+
+    def reaction(self, found: Equilibrium) -> np.ndarray:
+        """Return the stiffness that every tool feels in an equilibrium [N/m], (spheres, 3, 3)."""
+        return tool_stiffness(self.assemble, found)
 
     def _find(
         self, state: SheetState, tools: tuple[Sphere, ...], box: Box, near: Box

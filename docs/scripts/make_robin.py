@@ -1,7 +1,7 @@
 """Write the tables and the picture of docs/robin.md: make robin.
 
-With names, only those parts; `fem`, the sheet that is computed, takes up to an hour and is written only
-where it is named: python docs/scripts/make_robin.py fem.
+With names, only those parts; `fem`, the sheet that is computed, takes hours and is written only where it
+is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
 """
 
 from __future__ import annotations
