@@ -251,8 +251,9 @@ def _hanging(models: Models) -> Iterator[CouplingTask]:
         yield from of_case(name, case, models)
 
 
-def _example(name: str, title: str) -> Callable[[Models], Iterator[CouplingTask]]:
-    return lambda models: of_case(title, example(name), models)
+def short_of_two_robots() -> Case:
+    """Return the first three turns of the example of two robots."""
+    return example("two_robots", tool_path={"depth_m": 0.0015})
 
 
 def _fem(models: Models) -> Iterator[CouplingTask]:
@@ -268,9 +269,9 @@ TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
     "noise": _noise,
     "walls": _robot_on_walls,
     "robot_lost": _robot_off_walls,
-    "cone": _example("cone", "cone"),
+    "cone": lambda models: of_case("cone", example("cone"), models),
     "hanging": _hanging,
-    "two_robots": _example("two_robots", "two robots"),
+    "two_robots": lambda models: of_case("two robots", short_of_two_robots(), models),
 }
 # Only where they are named: they take long.
 LONG: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {"cone_fem": _fem}

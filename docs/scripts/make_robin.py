@@ -36,7 +36,11 @@ COLOURS = {
 @cache
 def _rows() -> tuple[CouplingRow, ...]:
     """Return the rows of all tasks that do not take long."""
-    return tuple(evaluations.rows(TASKS))
+    found = []
+    for row in evaluations.rows(TASKS):
+        found.append(row)
+        print(*evaluations.cells(row), sep="; ", flush=True)
+    return tuple(found)
 
 
 def _drawn(rows: Sequence[CouplingRow], task: str, title: str, legend: bool) -> go.Figure:
