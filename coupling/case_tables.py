@@ -146,7 +146,7 @@ class PartTable(Schema):
 class CouplingTable(Schema):
     """[coupling]: scheme, its first relaxation, and when the iteration ends."""
 
-    scheme: Annotated[str, _one_of(SCHEMES)] = "anderson"
+    scheme: Annotated[str, _one_of(SCHEMES)] = "robin"
     relaxation: Positive = 1.0
     tolerance_m: Positive = 1e-6
     rms_tolerance_m: Positive | None = None

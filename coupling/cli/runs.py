@@ -22,15 +22,14 @@ from coupling.cli.arguments import (
 )
 from coupling.events import Event, Progress, Watch
 from coupling.files.scratch import remove_abandoned
-from coupling.process.checked import CheckedProcess
 from coupling.report import write_report
 from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import write_run
+from coupling.run.kept_process import kept_process
 from coupling.run.new_folder import clear_for_work, new_run_folder
 from coupling.run.run_log import RunLog
 from coupling.run.study import Run, run_compensation, run_coupling
-from coupling.store import Store, StoredProcess
 from coupling.study.folder import FIGURES
 
 NOT_CONVERGED = 1
@@ -145,7 +144,7 @@ def conduct(
 
         try:
             case = load_case(file, place, watch)
-            process = _kept(case, store, watch)
+            process = kept_process(case, store, watch)
             run = work(replace(case, process=process), watch)
             process.settle()
             watch(Progress("writing the run folder", 0, 2))
@@ -160,16 +159,6 @@ def conduct(
             _note(error, log, store)
             raise
     return Done(case, run, log.answers_from("store"), process.unkept)
-
-
-def _kept(case: Case, store: Path | None, watch: Watch) -> StoredProcess:
-    """Return a case's process, whose answers are checked and kept."""
-    name = str(case.resolved["process"]["model"])
-    place = None if store is None else Store(store, watch)
-    checked = CheckedProcess(case.process, name)
-    return StoredProcess(
-        checked, place, watch, name, lambda: case.process_table.identity(case.task)
-    )
 
 
 def _note(error: BaseException, log: RunLog, store: Path | None) -> None:

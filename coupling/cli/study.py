@@ -57,7 +57,7 @@ def study(
     table = changed_table(loaded.study, samples=samples, seed=seed)
     with locked(folder, overwrite), RunView(Console()) as view:
         place = run or _own_run(case, folder / RUN, kept, view.watch)
-        begun = opened(folder, loaded, table, place, couple)
+        begun = opened(folder, loaded, table, place, couple, kept)
         found = simulated(begun, crew, view.watch)
         view.watch(Progress("writing the report", 1, 2))
         write_findings(begun, found)

@@ -10,7 +10,8 @@ import numpy as np
 
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 WRENCH_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
-ANCHOR_COLUMNS = ("x", "y", "z", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz")
+STIFFNESS_COLUMNS = ("kxx", "kxy", "kxz", "kyy", "kyz", "kzz")
+ANCHOR_COLUMNS = ("x", "y", "z", *STIFFNESS_COLUMNS)
 CORRECTION_COLUMNS = ("dx", "dy", "dz", "drx", "dry", "drz")
 
 

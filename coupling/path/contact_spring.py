@@ -67,6 +67,14 @@ class ContactSpring:
         return ContactSpring(anchor, matrix @ self.stiffness @ matrix.T)
 
 
+def symmetric(entries: np.ndarray) -> np.ndarray:
+    """Return symmetric matrices (n, 3, 3) from their entries xx, xy, xz, yy, yz, zz, (n, 6)."""
+    matrices = np.empty((len(entries), 3, 3))
+    above = np.triu_indices(3)
+    matrices[:, *above] = matrices[:, *above[::-1]] = entries
+    return matrices
+
+
 def straight(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return values (tools, n, ...) that go straight from row to row, at other times.
 

@@ -12,6 +12,9 @@ from coupling.errors import CouplingError, ProcessError
 from coupling.path.histories import ToolPath
 from coupling.process.base import Answer, Process
 
+# Rounding of a stiffness, over its largest entry.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class CheckedProcess:
@@ -74,4 +77,13 @@ def _problem(answer: object, path: ToolPath) -> str:
         return f"stiffness: expected shape {expected}, (tools, samples, 3, 3), got {found}"
     if not np.all(np.isfinite(answer.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
+    size = float(np.abs(answer.stiffness).max())
+    skew = np.abs(answer.stiffness - answer.stiffness.swapaxes(-1, -2)).max()
+    lowest = float(np.linalg.eigvalsh(answer.stiffness).min())
+    if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
+        return (
+            "stiffness: expected symmetric matrices without negative eigenvalues, got ones that"
+            f" differ from their transposes by up to {skew:.3g} N/m, with an eigenvalue of"
+            f" {lowest:.3g} N/m"
+        )
     return ""

@@ -16,9 +16,16 @@ from pydantic import AfterValidator, Field, ValidationInfo
 
 from coupling.errors import CaseError, ProcessError
 from coupling.events import Said, Watch, unwatched
-from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS, read_table, write_table
+from coupling.files.csv_table import (
+    POSE_COLUMNS,
+    STIFFNESS_COLUMNS,
+    WRENCH_COLUMNS,
+    read_header,
+    read_table,
+    write_table,
+)
 from coupling.files.toml_file import FilePath, Positive
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath
 from coupling.process.base import EVALUATIONS, Answer, Identified, ProcessTable
 from coupling.process.evaluation_folder import (
     PATH,
@@ -28,7 +35,7 @@ from coupling.process.evaluation_folder import (
     finished_in,
     mark_of,
 )
-from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
+from coupling.process.frames import PoseFrame, answer_in_base, poses_in
 from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
@@ -77,19 +84,19 @@ class External(Identified):
         mark = mark_of(self.identity, asked)
         before = answered(self.earlier, mark) if self.identity else None
         if before is not None:
-            return self._answer(self._read(before, path), path)
+            return answer_in_base(self.frame, self._read(before, path), path, self.part)
         place = EvaluationFolder(self.folder, mark)
-        wrench = self._taken_over(place, path)
+        told = self._taken_over(place, path)
         try:
-            if wrench is None:
-                wrench = self._computed(place, asked, path)
+            if told is None:
+                told = self._computed(place, asked, path)
         except ProcessError as cause:
             raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
         place.finish()
-        return self._answer(wrench, path)
+        return answer_in_base(self.frame, told, path, self.part)
 
     def _computed(self, place: EvaluationFolder, asked: bytes, path: ToolPath) -> np.ndarray:
-        """Run the program from its start, (n, 6)."""
+        """Run the program from its start and return what `_read` does."""
         place.begin(asked, any(_RESTART in word for word in self.command))
         restart = str((place.path / RESTART).resolve())
         command = [word.replace(_RESTART, restart) for word in self.command]
@@ -97,7 +104,7 @@ class External(Identified):
         return self._read(place.path, path)
 
     def _taken_over(self, place: EvaluationFolder, path: ToolPath) -> np.ndarray | None:
-        """Return what the program of a killed run answers, (n, 6); None where there is no answer."""
+        """Return what the program of a killed run answers; None where there is no answer."""
         if not self.identity or not place.can_be_taken_over:
             return None
         self.watch(Said(f"going on with {place.path}, which a run that was killed has begun"))
@@ -107,17 +114,15 @@ class External(Identified):
         except ProcessError:  # it starts again
             return None
 
-    def _answer(self, wrench: np.ndarray, path: ToolPath) -> Answer:
-        in_base = wrench_in_base(self.frame, wrench, path, self.part)
-        return Answer(WrenchHistory(path.time, in_base))
-
     def _read(self, folder: Path, path: ToolPath) -> np.ndarray:
-        """Return the wrenches that the program left, (n, 6)."""
+        """Return the wrenches that the program left, and its stiffnesses if it told, (n, 6 or 12)."""
         said = quoted(last_lines(folder)) if (folder / OUTPUT).exists() else ""
         if not (folder / WRENCH).is_file():
             raise ProcessError(f"{self.command[0]!r} left no {WRENCH}{said}")
         try:
-            table = read_table(folder / WRENCH, ("time", *WRENCH_COLUMNS), ProcessError)
+            known = set(STIFFNESS_COLUMNS) & set(read_header(folder / WRENCH, ProcessError))
+            columns = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if known else ())
+            table = read_table(folder / WRENCH, ("time", *columns), ProcessError)
         except ProcessError as cause:
             problem = str(cause).removeprefix(f"{folder}/")
             raise ProcessError(f"{self.command[0]!r} answered badly: {problem}{said}") from cause

@@ -1,4 +1,4 @@
-"""Frames in which processes outside of this package tell poses and wrenches."""
+"""Frames in which processes outside of this package tell poses, wrenches and stiffnesses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.histories import ToolPath, poses
+from coupling.path.contact_spring import symmetric
+from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.process.base import Answer
 from coupling.toolpaths.part import Part
 
 # Of poses; wrenches are told in the same axes.
@@ -36,10 +38,31 @@ def wrench_in_base(
 
     The reference point stays the TCP: only axes change.
     """
-    base_from_frame = {
+    turn = _base_from(frame, path, part)
+    return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
+
+
+def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Part) -> Answer:
+    """Return the answer on the only tool that is told in the axes of a frame.
+
+    Args:
+        frame: The frame.
+        values: Wrench at the TCP [N, N m], and stiffness xx, xy, xz, yy, yz, zz [N/m] behind it where
+            it is known, (n, 6) or (n, 12).
+        path: Actual path of the tool.
+        part: Placement of the part.
+    """
+    wrench = WrenchHistory(path.time, wrench_in_base(frame, values[:, :6], path, part))
+    if values.shape[1] == 6:
+        return Answer(wrench)
+    axes = np.broadcast_to(_base_from(frame, path, part).as_matrix(), (len(values), 3, 3))
+    turned = axes @ symmetric(values[:, 6:]) @ axes.swapaxes(1, 2)
+    return Answer(wrench, stiffness=turned[None])
+
+
+def _base_from(frame: WrenchFrame, path: ToolPath, part: Part) -> Rotation:
+    return {
         "base": Rotation.identity(),
         "part": part.rotation,
         "tool": path.rotations[0],
-    }
-    turn = base_from_frame[frame]
-    return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
+    }[frame]

@@ -12,19 +12,19 @@ from pydantic import Field
 
 from coupling.errors import CaseError, ProcessError
 from coupling.events import Progress, Watch, unwatched
-from coupling.files.csv_table import POSE_COLUMNS, WRENCH_COLUMNS
+from coupling.files.csv_table import POSE_COLUMNS, STIFFNESS_COLUMNS, WRENCH_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import FilePath
 from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerProcess, unpack
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import ToolPath
 from coupling.process.base import Answer, Identified, ProcessTable
-from coupling.process.frames import PoseFrame, poses_in, wrench_in_base
+from coupling.process.frames import PoseFrame, answer_in_base, poses_in
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 PoseColumn = Literal["x", "y", "z", "qx", "qy", "qz", "qw"]
-WrenchColumn = Literal["fx", "fy", "fz", "mx", "my", "mz"]
+AnswerColumn = Literal["fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", "kyy", "kyz", "kzz"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class ProcessFmu(Identified):
         file: FMI 2 or 3, co-simulation.
         inputs: Names of its inputs by pose column; the pose at time[k] is held over the step that
             ends there.
-        outputs: Names of its outputs by wrench column; those not named are zero.
+        outputs: Names of its outputs by column of wrench and stiffness; those not named are zero, and a
+            process none of whose outputs is a stiffness does not tell any.
         parameters: Start values by name.
         part: Placement of the part.
         frame: Frame of poses and wrenches: "part" or "base".
@@ -44,7 +45,7 @@ class ProcessFmu(Identified):
 
     file: Path
     inputs: Mapping[PoseColumn, str]
-    outputs: Mapping[WrenchColumn, str]
+    outputs: Mapping[AnswerColumn, str]
     parameters: Mapping[str, float | int | bool | str]
     part: Part
     frame: PoseFrame
@@ -65,16 +66,16 @@ class ProcessFmu(Identified):
             tuple(self.outputs.values()),
             len(self.outputs),
         )
-        wrench = np.zeros((len(path.time), len(WRENCH_COLUMNS)))
-        wrench[:, [WRENCH_COLUMNS.index(name) for name in self.outputs]] = self._run(job)
-        if not np.all(np.isfinite(wrench)):
-            row = int(np.argmin(np.all(np.isfinite(wrench), axis=1)))
+        stiff = set(STIFFNESS_COLUMNS) & set(self.outputs)
+        columns: tuple[str, ...] = WRENCH_COLUMNS + (STIFFNESS_COLUMNS if stiff else ())
+        told = np.zeros((len(path.time), len(columns)))
+        told[:, [columns.index(name) for name in self.outputs]] = self._run(job)
+        if not np.all(np.isfinite(told)):
+            row = int(np.argmin(np.all(np.isfinite(told), axis=1)))
             raise ProcessError(
-                f"{self.file}: expected finite outputs, got {wrench[row]} at t ="
-                f" {path.time[row]:.6g} s"
+                f"{self.file}: expected finite outputs, got {told[row]} at t = {path.time[row]:.6g} s"
             )
-        in_base = wrench_in_base(self.frame, wrench, path, self.part)
-        return Answer(WrenchHistory(path.time, in_base))
+        return answer_in_base(self.frame, told, path, self.part)
 
     def _run(self, job: Job) -> np.ndarray:
         with ScratchFolder() as folder:
@@ -103,7 +104,7 @@ class ProcessFmuTable(ProcessTable):
     model: Literal["fmu"]
     file: FilePath
     inputs: Annotated[dict[PoseColumn, str], Field(min_length=1)]
-    outputs: Annotated[dict[WrenchColumn, str], Field(min_length=1)]
+    outputs: Annotated[dict[AnswerColumn, str], Field(min_length=1)]
     parameters: dict[str, float | int | bool | str] = {}
     frame: PoseFrame = "part"
 

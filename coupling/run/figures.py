@@ -181,6 +181,7 @@ def evaluation_figures(evaluation: Evaluation) -> dict[str, Any]:
         "path_change_max_m": evaluation.path_change,
         "path_change_rms_m": evaluation.path_change_rms,
         "force_change_relative": None if first else evaluation.force_change,
+        "springs_relative": evaluation.carried,
         "peak_force_N": evaluation.peak_force,
         "worst_time_s": evaluation.worst_time,
     }

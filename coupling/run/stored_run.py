@@ -19,7 +19,7 @@ from coupling.files.csv_table import (
     read_header,
     read_table,
 )
-from coupling.path.contact_spring import ContactSpring
+from coupling.path.contact_spring import ContactSpring, symmetric
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 
@@ -165,7 +165,10 @@ def _read_robot(folder: Path) -> StoredRobot:
     wrench = table("wrench", WRENCH_COLUMNS)
     held = (folder / f"{ANCHOR}.csv").exists()
     try:
-        spring = _spring(table(ANCHOR, ANCHOR_COLUMNS)) if held else None
+        rows = table(ANCHOR, ANCHOR_COLUMNS)[:, 1:] if held else None
+        spring = (
+            None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
+        )
         return StoredRobot(
             figures=_read_figures(folder),
             desired=tool_path("desired"),
@@ -181,11 +184,3 @@ def _read_robot(folder: Path) -> StoredRobot:
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause
-
-
-def _spring(rows: np.ndarray) -> ContactSpring:
-    """Return the contact spring of a tool from time, anchor and upper triangle of the stiffness."""
-    stiffness = np.zeros((len(rows), 3, 3))
-    above = np.triu_indices(3)
-    stiffness[:, *above] = stiffness[:, *above[::-1]] = rows[:, 4:]
-    return ContactSpring(rows[None, :, 1:4], stiffness[None])

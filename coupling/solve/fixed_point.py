@@ -55,7 +55,7 @@ class Loop(Generic[RobotT_co]):
     robot: RobotT_co
     process: Process
     mode: Mode
-    scheme: Scheme = field(default_factory=SCHEMES["anderson"])
+    scheme: Scheme = field(default_factory=SCHEMES["robin"])
     tolerance: Tolerance = field(default_factory=Tolerance)
     max_evaluations: int = 40
     controller: Controller = field(default_factory=Controller)

@@ -12,6 +12,10 @@ from coupling.process.base import Answer
 from coupling.solve.reaction import Reaction
 from coupling.solve.scheme import Scheme
 
+# Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
+# next path may touch again, and without it the tool would be thrown off again.
+_KEPT = 0.25
+
 
 class Robin(Scheme):
     """The robot under F(x_k) + K (x_k - x), K about the process's stiffness -dF/dx.
@@ -51,10 +55,11 @@ class Robin(Scheme):
         return Reaction.first(position, force)
 
     def _stated(self, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
-        """Return what the process states; a tool that has just lost contact keeps what held it there."""
+        """Return what the process states; a tool that has lost contact keeps part of what held it."""
         if self._seen is not None:
-            lost = np.any(self._seen.force, axis=-1) & ~np.any(force, axis=-1)
-            stiffness = np.where(lost[..., None, None], self._seen.stiffness, stiffness)
+            lost = ~np.any(stiffness, axis=(-1, -2)) & ~np.any(force, axis=-1)
+            kept = _KEPT * self._seen.stiffness
+            stiffness = np.where(lost[..., None, None], kept, stiffness)
         return Reaction.known(position, force, stiffness)
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

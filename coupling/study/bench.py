@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from coupling.case import Case, PlacedRobot, load_case
 from coupling.errors import HostError, ProcessError, SimulationError
 from coupling.events import unwatched
+from coupling.files.scratch import ScratchFolder
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Cell
+from coupling.run.kept_process import kept_process
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import coupled_on
 from coupling.run.robustness import differing
@@ -40,6 +41,7 @@ class Work:
         joints: The command.
         wrench: Wrenches on the model's tools, at these times.
         process: The case file, where the process is to be evaluated for every sample; else None.
+        store: Store of evaluations that keeps what the process answers, if any.
     """
 
     kind: str
@@ -51,6 +53,7 @@ class Work:
     joints: JointPath
     wrench: WrenchHistory
     process: Path | None = None
+    store: Path | None = None
 
 
 class Bench:
@@ -70,8 +73,8 @@ class Bench:
         self._first = parts_of_path(work.desired.time, PARTS)
         self._case: Case | None = None
         if work.process is not None:
-            folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
-            self._case = load_case(work.process, folder)
+            case = load_case(work.process, self._stack.enter_context(ScratchFolder()))
+            self._case = replace(case, process=kept_process(case, work.store))
 
     def __enter__(self) -> Bench:
         return self

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -86,7 +86,9 @@ def require_run_of(case: Case, run: Path) -> None:
         )
 
 
-def opened(folder: Path, case: Case, table: StudyTable, run: Path, couple: bool) -> Study:
+def opened(
+    folder: Path, case: Case, table: StudyTable, run: Path, couple: bool, store: Path | None = None
+) -> Study:
     """Begin a study in its folder, or go on with the one that was begun there.
 
     Args:
@@ -95,6 +97,7 @@ def opened(folder: Path, case: Case, table: StudyTable, run: Path, couple: bool)
         table: What to sample.
         run: Run folder of the command.
         couple: Whether the process is evaluated for every sample.
+        store: Store of evaluations that keeps what it answers then, if any.
 
     Raises:
         StudyError: If another study was begun there, or nothing is uncertain.
@@ -107,7 +110,7 @@ def opened(folder: Path, case: Case, table: StudyTable, run: Path, couple: bool)
             f"{run}: expected a run of compensate, got one of {stored.figures['kind']}, which corrects"
             " nothing"
         )
-    work = _work(case, stored, run, couple)
+    work = replace(_work(case, stored, run, couple), store=store and store.resolve())
     parameters, count = work.parameters, table.samples
     if not parameters.entries:
         raise StudyError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,10 @@ from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Answer, ElasticWall
 from coupling.robot.cell import Placement
+from coupling.run.folder import write_run
+from coupling.run.models import Models
+from coupling.run.stored_run import read_run
+from coupling.run.study import Run, run_compensation
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.outcome import Outcome
 from coupling.solve.reaction import Reaction
@@ -251,3 +256,43 @@ def test_a_spring_of_the_wrong_size_is_refused():
         ContactSpring(np.zeros((1, 4, 3)), np.zeros((1, 4, 3)))
     with pytest.raises(ValueError, match="not finite"):
         ContactSpring(np.full((1, 4, 3), np.nan), np.zeros((1, 4, 3, 3)))
+
+
+@pytest.fixture(scope="module")
+def mirrored(tmp_path_factory) -> tuple[Path, Run]:
+    """Return two robots with backlash, mirrored on a shallow cone: the gears of axis 1 hang."""
+    folder = tmp_path_factory.mktemp("cell")
+    text = (EXAMPLES / "cases" / "two_robots.toml").read_text()
+    text = text.replace("depth_m        = 0.005", "depth_m        = 0.001")
+    text = text.replace("[robot]", '[robot]\nmode = "quasistatic"')
+    file = folder / "cell.toml"
+    file.write_text(text + '\n[compensation]\nmethod = "mirror"\nmax_passes = 2\n')
+    case = load_case(file)
+    run = run_compensation(case)
+    write_run(folder, case, run)
+    return folder, run
+
+
+def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluations(mirrored):
+    _, run = mirrored
+    assert len(run.correction.passes) == 3
+    for entry in run.correction.passes:
+        assert len(entry.coupling) <= 6
+        assert entry.coupling[-1].path_change <= 1e-6
+
+
+def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
+    """Under the wrench alone, gears that hang take another place in their play."""
+    folder, _ = mirrored
+    case, stored = load_case(folder / "cell.toml"), read_run(folder)
+    robot = stored.robots["support"]
+    wrench = case.robots[1].placement.wrench_in_base(robot.wrench)
+    with Models(case.fmu) as models:
+        placed = case.robots[1]
+        fmu = models.of(placed.description, placed.torque_curve).fmu
+        path = placed.placement.path_in_world(fmu.simulate(robot.joints, wrench, "quasistatic"))
+        alone = placed.placement.path_in_world(
+            fmu.simulate(robot.joints, replace(wrench, spring=None), "quasistatic")
+        )
+    assert path.distance_to(robot.achieved).max() < 1e-8
+    assert alone.distance_to(robot.achieved).max() > 5e-5

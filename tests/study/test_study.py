@@ -22,12 +22,14 @@ from studies import children, killed, rows, started, tables, wait_for_rows
 from coupling.case import load_case
 from coupling.case_plant import Spread
 from coupling.errors import CaseError, StudyError
+from coupling.events import unwatched
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
 from coupling.run.study import run_compensation
+from coupling.store import Store
 from coupling.study.conduct import changed_table
 from coupling.study.parameters import Parameter, Parameters
 
@@ -273,6 +275,8 @@ def test_each_robot_may_be_coupled_with_its_process(tmp_path):
     assert figures["wrench"] == "coupled"
     assert figures["process_evaluations"] > 2 * 19
     assert figures["not_coupled"] == []
+    kept = Store(tmp_path / "store", unwatched).entries()
+    assert len(kept) > figures["process_evaluations"] - 19  # all begin on the model's path
     names = tuple(entry["name"] for entry in figures["parameters"])
     assert names == (*(f"stiffness_factor[{i}]" for i in range(1, 6)), "payload_kg")
     table = read_table(tmp_path / "study" / "samples.csv", (*names, "maximum"), StudyError)
