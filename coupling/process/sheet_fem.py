@@ -30,6 +30,7 @@ class SheetFem(Identified):
         model: Model of the sheet.
         tool_radii: Radii of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
         schedule: Positions of a path where equilibrium is found.
+        desired: Paths on which they were chosen, base axes.
         force_factor: Measured over computed force, see docs/sheet_fem.md.
         watch: Function that is told how many positions are done.
     """
@@ -38,6 +39,7 @@ class SheetFem(Identified):
     model: SheetModel
     tool_radii: tuple[float, ...]
     schedule: Schedule
+    desired: ToolPath
     force_factor: float = 1.0
     watch: Watch = unwatched
 
@@ -71,29 +73,38 @@ class SheetFem(Identified):
         if touching:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
-        wrenches = [
-            self._wrench(tool, center, forces[:, k], moments[:, k])
-            for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True))
-        ]
+        wrenches, reaction = [], []
+        for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True)):
+            away = tool.position[0] - self.desired.position[k]
+            force, felt = self._along(forces[:, k], stiffness[:, k], away)
+            wrenches.append(self._wrench(tool, center, force, moments[:, k]))
+            reaction.append(felt)
         formed = formed_sheet(self.model.mesh, loaded, state)
-        reaction = np.stack([self._along(values) for values in stiffness.swapaxes(0, 1)])
-        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=reaction)
+        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=np.stack(reaction))
 
-    def _along(self, stiffness: np.ndarray) -> np.ndarray:
-        """Return a tool's stiffness at all samples, base axes, of that at the positions, (n, 3, 3)."""
-        flat = self.schedule.interpolated(stiffness.reshape(-1, 9))
+    def _along(
+        self, forces: np.ndarray, stiffness: np.ndarray, away: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return a tool's force (n, 3) and stiffness (n, 3, 3) at all samples, base axes.
+
+        Both are interpolated between the positions.  There the tool is held as it is at the positions:
+        against what it is away from the desired path beyond what is interpolated of that, the force is
+        that of the stiffness.  One that would pull is none.
+        """
         axes = self.part.rotation.as_matrix()
-        turned: np.ndarray = self.force_factor * axes @ flat.reshape(-1, 3, 3) @ axes.T
-        return turned
+        felt = self.schedule.interpolated(stiffness.reshape(-1, 9)).reshape(-1, 3, 3)
+        felt = self.force_factor * axes @ felt @ axes.T
+        between = self.force_factor * self.schedule.interpolated(forces) @ axes.T
+        beyond = away - self.schedule.interpolated(away[self.schedule.positions])
+        force = between - np.einsum("nij,nj->ni", felt, beyond)
+        holds = np.sum(force * between, axis=1) > 0.0
+        return np.where(holds[:, None], force, 0.0), np.where(holds[:, None, None], felt, 0.0)
 
     def _wrench(
-        self, path: ToolPath, centers: np.ndarray, forces: np.ndarray, moments: np.ndarray
+        self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray
     ) -> WrenchHistory:
-        """Return the wrench at a TCP of wrenches at the sphere's centre, given at positions."""
-        force, own = (
-            self.part.rotation.apply(self.force_factor * self.schedule.interpolated(values))
-            for values in (forces, moments)
-        )
+        """Return the wrench at a TCP of the force along the path and moments at the positions."""
+        own = self.part.rotation.apply(self.force_factor * self.schedule.interpolated(moments))
         center = self.part.position + self.part.rotation.apply(centers)
         moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))

@@ -100,6 +100,7 @@ class SheetFemTable(ProcessTable):
             ),
             tool_radii=tuple(0.5 * diameter for diameter in diameters),
             schedule=schedule(points[0], self.position_m, self.global_every),
+            desired=task.desired,
             force_factor=self.force_factor,
             watch=task.watch,
             identity=self.identity(task),

@@ -30,7 +30,8 @@ class Reaction:
     Attributes:
         position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
         force: Forces that it answered with [N], (tools, n, 3).
-        secant: Stiffness that explains its answers, symmetric and not negative [N/m], (tools, n, 3, 3).
+        own: Stiffness that it states, or that explains its answers, symmetric and not negative [N/m],
+            (tools, n, 3, 3).
         hold: What is added in all directions where a tool does not settle [N/m], (tools, n).
         moved: How far every tool has moved between the last two evaluations [m], (tools, n).
         evaluations: Number of evaluations.
@@ -38,7 +39,7 @@ class Reaction:
 
     position: np.ndarray
     force: np.ndarray
-    secant: np.ndarray
+    own: np.ndarray
     hold: np.ndarray
     moved: np.ndarray
     evaluations: int = 1
@@ -60,23 +61,25 @@ class Reaction:
     @property
     def stiffness(self) -> np.ndarray:
         """Stiffness to meet the tools with, symmetric and not negative [N/m], (tools, n, 3, 3)."""
-        held: np.ndarray = self.secant + self.hold[..., None, None] * np.eye(3)
+        held: np.ndarray = self.own + self.hold[..., None, None] * np.eye(3)
         return held
 
-    def then(self, position: np.ndarray, force: np.ndarray) -> Reaction:
-        """Return what is known after one more evaluation.
+    def then(
+        self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
+    ) -> Reaction:
+        """Return what is known after one more evaluation, which may state the stiffness.
 
-        The stiffness of a sample is the symmetric one of rank one that explains the change of its force,
-        df df^T / (-df . dx): of all that are not negative the smallest.  It stays where the tool did not
-        move or the force did not fall back.
+        Otherwise that of a sample is the symmetric one of rank one that explains the change of its
+        force, df df^T / (-df . dx): of all that are not negative the smallest.  It stays where the tool
+        did not move or the force did not fall back.
         """
         step, changed = position - self.position, force - self.force
         work = -np.sum(changed * step, axis=-1)
         moved, strong = np.linalg.norm(step, axis=-1), np.linalg.norm(changed, axis=-1)
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
-        secant = np.where(falls[..., None, None], found, self.secant)
-        seen = replace(self, position=position, force=force, secant=secant, moved=moved)
+        own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
+        seen = replace(self, position=position, force=force, own=own, moved=moved)
         return replace(seen, hold=self._held(seen), evaluations=self.evaluations + 1)
 
     def _held(self, seen: Reaction) -> np.ndarray:
@@ -87,8 +90,8 @@ class Reaction:
         """
         if self.evaluations < _EARLY:
             return self.hold
-        own = np.trace(seen.secant, axis1=-2, axis2=-1)
-        usual = float(np.median(own[own > 0.0])) if np.any(own > 0.0) else 0.0
+        sizes = np.trace(seen.own, axis1=-2, axis2=-1)
+        usual = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
         restless = (seen.moved > _SETTLES * self.moved) & (seen.moved > _STILL)
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
         return np.where(restless, tighter, self.hold)

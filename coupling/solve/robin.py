@@ -37,12 +37,15 @@ class Robin(Scheme):
     def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer) -> WrenchHistory:
         """Return the answer's wrenches beside springs to the path."""
         position, force = path.position[:, rows], answer.wrench.force
-        if answer.stiffness is not None:
-            self._seen = self._stated(position, force, answer.stiffness)
-        elif self._seen is None:
-            self._seen = self._guess(position, force)
+        stated = answer.stiffness
+        if self._seen is not None:
+            if stated is not None:
+                stated = self._kept(force, stated)
+            self._seen = self._seen.then(position, force, stated)
+        elif stated is not None:
+            self._seen = Reaction.known(position, force, stated)
         else:
-            self._seen = self._seen.then(position, force)
+            self._seen = self._guess(position, force)
         self._stiffness = self._seen.stiffness
         stiffness = straight(answer.wrench.time, self._stiffness, path.time)
         spring = ContactSpring(path.position, stiffness)
@@ -54,13 +57,11 @@ class Robin(Scheme):
             return Reaction.known(position, force, self._stiffness)
         return Reaction.first(position, force)
 
-    def _stated(self, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
-        """Return what the process states; a tool that has lost contact keeps part of what held it."""
-        if self._seen is not None:
-            lost = ~np.any(stiffness, axis=(-1, -2)) & ~np.any(force, axis=-1)
-            kept = _KEPT * self._seen.stiffness
-            stiffness = np.where(lost[..., None, None], kept, stiffness)
-        return Reaction.known(position, force, stiffness)
+    def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
+        """Return a stated stiffness; a tool that has lost contact keeps part of what held it."""
+        assert self._seen is not None
+        lost = ~np.any(stated, axis=(-1, -2)) & ~np.any(force, axis=-1)
+        return np.where(lost[..., None, None], _KEPT * self._seen.own, stated)
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the relaxed iterate."""

@@ -151,6 +151,23 @@ def test_between_two_positions_it_is_interpolated_as_the_force_is(stroke):
         np.testing.assert_allclose(values[4], between, rtol=1e-9, atol=1e-12 * np.abs(values).max())
 
 
+def test_between_two_positions_the_tool_is_held_by_the_stated_stiffness(stroke):
+    """F(x + d) = F(x) - K d there, and none rather than one that pulls; other samples stay."""
+    model, path, answer = stroke
+    normal = TURNED.rotation.apply([0.0, 0.0, 1.0])
+    for displacement in (np.array([2e-6, -1e-6, 3e-6]), -2e-5 * normal, 1e-2 * normal):
+        deviation = np.zeros((1, 7, 6))
+        deviation[0, 4, :3] = displacement
+        moved = model.evaluate(path.displaced(deviation))
+        force = answer.wrench.force[0, 4] - answer.stiffness[0, 4] @ displacement
+        if displacement @ normal > 1e-3:
+            force = np.zeros(3)
+            assert np.all(moved.stiffness[0, 4] == 0.0)
+        np.testing.assert_allclose(moved.wrench.force[0, 4], force, atol=1e-9)
+        others = np.arange(7) != 4
+        assert np.array_equal(moved.wrench.force[0, others], answer.wrench.force[0, others])
+
+
 def test_a_tool_in_the_air_feels_nothing(stroke):
     _, _, answer = stroke
     assert np.all(answer.stiffness[0, [0, 1, 5, 6]] == 0.0)
