@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from benchmarks.evaluation_tasks import Withheld, hanging_cases, short_of_two_robots
+from benchmarks.evaluation_tasks import Withheld, hanging_cases
 from benchmarks.evaluations import SCHEMES_RUN, WITHHELD
 from coupling.case import Case
 from coupling.path.deviation import measure
@@ -119,7 +119,7 @@ def corrected(
 def cases() -> dict[str, Case]:
     """Return the cases by name."""
     cone = example("cone", tool_path={"depth_m": 0.003})
-    return {"cone, 6 turns": cone, **hanging_cases(), "two robots": short_of_two_robots()}
+    return {"cone, 6 turns": cone, **hanging_cases(), "two robots": example("two_robots")}
 
 
 def rows(names: Iterable[str]) -> Iterator[MethodRow]:

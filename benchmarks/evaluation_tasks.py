@@ -251,11 +251,6 @@ def _hanging(models: Models) -> Iterator[CouplingTask]:
         yield from of_case(name, case, models)
 
 
-def short_of_two_robots() -> Case:
-    """Return the first three turns of the example of two robots."""
-    return example("two_robots", tool_path={"depth_m": 0.0015})
-
-
 def _fem(models: Models) -> Iterator[CouplingTask]:
     """Yield the sheet that is computed, a minute for each evaluation, which is kept in results/store."""
     for task in of_case("cone_fem", example("cone_fem"), models):
@@ -271,7 +266,7 @@ TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
     "robot_lost": _robot_off_walls,
     "cone": lambda models: of_case("cone", example("cone"), models),
     "hanging": _hanging,
-    "two_robots": lambda models: of_case("two robots", short_of_two_robots(), models),
+    "two_robots": lambda models: of_case("two robots", example("two_robots"), models),
 }
 # Only where they are named: they take long.
 LONG: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {"cone_fem": _fem}

@@ -43,7 +43,7 @@ def _rows() -> tuple[CouplingRow, ...]:
     return tuple(found)
 
 
-def _drawn(rows: Sequence[CouplingRow], task: str, title: str, legend: bool) -> go.Figure:
+def _drawn(rows: Sequence[CouplingRow], task: str, title: str) -> go.Figure:
     """Return how far every scheme is from the solution, over its evaluations."""
     figure = go.Figure()
     for row in rows:
@@ -56,21 +56,28 @@ def _drawn(rows: Sequence[CouplingRow], task: str, title: str, legend: bool) -> 
                 mode="lines+markers",
                 line={"color": COLOURS[row.scheme], "width": 2},
                 marker={"size": 7},
-                showlegend=legend,
             )
     figure.add_hline(y=1e6 * evaluations.ENOUGH, line={"dash": "dot", "color": "black"})
     figure.update_xaxes(title="evaluations of the process", range=[0.5, 20.5])
     figure.update_yaxes(
-        title="distance from the solution [um]", type="log", exponentformat="power", dtick=1
+        title="distance from the solution [um]",
+        type="log",
+        exponentformat="power",
+        dtick=1,
+        range=[-3.3, 4.4],
     )
-    figure.update_layout(title={"text": title, "x": 0.5, "y": 0.04, "yanchor": "bottom"})
-    styled(figure, 560, 430).update_layout(margin={"b": 90})
+    styled(figure, 560, 460)
+    figure.update_layout(
+        title={"text": title, "x": 0.5, "y": 0.97, "yanchor": "top"},
+        margin={"t": 130, "b": 50},
+        legend={"y": 1.04, "yanchor": "bottom"},
+    )
     return figure
 
 
 def convergence() -> str:
     """Draw the convergence with springs and without."""
-    pictures = [_drawn(_rows(), task, title, legend=True) for task, title in PICTURED]
+    pictures = [_drawn(_rows(), task, title) for task, title in PICTURED]
     save("robin_convergence", *pictures)
     return "![Distance from the solution over the evaluations](figures/robin_convergence.png)"
 
