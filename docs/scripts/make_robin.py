@@ -1,0 +1,118 @@
+"""Write the tables and the picture of docs/robin.md: make robin.
+
+With names, only those parts; `fem`, the sheet that is computed, takes hours and is written only where it
+is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import plotly.graph_objects as go
+
+from benchmarks import evaluation_methods, evaluations
+from benchmarks.evaluation_tasks import LONG, TASKS
+from benchmarks.evaluations import STATED, WITHHELD, CouplingRow
+from docs.scripts.page import finish, replace_parts
+from docs.scripts.pictures import save, styled
+
+# Tasks of the picture, and the distance below which its lines end [um].
+PICTURED = (
+    ("robot, wall, gain 5", "The robot on a wall, loop gain 5"),
+    ("robot on a wall, cone", "A cone, gears hanging in their play"),
+)
+LEAST = 1e-3
+COLOURS = {
+    STATED: "#0072b2",
+    WITHHELD: "#56b4e9",
+    "constant": "#999999",
+    "aitken": "#e69f00",
+    "anderson": "#d55e00",
+}
+
+
+@cache
+def _rows() -> tuple[CouplingRow, ...]:
+    """Return the rows of all tasks that do not take long."""
+    found = []
+    for row in evaluations.rows(TASKS):
+        found.append(row)
+        print(*evaluations.cells(row), sep="; ", flush=True)
+    return tuple(found)
+
+
+def _drawn(rows: Sequence[CouplingRow], task: str, title: str) -> go.Figure:
+    """Return how far every scheme is from the solution, over its evaluations."""
+    figure = go.Figure()
+    for row in rows:
+        if (row.task, row.mode) == (task, "quasistatic"):
+            off = [max(1e6 * error, LEAST) for error in row.errors]
+            figure.add_scatter(
+                x=list(range(1, len(off) + 1)),
+                y=off,
+                name=row.scheme,
+                mode="lines+markers",
+                line={"color": COLOURS[row.scheme], "width": 2},
+                marker={"size": 7},
+            )
+    figure.add_hline(y=1e6 * evaluations.ENOUGH, line={"dash": "dot", "color": "black"})
+    figure.update_xaxes(title="evaluations of the process", range=[0.5, 20.5])
+    figure.update_yaxes(
+        title="distance from the solution [um]",
+        type="log",
+        exponentformat="power",
+        dtick=1,
+        range=[-3.3, 4.4],
+    )
+    styled(figure, 560, 460)
+    figure.update_layout(
+        title={"text": title, "x": 0.5, "y": 0.97, "yanchor": "top"},
+        margin={"t": 130, "b": 50},
+        legend={"y": 1.04, "yanchor": "bottom"},
+    )
+    return figure
+
+
+def convergence() -> str:
+    """Draw the convergence with springs and without."""
+    pictures = [_drawn(_rows(), task, title) for task, title in PICTURED]
+    save("robin_convergence", *pictures)
+    return "![Distance from the solution over the evaluations](figures/robin_convergence.png)"
+
+
+def predictions() -> str:
+    """Return the evaluations that every scheme takes."""
+    return evaluations.grid(_rows())
+
+
+def goals() -> str:
+    """Return what that says of the goals: how many are reached, and the others in words."""
+    found = evaluations.goals(_rows())
+    missed = [goal for goal in found if not goal.reached]
+    head = f"{len(found) - len(missed)} of {len(found)} reached."
+    return "\n".join([head, "", *(f"- {goal}" for goal in missed)]) if missed else head
+
+
+def methods() -> str:
+    """Return the evaluations that the methods take."""
+    return evaluation_methods.lines(evaluation_methods.rows(evaluation_methods.cases()))
+
+
+def fem() -> str:
+    """Return the evaluations of the sheet that is computed."""
+    return evaluations.lines(evaluations.rows(LONG))
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "convergence": convergence,
+    "predictions": predictions,
+    "goals": goals,
+    "methods": methods,
+}
+
+
+if __name__ == "__main__":
+    wanted = sys.argv[1:] or list(PARTS)
+    sys.exit(finish(lambda: replace_parts("robin", {**PARTS, "fem": fem}, wanted)))
