@@ -161,7 +161,7 @@ _STEP = 0.004
 _SLOWEST = 0.9
 # What springs may carry, over the force tolerance: a gear that hangs in its play is held where the
 # process hardly says where it should be.
-_CARRIED = 10.0
+_CARRIED = 20.0
 
 
 def told_at(path: ToolPath, mode: Mode) -> tuple[ToolPath, np.ndarray]:
@@ -261,7 +261,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, springs: bool) -> 
         else last.force_change
     )
     return (
-        left * last.path_change <= tolerance.path
+        last.path_change <= tolerance.path
         and left * last.path_change_rms <= tolerance.rms
         and change <= tolerance.force
         and last.carried <= _CARRIED * tolerance.force
@@ -271,11 +271,13 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, springs: bool) -> 
 def _left_over_change(evaluations: list[Evaluation]) -> float:
     """Return how far a path is from the fixed point, over its last change, where springs slow it down.
 
+    Both are root mean squares: single samples creep, where gears that hang are held.
+
     A change that falls by a factor c from evaluation to evaluation has c / (1 - c) of itself ahead.
     """
     if len(evaluations) < 2:
         return np.inf
-    before, now = (evaluation.path_change for evaluation in evaluations[-2:])
+    before, now = (evaluation.path_change_rms for evaluation in evaluations[-2:])
     contraction = min(now / before, _SLOWEST) if before > 0.0 else 0.0
     return max(1.0, contraction / (1.0 - contraction))
 

@@ -15,12 +15,13 @@ _LEAST_MOVE = 1e-8
 _LEAST_COSINE = 1e-3
 # Evaluations before which no sample can be said not to settle.
 _EARLY = 3
-# A sample does not settle where a tool moves by more than this part of its last move, and by more
-# than the least move that matters [m].
-_SETTLES, _STILL = 0.5, 1e-7
+# A sample does not settle where a tool moves farther than the last time, or turns away from its last
+# move (by more than this cosine) and goes more than this part of it.  Moves below the last number do not
+# matter [m].
+_TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
 # median along the path), its growth from evaluation to evaluation, and the most.
-_HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 100.0
+_HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Reaction:
         own: Stiffness that it states, or that explains its answers, symmetric and not negative [N/m],
             (tools, n, 3, 3).
         hold: What is added in all directions where a tool does not settle [N/m], (tools, n).
-        moved: How far every tool has moved between the last two evaluations [m], (tools, n).
+        step: How every tool has moved between the last two evaluations [m], (tools, n, 3).
         evaluations: Number of evaluations.
     """
 
@@ -41,7 +42,7 @@ class Reaction:
     force: np.ndarray
     own: np.ndarray
     hold: np.ndarray
-    moved: np.ndarray
+    step: np.ndarray
     evaluations: int = 1
 
     @classmethod
@@ -55,8 +56,7 @@ class Reaction:
     @classmethod
     def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
         """Return what is known of a process whose stiffness is given."""
-        nothing = np.zeros(force.shape[:-1])
-        return cls(position, force, stiffness, nothing, nothing)
+        return cls(position, force, stiffness, np.zeros(force.shape[:-1]), np.zeros_like(force))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -79,7 +79,7 @@ class Reaction:
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
-        seen = replace(self, position=position, force=force, own=own, moved=moved)
+        seen = replace(self, position=position, force=force, own=own, step=step)
         return replace(seen, hold=self._held(seen), evaluations=self.evaluations + 1)
 
     def _held(self, seen: Reaction) -> np.ndarray:
@@ -92,7 +92,10 @@ class Reaction:
             return self.hold
         sizes = np.trace(seen.own, axis1=-2, axis2=-1)
         usual = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
-        restless = (seen.moved > _SETTLES * self.moved) & (seen.moved > _STILL)
+        moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (seen, self))
+        turned = np.sum(seen.step * self.step, axis=-1) < _TURNS * moved * before
+        restless = (moved > before) | (turned & (moved > _SETTLES * before))
+        restless &= moved > _STILL
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
         return np.where(restless, tighter, self.hold)
 

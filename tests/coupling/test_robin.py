@@ -126,7 +126,7 @@ def test_a_stiffness_ten_times_too_large_is_not_called_converged_too_early():
 
 def test_a_stiffness_far_too_small_is_told_as_a_failure():
     result = coupled(soft_robot(10.0), Untold(oblique_wall(), 0.2), Tolerance(), most=40)
-    assert result.outcome in (Outcome.DIVERGED, Outcome.LIMIT_CYCLE, Outcome.STAGNATED)
+    assert result.outcome is not Outcome.CONVERGED
 
 
 @pytest.mark.parametrize("seed", range(5))
