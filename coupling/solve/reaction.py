@@ -79,25 +79,28 @@ class Reaction:
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
-        seen = replace(self, position=position, force=force, own=own, step=step)
-        return replace(seen, hold=self._held(seen), evaluations=self.evaluations + 1)
+        count = self.evaluations + 1
+        return Reaction(position, force, own, self.hold, step, count)
 
-    def _held(self, seen: Reaction) -> np.ndarray:
-        """Return what holds the tools where they do not settle: gears that hang in their play.
+    def held_after(self, last: Reaction) -> Reaction:
+        """Return the same, with tools held where they do not settle: gears that hang in their play.
 
         A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
         taken a little too small; and what one sample answers depends on its neighbours' jumps.
+
+        Args:
+            last: What was known one evaluation before.
         """
-        if self.evaluations < _EARLY:
-            return self.hold
-        sizes = np.trace(seen.own, axis1=-2, axis2=-1)
+        if last.evaluations < _EARLY:
+            return self
+        sizes = np.trace(self.own, axis1=-2, axis2=-1)
         usual = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
-        moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (seen, self))
-        turned = np.sum(seen.step * self.step, axis=-1) < _TURNS * moved * before
+        moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (self, last))
+        turned = np.sum(self.step * last.step, axis=-1) < _TURNS * moved * before
         restless = (moved > before) | (turned & (moved > _SETTLES * before))
         restless &= moved > _STILL
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
-        return np.where(restless, tighter, self.hold)
+        return replace(self, hold=np.where(restless, tighter, self.hold))
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:

@@ -41,7 +41,9 @@ class Robin(Scheme):
         if self._seen is not None:
             if stated is not None:
                 stated = self._kept(force, stated)
-            self._seen = self._seen.then(position, force, stated)
+            last, self._seen = self._seen, self._seen.then(position, force, stated)
+            if len(rows) == len(path.time):  # a quasi-static robot: a moving one cannot jump
+                self._seen = self._seen.held_after(last)
         elif stated is not None:
             self._seen = Reaction.known(position, force, stated)
         else:
