@@ -17,7 +17,7 @@ def check_process(process: Process, path: ToolPath) -> float:
 
     The coupling needs a wrench at every time of the path, and the same answer to the same path: no
     memory from one evaluation to the next.  A stiffness times the robot's compliance above 1 asks
-    for the schemes aitken or anderson.
+    for the scheme robin, aitken or anderson.
 
     Raises:
         ProcessError: If it breaks one of these.

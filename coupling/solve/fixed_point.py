@@ -153,7 +153,7 @@ _DIVERGED = 10.0
 _PATIENCE = 12
 # A stagnating path change that stays within this ratio is a limit cycle.
 _CYCLE = 4.0
-_ADVICE = "; use another scheme, such as robin, or a smaller relaxation"
+_ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
 # Longest step at which the paths of moving robots are told [s]: springs and forces go straight in
 # between, 0.1 um off on a circle of 60 mm at 50 mm/s.
 _STEP = 0.004
@@ -212,7 +212,7 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             answer = loop.process.evaluate(x.at_rows(rows))
-            answer = replace(answer, wrench=loop.scheme.loads(x, rows, answer))
+            answer = replace(answer, wrench=loop.scheme.loads(x, rows, answer, loop.mode))
             g = loop.robot.simulate(command, answer.wrench, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:

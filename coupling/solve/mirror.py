@@ -177,7 +177,9 @@ class Mirror(Schema):
         evaluations = sum(len(entry.coupling) for entry in found.passes)
         try:
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
-            answer = replace(answer, wrench=loop.scheme.loads(coupling.path, rows, answer))
+            answer = replace(
+                answer, wrench=loop.scheme.loads(coupling.path, rows, answer, loop.mode)
+            )
             achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
             answer = replace(answer, wrench=answer.wrench.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())

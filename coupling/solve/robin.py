@@ -11,6 +11,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer
 from coupling.solve.reaction import Reaction
 from coupling.solve.scheme import Scheme
+from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
 # next path may touch again, and without it the tool would be thrown off again.
@@ -34,7 +35,7 @@ class Robin(Scheme):
         self._seen: Reaction | None = None
         self._stiffness: np.ndarray | None = None
 
-    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer) -> WrenchHistory:
+    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer, mode: Mode) -> WrenchHistory:
         """Return the answer's wrenches beside springs to the path."""
         position, force = path.position[:, rows], answer.wrench.force
         stated = answer.stiffness
@@ -42,7 +43,7 @@ class Robin(Scheme):
             if stated is not None:
                 stated = self._kept(force, stated)
             last, self._seen = self._seen, self._seen.then(position, force, stated)
-            if len(rows) == len(path.time):  # a quasi-static robot: a moving one cannot jump
+            if mode == "quasistatic":  # a moving robot cannot jump from sample to sample
                 self._seen = self._seen.held_after(last)
         elif stated is not None:
             self._seen = Reaction.known(position, force, stated)
@@ -51,7 +52,7 @@ class Robin(Scheme):
         self._stiffness = self._seen.stiffness
         stiffness = straight(answer.wrench.time, self._stiffness, path.time)
         spring = ContactSpring(path.position, stiffness)
-        return replace(super().loads(path, rows, answer), spring=spring)
+        return replace(super().loads(path, rows, answer, mode), spring=spring)
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return the stiffness that the coupling before this one found, or a first guess."""
