@@ -54,6 +54,12 @@ class ContactSpring:
         pairs = zip(self.anchor, self.stiffness, strict=True)
         return tuple(ContactSpring(anchor[None], stiffness[None]) for anchor, stiffness in pairs)
 
+    @property
+    def entries(self) -> np.ndarray:
+        """Entries xx, xy, xz, yy, yz, zz of the stiffnesses [N/m], (tools, n, 6)."""
+        entries: np.ndarray = self.stiffness[..., *np.triu_indices(3)]
+        return entries
+
     def force(self, position: np.ndarray) -> np.ndarray:
         """Return the forces [N] on the tools at given positions [m], both (tools, n, 3)."""
         force: np.ndarray = np.einsum("...ij,...j->...i", self.stiffness, self.anchor - position)
@@ -65,14 +71,6 @@ class ContactSpring:
         anchor = turn.apply((self.anchor - position).reshape(-1, 3)).reshape(self.anchor.shape)
         matrix = turn.as_matrix()
         return ContactSpring(anchor, matrix @ self.stiffness @ matrix.T)
-
-
-def symmetric(entries: np.ndarray) -> np.ndarray:
-    """Return symmetric matrices (n, 3, 3) from their entries xx, xy, xz, yy, yz, zz, (n, 6)."""
-    matrices = np.empty((len(entries), 3, 3))
-    above = np.triu_indices(3)
-    matrices[:, *above] = matrices[:, *above[::-1]] = entries
-    return matrices
 
 
 def straight(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.contact_spring import symmetric
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.process.base import Answer
 from coupling.toolpaths.part import Part
+from elastic_robot.tool_load import symmetric
 
 # Of poses; wrenches are told in the same axes.
 PoseFrame = Literal["part", "base"]

@@ -15,6 +15,7 @@ import numpy as np
 
 from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
+from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
@@ -22,9 +23,6 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi.interface import AXES, POSE, Mode
 
-# Rows and columns of a symmetric matrix in the order of the FMU's variables, and their names.
-_UPPER = np.triu_indices(3)
-_ENTRIES = tuple(f"k{AXES[i]}{AXES[j]}" for i, j in zip(*_UPPER, strict=True))
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.
 _TOLERANCE = 1e-8
@@ -54,7 +52,7 @@ class Signals:
 SIGNALS: dict[str, Signals] = {
     "2": Signals(
         tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
-        tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *_ENTRIES)),
+        tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
         tuple(f"tcp.{name}" for name in POSE),
         lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
     ),
@@ -247,11 +245,11 @@ def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
     (loads,) = wrench.wrench[:, part]
     if wrench.spring is None:
         return loads
-    (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.stiffness[:, part]
+    (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.entries[:, part]
     start, velocity = anchor.copy(), np.zeros_like(anchor)
     start[1:] = anchor[:-1]
     velocity[1:] = np.diff(anchor, axis=0) / np.diff(wrench.time[part])[:, None]
-    return np.hstack([loads, start, velocity, stiffness[:, *_UPPER]])
+    return np.hstack([loads, start, velocity, stiffness])
 
 
 def _parts(samples: int, mode: str) -> list[slice]:

@@ -69,8 +69,8 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
     spring = found.answer.wrench.spring
     if spring is not None:
-        stiffness = spring.stiffness[tool][:, *np.triu_indices(3)]
-        _write(folder, ANCHOR, ANCHOR_COLUMNS, time, np.hstack([spring.anchor[tool], stiffness]))
+        rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
+        _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
     if run.plant is not None and run.plant.coupling is not None:
         _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, time, run.plant.wrench.wrench[tool])
 

@@ -19,9 +19,10 @@ from coupling.files.csv_table import (
     read_header,
     read_table,
 )
-from coupling.path.contact_spring import ContactSpring, symmetric
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
+from elastic_robot.tool_load import symmetric
 
 RESULT, RUN = "result.json", "run.json"
 PLANT, ANCHOR = "plant", "anchor"

@@ -10,7 +10,7 @@ from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer
 from coupling.solve.reaction import Reaction
-from coupling.solve.scheme import Scheme
+from coupling.solve.relaxation import Constant
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -18,7 +18,7 @@ from elastic_robot.fmi.interface import Mode
 _KEPT = 0.25
 
 
-class Robin(Scheme):
+class Robin(Constant):
     """The robot under F(x_k) + K (x_k - x), K about the process's stiffness -dF/dx.
 
     At the fixed point the spring carries nothing, so that it changes no answer; on the way there it
@@ -31,7 +31,7 @@ class Robin(Scheme):
     """
 
     def __init__(self, first: float = 1.0) -> None:
-        self._factor = first
+        super().__init__(first)
         self._seen: Reaction | None = None
         self._stiffness: np.ndarray | None = None
 
@@ -65,10 +65,6 @@ class Robin(Scheme):
         assert self._seen is not None
         lost = ~np.any(stated, axis=(-1, -2)) & ~np.any(force, axis=-1)
         return np.where(lost[..., None, None], _KEPT * self._seen.own, stated)
-
-    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """Return the relaxed iterate."""
-        return x + self._factor * (g - x)
 
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was in the last one."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import tomllib
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -17,6 +16,7 @@ from coupling.case import Case
 from coupling.case_plant import StudyTable
 from coupling.errors import CaseError, StudyError
 from coupling.events import Progress, Watch
+from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import load_toml, validate
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -164,9 +164,9 @@ def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> Work:
     """Return what workers need to know."""
     robots = [run.robots[robot.name] for robot in case.robots]
     fmus = []
-    with tempfile.TemporaryDirectory() as scratch:
+    with ScratchFolder() as scratch:
         for robot in case.robots:
-            file = Path(scratch, f"{robot.name}.fmu")
+            file = scratch / f"{robot.name}.fmu"
             build_fmu(robot.description, file, BuildOptions(case.fmu))
             fmus.append(file.read_bytes())
     wrench = WrenchHistory.of_tools([own.wrench for own in robots])

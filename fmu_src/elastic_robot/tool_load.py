@@ -18,7 +18,7 @@ for _k, (_i, _j) in enumerate(zip(*np.triu_indices(3), strict=True)):
 
 
 def symmetric(entries: np.ndarray) -> np.ndarray:
-    """Return the symmetric matrix with the entries xx xy xz yy yz zz, (3, 3).
+    """Return symmetric matrices (..., 3, 3) from their entries xx xy xz yy yz zz, (..., 6).
 
     Example:
         >>> symmetric(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
