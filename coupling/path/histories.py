@@ -269,6 +269,12 @@ class WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""
         return replace(self, wrench=factor * self.wrench)
 
+    def plus(self, force: np.ndarray) -> WrenchHistory:
+        """Return the same loads with forces [N] added, (tools, n, 3)."""
+        wrench = self.wrench.copy()
+        wrench[..., :3] += force
+        return replace(self, wrench=wrench)
+
     def on(self, path: ToolPath) -> WrenchHistory:
         """Return the same loads, told by what acts where the tools take a path.
 
@@ -279,9 +285,8 @@ class WrenchHistory:
         """
         if self.spring is None:
             return self
-        wrench = self.wrench.copy()
-        wrench[..., :3] += self.spring.force(path.position)
-        return WrenchHistory(self.time, wrench, replace(self.spring, anchor=path.position))
+        spring = replace(self.spring, anchor=path.position)
+        return replace(self.plus(self.spring.force(path.position)), spring=spring)
 
     @property
     def tools(self) -> tuple[WrenchHistory, ...]:

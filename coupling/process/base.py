@@ -22,7 +22,7 @@ from coupling.toolpaths.task import Task
 
 # Raised by one whenever any shipped process answers a path differently than before, beyond rounding:
 # answers that were kept under a lower number are not used again (CONTRIBUTING.md).
-PHYSICS = 2
+PHYSICS = 3
 
 # Folder in the workspace for what programs compute; kept even where a run fails.
 EVALUATIONS = "evaluations"
@@ -36,14 +36,31 @@ class Answer:
         wrench: Wrenches on the tools along it.
         workpiece: Workpiece to look at, such as a formed sheet, if there is one.
         period: Time between two beats of the wrench, such as those of a mill's teeth [s], if it beats.
-        stiffness: How the force on every tool answers to that tool's displacement, K = -dF/dx, base
-            axes [N/m], (tools, n, 3, 3), where the process knows.
+        stiffness: How the forces answer to displacements of the tools at the same time, K = -dF/dx,
+            base axes [N/m], (n, 3 tools, 3 tools), one tool after the other, where the process knows.
+            What a tool feels of its own displacement is symmetric and not negative.
     """
 
     wrench: WrenchHistory
     workpiece: Workpiece | None = None
     period: float | None = None
     stiffness: np.ndarray | None = None
+
+
+def own_blocks(stiffness: np.ndarray) -> np.ndarray:
+    """Return what every tool feels of its own displacement, (tools, n, 3, 3).
+
+    Args:
+        stiffness: That of all tools [N/m], (n, 3 tools, 3 tools).
+
+    Example:
+        >>> own_blocks(np.arange(36.0).reshape(1, 6, 6))[1, 0]
+        array([[21., 22., 23.],
+               [27., 28., 29.],
+               [33., 34., 35.]])
+    """
+    starts = range(0, stiffness.shape[-1], 3)
+    return np.stack([stiffness[:, k : k + 3, k : k + 3] for k in starts])
 
 
 class Process(Protocol):
@@ -86,7 +103,7 @@ class MemorylessProcess(Identified, ABC):
         """Return force and stiffness of the law along the actual path of the tool."""
         reaction = self.law().reaction(path.time, path.position[0])
         wrench = WrenchHistory.of_forces(path.time, [reaction.force])
-        return Answer(wrench, stiffness=reaction.stiffness[None])
+        return Answer(wrench, stiffness=reaction.stiffness)
 
 
 class ProcessTable(Schema, ABC):

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.errors import CouplingError, ProcessError
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Process
+from coupling.process.base import Answer, Process, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
 _ROUNDING = 1e-9
@@ -71,19 +71,21 @@ def _problem(answer: object, path: ToolPath) -> str:
         return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
     if answer.stiffness is None:
         return ""
-    expected = (*path.pose.shape[:2], 3, 3)
+    tools, samples = path.pose.shape[:2]
+    whole = (samples, 3 * tools, 3 * tools)
     found = np.shape(answer.stiffness)
-    if found != expected:
-        return f"stiffness: expected shape {expected}, (tools, samples, 3, 3), got {found}"
+    if found != whole:
+        return f"stiffness: expected shape {whole}, (samples, 3 tools, 3 tools), got {found}"
     if not np.all(np.isfinite(answer.stiffness)):
         return "stiffness: expected finite values, got one that is not finite"
     size = float(np.abs(answer.stiffness).max())
-    skew = np.abs(answer.stiffness - answer.stiffness.swapaxes(-1, -2)).max()
-    lowest = float(np.linalg.eigvalsh(answer.stiffness).min())
+    own = own_blocks(answer.stiffness)
+    skew = np.abs(own - own.swapaxes(-1, -2)).max()
+    lowest = float(np.linalg.eigvalsh(own).min())
     if skew > _ROUNDING * size or lowest < -_ROUNDING * size:
         return (
-            "stiffness: expected symmetric matrices without negative eigenvalues, got ones that"
-            f" differ from their transposes by up to {skew:.3g} N/m, with an eigenvalue of"
-            f" {lowest:.3g} N/m"
+            "stiffness: expected symmetric matrices without negative eigenvalues for what a tool feels"
+            " of its own displacement, got ones that differ from their transposes by up to"
+            f" {skew:.3g} N/m, with an eigenvalue of {lowest:.3g} N/m"
         )
     return ""

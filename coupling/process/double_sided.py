@@ -44,13 +44,30 @@ class DoubleSided(Identified):
         wrench[0, :, :3] -= pinch[:, None] * support.direction
         wrench[1, :, :3] = borne[:, None] * support.direction
         return Answer(
-            WrenchHistory(path.time, wrench), stiffness=self._stiffness(answer, borne, support)
+            WrenchHistory(path.time, wrench),
+            stiffness=self._stiffness(answer, size, borne, support),
         )
 
-    def _stiffness(self, alone: Answer, borne: np.ndarray, support: Support) -> np.ndarray | None:
-        """Return what each tool feels while the other stays; None where the law does not know."""
+    def _stiffness(
+        self, alone: Answer, size: np.ndarray, borne: np.ndarray, support: Support
+    ) -> np.ndarray | None:
+        """Return what both tools feel of both's displacements; None where the law does not know.
+
+        With n across the sheet, S = s |F| + k c and dc = n . (dx1 - dx2), where the tools pinch
+
+            dF1 = dF - k dc n,  dF2 = (s d|F| + k dc) n,
+
+        and the law's own dF where they do not: what it shares there is left out, as its reaction to
+        the tool's own displacement would not be symmetric.
+        """
         if alone.stiffness is None:
             return None
-        across = support.direction[:, :, None] * support.direction[:, None, :]
-        pinch = (self.stiffness * (borne > 0.0))[:, None, None] * across
-        return np.stack([alone.stiffness[0] + pinch, pinch])
+        law, force, normal = alone.stiffness, alone.wrench.force[0], support.direction
+        along = np.divide(force, size[:, None], out=np.zeros_like(force), where=size[:, None] > 0.0)
+        growth = np.einsum("ni,nij->nj", along, law)  # -d|F|/dx1
+        shared = self.share * normal[:, :, None] * growth[:, None, :]
+        pressed = (borne > 0.0)[:, None, None]
+        pinch = pressed * self.stiffness * normal[:, :, None] * normal[:, None, :]
+        forming = np.concatenate([law + pinch, -pinch], axis=2)
+        supporting = np.concatenate([pressed * shared - pinch, pinch], axis=2)
+        return np.concatenate([forming, supporting], axis=1)

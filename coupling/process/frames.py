@@ -57,7 +57,7 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
         return Answer(wrench)
     axes = np.broadcast_to(_base_from(frame, path, part).as_matrix(), (len(values), 3, 3))
     turned = axes @ symmetric(values[:, 6:]) @ axes.swapaxes(1, 2)
-    return Answer(wrench, stiffness=turned[None])
+    return Answer(wrench, stiffness=turned)
 
 
 def _base_from(frame: WrenchFrame, path: ToolPath, part: Part) -> Rotation:

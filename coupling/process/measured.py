@@ -40,9 +40,7 @@ class Measured(Identified):
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the record, turned to base axes with the actual tool; it gives way to no position."""
         in_base = wrench_in_base(self.frame, self.wrench_along_path, path, self.part)
-        return Answer(
-            WrenchHistory(path.time, in_base), stiffness=np.zeros((1, len(path.time), 3, 3))
-        )
+        return Answer(WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3)))
 
 
 class MeasuredTable(ProcessTable):

@@ -56,7 +56,7 @@ class SheetFem(Identified):
         places = np.stack(centers, axis=1)[self.schedule.positions]
         moves = [self._spheres(place) for place in places]
         forces, moments = np.zeros(places.shape), np.zeros(places.shape)
-        stiffness = np.zeros((*places.shape, 3))
+        stiffness = np.zeros((len(places), places[0].size, places[0].size))
         loaded = state = self.model.flat()
         before, touching = moves[0], False
         for k, after in enumerate(moves):
@@ -73,32 +73,38 @@ class SheetFem(Identified):
         if touching:
             state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
-        wrenches, reaction = [], []
+        felt = self._felt(stiffness)
+        wrenches = []
         for k, (tool, center) in enumerate(zip(path.tools, centers, strict=True)):
             away = tool.position[0] - self.desired.position[k]
-            force, felt = self._along(forces[:, k], stiffness[:, k], away)
+            own = slice(3 * k, 3 * k + 3)
+            force = self._along(forces[:, k], felt[:, own, own], away)
+            felt[~np.any(force, axis=1), own] = 0.0
             wrenches.append(self._wrench(tool, center, force, moments[:, k]))
-            reaction.append(felt)
         formed = formed_sheet(self.model.mesh, loaded, state)
-        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=np.stack(reaction))
+        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=felt)
 
-    def _along(
-        self, forces: np.ndarray, stiffness: np.ndarray, away: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return a tool's force (n, 3) and stiffness (n, 3, 3) at all samples, base axes.
+    def _felt(self, stiffness: np.ndarray) -> np.ndarray:
+        """Return the stiffness at all samples, base axes, (n, 3 tools, 3 tools)."""
+        size = stiffness.shape[-1]
+        axes = np.kron(np.eye(size // 3), self.part.rotation.as_matrix())
+        along = self.schedule.interpolated(stiffness.reshape(-1, size**2)).reshape(-1, size, size)
+        felt: np.ndarray = self.force_factor * axes @ along @ axes.T
+        return felt
 
-        Both are interpolated between the positions.  There the tool is held as it is at the positions:
+    def _along(self, forces: np.ndarray, felt: np.ndarray, away: np.ndarray) -> np.ndarray:
+        """Return a tool's force at all samples, base axes, (n, 3).
+
+        It is interpolated between the positions.  There the tool is held as it is at the positions:
         against what it is away from the desired path beyond what is interpolated of that, the force is
-        that of the stiffness.  One that would pull is none.
+        that of the stiffness that it feels, (n, 3, 3).  One that would pull is none.
         """
-        axes = self.part.rotation.as_matrix()
-        felt = self.schedule.interpolated(stiffness.reshape(-1, 9)).reshape(-1, 3, 3)
-        felt = self.force_factor * axes @ felt @ axes.T
-        between = self.force_factor * self.schedule.interpolated(forces) @ axes.T
+        between = self.force_factor * self.schedule.interpolated(forces)
+        between = self.part.rotation.apply(between)
         beyond = away - self.schedule.interpolated(away[self.schedule.positions])
         force = between - np.einsum("nij,nj->ni", felt, beyond)
         holds = np.sum(force * between, axis=1) > 0.0
-        return np.where(holds[:, None], force, 0.0), np.where(holds[:, None, None], felt, 0.0)
+        return np.where(holds[:, None], force, 0.0)
 
     def _wrench(
         self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray

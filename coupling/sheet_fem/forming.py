@@ -202,7 +202,7 @@ class SheetModel:
                 return found
 
     def reaction(self, found: Equilibrium) -> np.ndarray:
-        """Return the stiffness that every tool feels in an equilibrium [N/m], (spheres, 3, 3)."""
+        """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""
         return tool_stiffness(self.assemble, found)
 
     def _find(

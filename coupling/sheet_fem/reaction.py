@@ -9,19 +9,20 @@ from coupling.sheet_fem.equilibrium import Equilibrium
 
 
 def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
-    """Return K = -dF/dc of every sphere [N/m], (spheres, 3, 3), symmetric and not negative.
+    """Return K = -dF/dc of all spheres [N/m], (3 spheres, 3 spheres), one after the other.
 
-    F is the force on a sphere with its centre at c, the other spheres at rest and the history before
-    the move given.  The contact depends on the sheet's place relative to the sphere, so that with the
+    F are the forces on the spheres with their centres at c, the history before the move given.  A
+    contact depends on the sheet's place relative to the sphere, so that with the
     residual r(p, c) of the control points p
 
         dF/dc = -T + C dp/dc,  S dp/dc = -dr/dc = B,  K = T - C S^-1 B.
 
-    T is the contact's tangent summed, C = dF/dp, and S = dr/dp the sheet's stiffness at the equilibrium.
-    Friction makes K unsymmetric, and a sheet that gives way under the tool negative: of K is returned
-    the symmetric part without what is negative of it.
+    T are the contacts' tangents summed, C = dF/dp, and S = dr/dp the sheet's stiffness at the
+    equilibrium.  Friction makes K unsymmetric, and a sheet that gives way under the tool negative: of
+    what a sphere feels of its own move is returned the symmetric part without what is negative of it.
     """
-    stiffness = np.zeros((len(found.spheres), 3, 3))
+    count = len(found.spheres)
+    stiffness = np.zeros((count, 3, count, 3))
     grips = {
         k: grip
         for k, sphere in enumerate(found.spheres)
@@ -29,15 +30,17 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
         and (grip := assemble.grip(found.box, sphere, found.before, found.state, k))
     }
     if not grips:
-        return stiffness
+        return stiffness.reshape(3 * count, 3 * count)
     follows = found.tangent.solve(np.hstack([grip.on_sheet for grip in grips.values()]))
-    for column, (k, grip) in enumerate(grips.items()):
-        stiffness[k] = grip.own - grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
-    return _not_negative(stiffness)
+    for column, j in enumerate(grips):
+        for i, grip in grips.items():
+            stiffness[i, :, j] = -grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]
+        stiffness[j, :, j] = _not_negative(grips[j].own + stiffness[j, :, j])
+    return stiffness.reshape(3 * count, 3 * count)
 
 
-def _not_negative(matrices: np.ndarray) -> np.ndarray:
-    """Return the symmetric matrices nearest to given ones that are not negative, (n, 3, 3)."""
-    values, vectors = np.linalg.eigh(0.5 * (matrices + matrices.swapaxes(1, 2)))
-    kept: np.ndarray = (vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(1, 2)
+def _not_negative(matrix: np.ndarray) -> np.ndarray:
+    """Return the symmetric matrix nearest to a given one that is not negative, (3, 3)."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    kept: np.ndarray = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return kept

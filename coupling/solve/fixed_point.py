@@ -15,7 +15,7 @@ from coupling.path.interpolation import refined
 from coupling.process.base import Answer, Process
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome
-from coupling.solve.scheme import Scheme
+from coupling.solve.scheme import Scheme, Seen
 from coupling.solve.schemes import SCHEMES
 from elastic_robot.fmi.interface import Mode
 
@@ -74,7 +74,8 @@ class Evaluation:
             in the first.
         peak_force: [N].
         worst_time: Instant at which the path changes most [s].
-        carried: Largest force that springs carry at the robot's answer, relative to the peak; 0 without.
+        carried: Largest force that springs, and what is beyond them, add to the process's at the robot's
+            answer, relative to the peak; 0 without.
     """
 
     number: int
@@ -87,26 +88,33 @@ class Evaluation:
 
     @classmethod
     def of(
-        cls, number: int, seen: ToolPath, found: ToolPath, answer: Answer, last: Answer | None
+        cls,
+        number: int,
+        seen: ToolPath,
+        found: ToolPath,
+        wrench: WrenchHistory,
+        last: WrenchHistory | None,
+        carried: float = 0.0,
     ) -> Evaluation:
-        """Return the figures of the process's `answer` to the path `seen` and the robot's path `found`.
+        """Return the figures of a process's answer `wrench` to a path `seen`, and the robots' to that.
 
         Args:
             number: Number of the evaluation, from 1.
             seen: The paths that the process saw.
             found: The robots' answer.
-            answer: The process's answer, with all that acted on the robots.
+            wrench: The process's answer.
             last: Its answer before.
+            carried: What springs carry at the robots' answer, relative to the peak force.
         """
-        distance, wrench = found.distance_to(seen), answer.wrench
+        distance = found.distance_to(seen)
         return cls(
             number=number,
             path_change=float(distance.max()),
             path_change_rms=float(np.sqrt(np.mean(distance**2))),
-            force_change=np.inf if last is None else wrench.change_from(last.wrench),
+            force_change=np.inf if last is None else wrench.change_from(last),
             peak_force=wrench.peak_force,
             worst_time=float(found.time[distance.argmax()]),
-            carried=wrench.on(found).change_from(wrench),
+            carried=carried,
         )
 
 
@@ -202,7 +210,7 @@ def couple(
     x = origin = start or unloaded_path(loop, command, command.time)
     rows = np.arange(len(x.time)) if rows is None else rows
     found: tuple[ToolPath, Answer] | None = None
-    last: Answer | None = None
+    last: WrenchHistory | None = None
     evaluations: list[Evaluation] = []
 
     def ended(outcome: Outcome, reason: str) -> Coupling:
@@ -212,17 +220,19 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             answer = loop.process.evaluate(x.at_rows(rows))
-            answer = replace(answer, wrench=loop.scheme.loads(x, rows, answer, loop.mode))
-            g = loop.robot.simulate(command, answer.wrench, loop.mode)
+            seen = Seen(x, rows, answer)
+            moved = loop.scheme.moved(loop.robot, command, seen, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        found = g, replace(answer, wrench=answer.wrench.on(g))
-        evaluations.append(Evaluation.of(number, x, g, answer, last))
-        last = answer
+        g, loads, told = moved.path, moved.loads.on(moved.path), seen.loads(loop.mode)
+        found = g, replace(answer, wrench=loads)
+        carried = loads.change_from(told)
+        evaluations.append(Evaluation.of(number, x, g, told, last, carried))
+        last = told
         loop.watch(Evaluated(evaluations[-1], g))
-        if _met(evaluations, loop.tolerance, springs=answer.wrench.spring is not None):
+        if _met(evaluations, loop.tolerance, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
         if trouble is not None:

@@ -147,7 +147,7 @@ class Inverse(Schema):
         inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
         seen = loop.robot.simulate(inverse.joints, answer.wrench.held(time), loop.mode)
-        first = () if rounds else (Evaluation.of(1, times.path, seen, answer, None),)
+        first = () if rounds else (Evaluation.of(1, times.path, seen, answer.wrench, None),)
         for entry in first:
             loop.watch(Evaluated(entry, seen))
         try:
@@ -157,7 +157,8 @@ class Inverse(Schema):
             report = Pass(len(rounds) + 1, measure(seen, times.path), first)
             loop.watch(report)
             return _Round(inverse, seen, answer, 0.0, report, error)
-        last = Evaluation.of(len(rounds) + 2, seen, achieved, checked, answer)
+        number = len(rounds) + 2
+        last = Evaluation.of(number, seen, achieved, checked.wrench, answer.wrench)
         loop.watch(Evaluated(last, achieved))
         report = Pass(len(rounds) + 1, measure(achieved, times.path), (*first, last))
         loop.watch(report)

@@ -18,6 +18,7 @@ from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncor
 from coupling.solve.filters import limit_rate, low_pass
 from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
 from coupling.solve.outcome import Outcome
+from coupling.solve.scheme import Seen
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
 _DIVERGED = 2.0
@@ -177,11 +178,10 @@ class Mirror(Schema):
         evaluations = sum(len(entry.coupling) for entry in found.passes)
         try:
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
-            answer = replace(
-                answer, wrench=loop.scheme.loads(coupling.path, rows, answer, loop.mode)
-            )
-            achieved = loop.robot.simulate(best.joints, answer.wrench, loop.mode)
-            answer = replace(answer, wrench=answer.wrench.on(achieved))
+            seen = Seen(coupling.path, rows, answer)
+            moved = loop.scheme.moved(loop.robot, best.joints, seen, loop.mode)
+            achieved = moved.path
+            answer = replace(answer, wrench=moved.loads.on(achieved))
             consistency = float(achieved.distance_to(coupling.path).max())
             evaluations += 1
         except ProcessError as error:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from coupling.process.base import own_blocks
+
 # Displacement along its force that a tool may make in the first update [m].  The stiffness that this
 # asks for should rather be too large, which is slow, than too small, which loses contact.
 _FIRST_MOVE = 2e-4
@@ -22,6 +24,9 @@ _TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
 # median along the path), its growth from evaluation to evaluation, and the most.
 _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
+# One that creeps, straight on (by this cosine at least), is held too tightly.  A gear that only the spring
+# holds creeps by 1 - true stiffness / stiffness of the spring: it is met with this multiple of the true.
+_STRAIGHT, _SAFE = 0.9, 1.5
 
 
 @dataclass(frozen=True)
@@ -31,8 +36,7 @@ class Reaction:
     Attributes:
         position: Positions of the TCPs that the process saw last [m], (tools, n, 3).
         force: Forces that it answered with [N], (tools, n, 3).
-        own: Stiffness that it states, or that explains its answers, symmetric and not negative [N/m],
-            (tools, n, 3, 3).
+        own: Stiffness that it states, or that explains its answers [N/m], (n, 3 tools, 3 tools).
         hold: What is added in all directions where a tool does not settle [N/m], (tools, n).
         step: How every tool has moved between the last two evaluations [m], (tools, n, 3).
         evaluations: Number of evaluations.
@@ -50,8 +54,11 @@ class Reaction:
         """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
         size = np.linalg.norm(force, axis=-1, keepdims=True)
         direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
-        stiffness = float(size.max()) / _FIRST_MOVE * _square(direction)
-        return cls.known(position, force, stiffness)
+        tools, count = force.shape[:2]
+        stiffness = np.zeros((count, tools, 3, tools, 3))
+        for k, along in enumerate(direction):
+            stiffness[:, k, :, k] = float(size.max()) / _FIRST_MOVE * _square(along)
+        return cls.known(position, force, stiffness.reshape(count, 3 * tools, 3 * tools))
 
     @classmethod
     def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
@@ -60,8 +67,9 @@ class Reaction:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Stiffness to meet the tools with, symmetric and not negative [N/m], (tools, n, 3, 3)."""
-        held: np.ndarray = self.own + self.hold[..., None, None] * np.eye(3)
+        """Stiffness to meet the tools with [N/m], (n, 3 tools, 3 tools)."""
+        hold = np.repeat(self.hold, 3, axis=0).T
+        held: np.ndarray = self.own + hold[..., None] * np.eye(hold.shape[-1])
         return held
 
     def then(
@@ -69,13 +77,14 @@ class Reaction:
     ) -> Reaction:
         """Return what is known after one more evaluation, which may state the stiffness.
 
-        Otherwise that of a sample is the symmetric one of rank one that explains the change of its
-        force, df df^T / (-df . dx): of all that are not negative the smallest.  It stays where the tool
-        did not move or the force did not fall back.
+        Otherwise that of a sample is the symmetric one of rank one that explains the change of the
+        forces on all tools, df df^T / (-df . dx): of all that are not negative the smallest.  It stays
+        where no tool moved or the forces did not fall back.
         """
-        step, changed = position - self.position, force - self.force
-        work = -np.sum(changed * step, axis=-1)
-        moved, strong = np.linalg.norm(step, axis=-1), np.linalg.norm(changed, axis=-1)
+        step = position - self.position
+        moves, changed = _joined(step), _joined(force - self.force)
+        work = -np.sum(changed * moves, axis=-1)
+        moved, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
@@ -86,24 +95,37 @@ class Reaction:
         """Return the same, with tools held where they do not settle: gears that hang in their play.
 
         A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
-        taken a little too small; and what one sample answers depends on its neighbours' jumps.
+        taken a little too small; and what one sample answers depends on its neighbours' jumps.  Where
+        one then creeps, it is held less.
 
         Args:
             last: What was known one evaluation before.
         """
         if last.evaluations < _EARLY:
             return self
-        sizes = np.trace(self.own, axis1=-2, axis2=-1)
+        own = own_blocks(self.own)
+        sizes = np.trace(own, axis1=-2, axis2=-1)
         usual = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
         moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (self, last))
         turned = np.sum(self.step * last.step, axis=-1) < _TURNS * moved * before
         restless = (moved > before) | (turned & (moved > _SETTLES * before))
         restless &= moved > _STILL
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
-        return replace(self, hold=np.where(restless, tighter, self.hold))
+        creeps = ~restless & (turned > _STRAIGHT * moved * before)
+        along = np.divide(self.step, moved[..., None], where=creeps[..., None], out=0.0 * self.step)
+        stiff = np.einsum("...i,...ij,...j->...", along, own, along)
+        slowed = np.divide(turned, before**2, where=creeps, out=np.zeros_like(moved))
+        looser = _SAFE * (1.0 - slowed) * (stiff + self.hold) - stiff
+        looser = np.where(creeps, np.clip(looser, 0.0, self.hold), self.hold)
+        return replace(self, hold=np.where(restless, tighter, looser))
+
+
+def _joined(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of all tools (tools, n, 3) one after the other, (n, 3 tools)."""
+    return np.concatenate(list(vectors), axis=-1)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:
-    """Return v v^T of vectors (..., 3)."""
+    """Return v v^T of vectors (..., m)."""
     product: np.ndarray = vectors[..., :, None] * vectors[..., None, :]
     return product

@@ -7,24 +7,34 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.path.contact_spring import ContactSpring, straight
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer
+from coupling.path.histories import JointPath
+from coupling.process.base import own_blocks
+from coupling.robot.robot import SimulatedRobot
+from coupling.solve.linear_process import LinearProcess
 from coupling.solve.reaction import Reaction
-from coupling.solve.relaxation import Constant
+from coupling.solve.relaxation import Anderson, Constant
+from coupling.solve.scheme import Moved, Seen
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
 # next path may touch again, and without it the tool would be thrown off again.
 _KEPT = 0.25
+# Robots and the linear process agree where what springs do not give of its forces changes by no more
+# than this part of the change of its forces, or no tool moves farther [m]; after so many simulations at
+# most.  The next evaluation corrects what is left.
+_AGREED, _STILL, _MOST = 0.01, 1e-7, 25
 
 
 class Robin(Constant):
     """The robot under F(x_k) + K (x_k - x), K about the process's stiffness -dF/dx.
 
-    At the fixed point the spring carries nothing, so that it changes no answer; on the way there it
-    holds a gear that a given force would leave without a place in its play, and with the right K the
-    iteration is Newton's.  K is that of the process's answer where it tells, else estimated from
-    evaluation to evaluation (docs/robin.md).
+    At the fixed point nothing is added to F, so that K changes no answer; on the way there it holds a
+    gear that a given force would leave without a place in its play, and with the right K the iteration
+    is Newton's.  K is that of the process's answer where it tells, else estimated from evaluation to
+    evaluation (docs/robin.md).
+
+    What a tool feels of its own displacement acts as a spring within each robot.  What springs cannot
+    give, such as forces between two tools, follows by simulating the robots again.
 
     Args:
         first: Factor of every update.
@@ -35,10 +45,37 @@ class Robin(Constant):
         self._seen: Reaction | None = None
         self._stiffness: np.ndarray | None = None
 
-    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer, mode: Mode) -> WrenchHistory:
-        """Return the answer's wrenches beside springs to the path."""
-        position, force = path.position[:, rows], answer.wrench.force
-        stated = answer.stiffness
+    def moved(self, robot: SimulatedRobot, command: JointPath, seen: Seen, mode: Mode) -> Moved:
+        """Return how robots move against a process that goes on as it has answered.
+
+        Raises:
+            SimulationError: If a robot cannot be simulated.
+        """
+        process = LinearProcess(seen, self._react(seen, mode), mode)
+        time, x = seen.path.time, seen.path
+        own = straight(seen.answer.wrench.time, own_blocks(process.stiffness), time)
+        spring = ContactSpring(x.position, own)
+        answered = replace(seen.loads(mode), spring=spring)
+        inner, beyond, found = Anderson(), np.zeros_like(x.position), Moved(answered, x)
+        for _ in range(_MOST):
+            loads = answered.plus(beyond)
+            found = Moved(loads, robot.simulate(command, loads, mode))
+            wanted = process.beyond(spring, found.path)
+            change = float(np.abs(process.change(found.path)).max())
+            if (
+                np.abs(wanted - beyond).max() <= _AGREED * change
+                or found.path.distance_to(x).max() <= _STILL
+            ):
+                break
+            step = inner.update(x.deviation_from(seen.path), found.path.deviation_from(seen.path))
+            x = seen.path.displaced(step)
+            beyond = process.beyond(spring, x)
+        return found
+
+    def _react(self, seen: Seen, mode: Mode) -> np.ndarray:
+        """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
+        position, force = seen.path.position[:, seen.rows], seen.answer.wrench.force
+        stated = seen.answer.stiffness
         if self._seen is not None:
             if stated is not None:
                 stated = self._kept(force, stated)
@@ -50,21 +87,24 @@ class Robin(Constant):
         else:
             self._seen = self._guess(position, force)
         self._stiffness = self._seen.stiffness
-        stiffness = straight(answer.wrench.time, self._stiffness, path.time)
-        spring = ContactSpring(path.position, stiffness)
-        return replace(super().loads(path, rows, answer, mode), spring=spring)
+        return self._stiffness
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return the stiffness that the coupling before this one found, or a first guess."""
-        if self._stiffness is not None and self._stiffness.shape[:2] == force.shape[:2]:
+        size = 3 * len(force)
+        if self._stiffness is not None and self._stiffness.shape == (force.shape[1], size, size):
             return Reaction.known(position, force, self._stiffness)
         return Reaction.first(position, force)
 
     def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """Return a stated stiffness; a tool that has lost contact keeps part of what held it."""
         assert self._seen is not None
-        lost = ~np.any(stated, axis=(-1, -2)) & ~np.any(force, axis=-1)
-        return np.where(lost[..., None, None], _KEPT * self._seen.own, stated)
+        kept = stated.copy()
+        for k, size in enumerate(np.any(force, axis=-1)):
+            own = np.s_[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
+            lost = ~size & ~np.any(stated[own], axis=(-1, -2))
+            kept[own][lost] = _KEPT * self._seen.own[own][lost]
+        return kept
 
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was in the last one."""

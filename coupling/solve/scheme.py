@@ -3,36 +3,80 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from coupling.path.contact_spring import straight
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Answer
+from coupling.robot.robot import SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
 
-class Scheme(ABC):
-    """How the next path follows from the last ones; it may remember them."""
+@dataclass(frozen=True)
+class Seen:
+    """What a process saw, and its answer.
 
-    def loads(self, path: ToolPath, rows: np.ndarray, answer: Answer, mode: Mode) -> WrenchHistory:
-        """Return what acts on the robots after the process has answered to a path, at its times.
+    Attributes:
+        path: Paths of the tools, at as many times as the robots are simulated.
+        rows: Rows of the process's samples in them.
+        answer: Its answer.
+    """
 
-        These are the process's wrenches, straight between its samples; a moving robot gets their mean
-        over each of its steps.  Held from sample to sample they would shake it, and would not belong to
-        what it does at that time.  A process that beats tells means over its steps already.
+    path: ToolPath
+    rows: np.ndarray
+    answer: Answer
+
+    def loads(self, mode: Mode) -> WrenchHistory:
+        """Return the process's wrenches at the times of the paths, straight between its samples.
+
+        A moving robot gets their mean over each of its steps.  Held from sample to sample they would
+        shake it, and would not belong to what it does at that time.  A process that beats tells means
+        over its steps already.
 
         Args:
-            path: The paths, at as many times as the robots are simulated.
-            rows: Rows of the process's samples in them.
-            answer: Its answer.
             mode: How the robots are simulated.
         """
-        wrench = straight(answer.wrench.time, answer.wrench.wrench, path.time)
-        if mode == "dynamic" and answer.period is None:
-            wrench[:, 1:] = 0.5 * (wrench[:, 1:] + wrench[:, :-1])
-        return WrenchHistory(path.time, wrench)
+        answered = self.answer.wrench
+        wrench = straight(answered.time, answered.wrench, self.path.time)
+        if mode == "dynamic" and self.answer.period is None:
+            wrench = mean_of_steps(wrench)
+        return WrenchHistory(self.path.time, wrench)
+
+
+def mean_of_steps(values: np.ndarray) -> np.ndarray:
+    """Return the means over the steps of what goes straight from row to row, (tools, n, ...)."""
+    means = values.copy()
+    means[:, 1:] = 0.5 * (values[:, 1:] + values[:, :-1])
+    return means
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How robots have answered to a process.
+
+    Attributes:
+        loads: What acted on them.
+        path: Paths of their tools.
+    """
+
+    loads: WrenchHistory
+    path: ToolPath
+
+
+class Scheme(ABC):
+    """How robots answer to a process, and the next path follows from the last ones."""
+
+    def moved(self, robot: SimulatedRobot, command: JointPath, seen: Seen, mode: Mode) -> Moved:
+        """Return how robots move after the process has answered.
+
+        Raises:
+            SimulationError: If a robot cannot be simulated.
+        """
+        loads = seen.loads(mode)
+        return Moved(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

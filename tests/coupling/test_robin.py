@@ -134,13 +134,13 @@ def test_the_answer_does_not_depend_on_the_stiffness(seed):
     """Any spring whose iteration converges leads to the same path and force."""
     rng = np.random.default_rng(seed)
     robot, wall = soft_robot(2.0, seed), oblique_wall()
-    root = rng.normal(size=(1, 60, 3, 3))
+    root = rng.normal(size=(60, 3, 3))
     more = 3e5 * root @ root.swapaxes(-1, -2)
 
     class Other(Robin):
-        def loads(self, path, rows, answer, mode):
-            stiffer = replace(answer, stiffness=answer.stiffness + more)
-            return super().loads(path, rows, stiffer, mode)
+        def moved(self, robot, command, seen, mode):
+            stiffer = replace(seen.answer, stiffness=seen.answer.stiffness + more)
+            return super().moved(robot, command, replace(seen, answer=stiffer), mode)
 
     result = coupled(robot, wall, most=2000, scheme=Other())
     assert result.converged, result.reason
@@ -158,7 +158,7 @@ def test_a_force_that_asks_for_no_position_is_no_obstacle():
 
         def evaluate(self, path: ToolPath) -> Answer:
             force = np.tile([0.0, 0.0, 700.0], (len(path.time), 1))
-            still = np.zeros((1, len(path.time), 3, 3))
+            still = np.zeros((len(path.time), 3, 3))
             return Answer(WrenchHistory.of_forces(path.time, [force]), stiffness=still)
 
     result = coupled(soft_robot(1.0), Constant())
@@ -168,7 +168,7 @@ def test_a_force_that_asks_for_no_position_is_no_obstacle():
 
 @pytest.mark.parametrize("name", ["cone", "two_robots"])
 def test_the_stiffness_that_a_law_tells_is_its_derivative(name):
-    """Central differences of the force on each tool by that tool's own position, on random paths.
+    """Central differences of the forces on all tools by all positions, on random paths.
 
     Where a supporting tool has lifted off, the reaction is not symmetric and the law's own is told.
     """
@@ -180,37 +180,44 @@ def test_the_stiffness_that_a_law_tells_is_its_derivative(name):
     answer = case.process.evaluate(path)
     told, pressed = answer.stiffness, np.any(answer.wrench.force[-1], axis=1)
     assert np.count_nonzero(pressed) > 100
-    assert np.count_nonzero(np.trace(told[0], axis1=1, axis2=2)) > 100
+    assert np.count_nonzero(np.trace(told, axis1=1, axis2=2)) > 100
     step, count = 1e-8, len(path.pose)
     for tool in range(count):
         for axis in range(3):
             shift = np.zeros((count, len(path.time), 6))
             shift[tool, :, axis] = step
             ahead, behind = (
-                case.process.evaluate(path.displaced(sign * shift)).wrench.force[tool]
+                np.concatenate(
+                    list(case.process.evaluate(path.displaced(sign * shift)).wrench.force), axis=1
+                )
                 for sign in (1.0, -1.0)
             )
             found = (behind - ahead) / (2.0 * step)
-            expected = told[tool, :, :, axis]
+            expected = told[:, :, 3 * tool + axis]
             np.testing.assert_allclose(
                 found[pressed], expected[pressed], rtol=0, atol=30.0
             )  # of 1e5
 
 
-def test_the_smallest_stiffness_that_explains_a_change_of_force():
+@pytest.mark.parametrize("tools", [1, 2])
+def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
     """K dx = -df, symmetric, not negative; kept where the force grows along the motion."""
     rng = np.random.default_rng(3)
-    position, force = rng.normal(size=(2, 1, 50, 3))
-    root = rng.normal(size=(1, 50, 3, 3))
+    position, force = rng.normal(size=(2, tools, 50, 3))
+    root = rng.normal(size=(50, 3 * tools, 3 * tools))
     true = root @ root.swapaxes(-1, -2)
-    step = 1e-3 * rng.normal(size=(1, 50, 3))
-    change = -np.einsum("...ij,...j->...i", true, step)
+    step = 1e-3 * rng.normal(size=(tools, 50, 3))
+
+    def explained(stiffness):
+        answers = np.einsum("nij,nj->ni", stiffness, np.concatenate(list(step), axis=1))
+        return answers.reshape(50, tools, 3).swapaxes(0, 1)
+
+    change = -explained(true)
     before = Reaction.first(position, force)
     found = before.then(position + step, force + change).stiffness
-    explained = np.einsum("...ij,...j->...i", found, step)
     kept = np.all(found == before.stiffness, axis=(-1, -2))
     assert np.count_nonzero(kept) < 5
-    np.testing.assert_allclose(explained[~kept], -change[~kept], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(explained(found)[:, ~kept], -change[:, ~kept], rtol=0, atol=1e-12)
     np.testing.assert_allclose(found, found.swapaxes(-1, -2))
     assert np.linalg.eigvalsh(found).min() > -1e-9
     grown = before.then(position + step, force - change).stiffness
