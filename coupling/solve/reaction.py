@@ -24,8 +24,8 @@ _TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
 # median along the path), its growth from evaluation to evaluation, and the most.
 _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
-# One that creeps, straight on (by this cosine at least), is held too tightly.  A gear that only the spring
-# holds creeps by 1 - true stiffness / stiffness of the spring: it is met with this multiple of the true.
+# One that creeps, straight on (by this cosine at least), is held too tightly.  A gear that the spring
+# alone holds creeps by 1 - true stiffness / that of the spring: it is met with this multiple of the true.
 _STRAIGHT, _SAFE = 0.9, 1.5
 
 
@@ -107,14 +107,15 @@ class Reaction:
         sizes = np.trace(own, axis1=-2, axis2=-1)
         usual = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 0.0
         moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (self, last))
-        turned = np.sum(self.step * last.step, axis=-1) < _TURNS * moved * before
+        onward = np.sum(self.step * last.step, axis=-1)
+        turned = onward < _TURNS * moved * before
         restless = (moved > before) | (turned & (moved > _SETTLES * before))
         restless &= moved > _STILL
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
-        creeps = ~restless & (turned > _STRAIGHT * moved * before)
+        creeps = ~restless & (onward > _STRAIGHT * moved * before)
         along = np.divide(self.step, moved[..., None], where=creeps[..., None], out=0.0 * self.step)
         stiff = np.einsum("...i,...ij,...j->...", along, own, along)
-        slowed = np.divide(turned, before**2, where=creeps, out=np.zeros_like(moved))
+        slowed = np.divide(onward, before**2, where=creeps, out=np.zeros_like(moved))
         looser = _SAFE * (1.0 - slowed) * (stiff + self.hold) - stiff
         looser = np.where(creeps, np.clip(looser, 0.0, self.hold), self.hold)
         return replace(self, hold=np.where(restless, tighter, looser))
