@@ -24,8 +24,8 @@ _TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
 # median along the path), its growth from evaluation to evaluation, and the most.
 _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
-# One that creeps, straight on (by this cosine at least), is held too tightly.  A gear that the spring
-# alone holds creeps by 1 - true stiffness / that of the spring: it is met with this multiple of the true.
+# One that creeps, straight on (by this cosine at least), is held too tightly: it gets this multiple of the
+# stiffness that its last two steps tell.
 _STRAIGHT, _SAFE = 0.9, 1.5
 
 
@@ -39,6 +39,8 @@ class Reaction:
         own: Stiffness that it states, or that explains its answers [N/m], (n, 3 tools, 3 tools).
         hold: What is added in all directions where a tool does not settle [N/m], (tools, n).
         step: How every tool has moved between the last two evaluations [m], (tools, n, 3).
+        eased: Stiffness that a tool was met with along its step, over that which it is met with now: how
+            much farther it may move, (tools, n).
         evaluations: Number of evaluations.
     """
 
@@ -47,6 +49,7 @@ class Reaction:
     own: np.ndarray
     hold: np.ndarray
     step: np.ndarray
+    eased: np.ndarray
     evaluations: int = 1
 
     @classmethod
@@ -63,7 +66,8 @@ class Reaction:
     @classmethod
     def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
         """Return what is known of a process whose stiffness is given."""
-        return cls(position, force, stiffness, np.zeros(force.shape[:-1]), np.zeros_like(force))
+        free = np.zeros(force.shape[:-1])
+        return cls(position, force, stiffness, free, np.zeros_like(force), np.ones_like(free))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -89,14 +93,16 @@ class Reaction:
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
         count = self.evaluations + 1
-        return Reaction(position, force, own, self.hold, step, count)
+        return Reaction(position, force, own, self.hold, step, self.eased, count)
 
     def held_after(self, last: Reaction) -> Reaction:
         """Return the same, with tools held where they do not settle: gears that hang in their play.
 
         A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
-        taken a little too small; and what one sample answers depends on its neighbours' jumps.  Where
-        one then creeps, it is held less.
+        taken a little too small; and what one sample answers depends on its neighbours' jumps.
+
+        Where one then creeps, it is held less.  A gear that the spring alone holds makes steps s with
+        F = K s, so that two of them tell the process's stiffness, K* s_1 = K_1 s_1 - K_2 s_2.
 
         Args:
             last: What was known one evaluation before.
@@ -109,16 +115,24 @@ class Reaction:
         moved, before = (np.linalg.norm(entry.step, axis=-1) for entry in (self, last))
         onward = np.sum(self.step * last.step, axis=-1)
         turned = onward < _TURNS * moved * before
-        restless = (moved > before) | (turned & (moved > _SETTLES * before))
+        restless = (moved > np.maximum(self.eased, 1.0) * before) | (
+            turned & (moved > _SETTLES * before)
+        )
         restless &= moved > _STILL
         tighter = np.clip(_TIGHTER * self.hold, _HOLD * usual, _TIGHTEST * usual)
         creeps = ~restless & (onward > _STRAIGHT * moved * before)
-        along = np.divide(self.step, moved[..., None], where=creeps[..., None], out=0.0 * self.step)
+        along = _ratio(self.step, moved[..., None])
         stiff = np.einsum("...i,...ij,...j->...", along, own, along)
-        slowed = np.divide(onward, before**2, where=creeps, out=np.zeros_like(moved))
-        looser = _SAFE * (1.0 - slowed) * (stiff + self.hold) - stiff
-        looser = np.where(creeps, np.clip(looser, 0.0, self.hold), self.hold)
-        return replace(self, hold=np.where(restless, tighter, looser))
+        told = (self.eased - _ratio(onward, before**2)) * (stiff + self.hold)
+        looser = np.clip(_SAFE * told - stiff, 0.0, self.hold)
+        hold = np.where(restless, tighter, np.where(creeps, looser, self.hold))
+        eased = np.where(stiff + hold > 0.0, _ratio(stiff + self.hold, stiff + hold), 1.0)
+        return replace(self, hold=hold, eased=eased)
+
+
+def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Return part / whole, 0 where the whole is."""
+    return np.divide(part, whole, where=whole > 0.0, out=np.zeros_like(part))
 
 
 def _joined(vectors: np.ndarray) -> np.ndarray:

@@ -1,0 +1,115 @@
+"""Robots against a process that goes on as it has answered: several tools, and few samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from spring_robot import SpringPlanner, SpringRobot, upright
+
+from coupling.path.contact_spring import straight
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import refined
+from coupling.process import Answer, ElasticWall
+from coupling.robot.cell import Cell, Member, Placement
+from coupling.solve.fixed_point import Loop, couple, unloaded_path
+from coupling.solve.robin import Robin
+
+SAMPLES = 40
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """F = -K x of two tools, K of any kind but in what a tool feels of its own displacement."""
+
+    stiffness: np.ndarray  # (6, 6) [N/m]
+    across: bool = True  # whether what one tool does to the other is stated
+    identity: str = ""
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        every = np.concatenate(list(path.position), axis=1)
+        force = (-every @ self.stiffness.T).reshape(-1, 2, 3).swapaxes(0, 1)
+        told = self.stiffness.copy()
+        if not self.across:
+            told[:3, 3:] = told[3:, :3] = 0.0
+        known = np.tile(told, (len(path.time), 1, 1))
+        return Answer(WrenchHistory.of_forces(path.time, force), stiffness=known)
+
+
+def pinched(rng: np.random.Generator) -> np.ndarray:
+    """Return a sheet's stiffness: a spring between both tools, their own, and one that is one-sided."""
+    normal = rng.normal(size=3)
+    between = np.outer(normal, normal)
+    own = [root @ root.T for root in rng.normal(size=(2, 3, 3))]
+    stiffness = np.block([[between + 0.2 * own[0], -between], [-between, between + 0.2 * own[1]]])
+    stiffness[3:, :3] += 0.3 * rng.normal(size=(3, 3))
+    return 1e6 * stiffness
+
+
+def cell_of_springs(rng: np.random.Generator, gain: float, stiffness: np.ndarray) -> Cell:
+    """Return two tools on springs that stand and are turned anyhow; the gain is that of both."""
+    roots = rng.normal(size=(2, 3, 3))
+    compliances = roots @ roots.swapaxes(-1, -2) + 0.1 * np.eye(3)
+    whole = np.block([[compliances[0], np.zeros((3, 3))], [np.zeros((3, 3)), compliances[1]]])
+    size = gain / np.abs(np.linalg.eigvals(whole @ stiffness)).max()
+    members = []
+    for name, compliance in zip(("first", "second"), compliances, strict=True):
+        at = Placement(rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)))
+        turn = at.rotation.as_matrix()
+        robot = SpringRobot(size * turn.T @ compliance @ turn)
+        members.append(Member(name, at, robot, SpringPlanner()))
+    return Cell(tuple(members))
+
+
+@pytest.mark.parametrize("gain", [0.1, 1.0, 5.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_two_tools_that_press_on_each_other_take_three_evaluations(gain, seed):
+    """Against the linear solution; a sheet that keeps what goes across to itself takes more."""
+    rng = np.random.default_rng(seed)
+    sheet = Sheet(pinched(rng))
+    cell = cell_of_springs(rng, gain, sheet.stiffness)
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    wanted = ToolPath.of_tools(
+        [ToolPath(time, upright(1e-3 * rng.normal(size=(SAMPLES, 3)))) for _ in range(2)]
+    )
+    command = cell.plan(wanted)
+    found = couple(Loop(cell, sheet, "quasistatic", Robin()), command)
+    assert found.converged, found.reason
+    assert len(found.evaluations) <= 3
+
+    turns = [member.placement.rotation.as_matrix() for member in cell.members]
+    soft = np.zeros((6, 6))
+    for k, (turn, member) in enumerate(zip(turns, cell.members, strict=True)):
+        soft[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = turn @ member.robot.compliance @ turn.T
+    free = np.concatenate(list(wanted.position), axis=1)
+    expected = np.linalg.solve(np.eye(6) + soft @ sheet.stiffness, free.T).T
+    own = np.concatenate(list(found.path.position), axis=1)
+    np.testing.assert_allclose(own, expected, rtol=0, atol=1e-6)
+
+    alone = couple(Loop(cell, replace(sheet, across=False), "quasistatic", Robin()), command)
+    assert gain < 1.0 or len(alone.evaluations) > 3
+
+
+@pytest.mark.parametrize("gain", [1.0, 5.0])
+def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
+    """A tool that swings between samples 20 ms apart: only what it does at these reaches the process."""
+    wall = ElasticWall(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e6)
+    robot = SpringRobot(gain / wall.stiffness * np.eye(3))
+    time = np.linspace(0.0, 1.0, 2001)
+    swinging = -5e-3 - 1e-3 * np.sin(2.0 * np.pi * 31.0 * time)
+    drives = np.column_stack([0.1 * time, 0.0 * time, swinging])
+    command = JointPath(time, (drives,))
+    samples = np.linspace(0.0, 1.0, 51)
+    sampled = ToolPath(samples, upright(drives[::40]))
+    told, rows = refined(sampled, 0.004)
+    loop = Loop(robot, wall, "quasistatic", Robin())
+    found = couple(loop, command, unloaded_path(loop, command, told.time), rows)
+    assert found.converged, found.reason
+    assert len(found.evaluations) <= 3
+
+    answered = wall.evaluate(found.path.at_rows(rows)).wrench.wrench
+    force = WrenchHistory(told.time, straight(samples, answered, told.time))
+    again = robot.simulate(command, force, "quasistatic")
+    np.testing.assert_allclose(again.position, found.path.position, rtol=0, atol=1e-6)
