@@ -24,8 +24,8 @@ _TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
 # median along the path), its growth from evaluation to evaluation, and the most.
 _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
-# One that creeps, straight on (by this cosine at least), is held too tightly: it gets this multiple of the
-# stiffness that its last two steps tell.
+# One that creeps, straight on (by this cosine at least), is held too tightly: it gets this multiple of
+# the stiffness that its last two steps tell.
 _STRAIGHT, _SAFE = 0.9, 1.5
 
 
