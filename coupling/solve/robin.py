@@ -56,21 +56,21 @@ class Robin(Constant):
         own = straight(seen.answer.wrench.time, own_blocks(process.stiffness), time)
         spring = ContactSpring(x.position, own)
         answered = replace(seen.loads(mode), spring=spring)
-        inner, beyond, found = Anderson(), np.zeros_like(x.position), Moved(answered, x)
+        inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
             loads = answered.plus(beyond)
             found = Moved(loads, robot.simulate(command, loads, mode))
-            wanted = process.beyond(spring, found.path)
+            left = float(np.abs(process.beyond(spring, found.path) - beyond).max())
+            if best is None or left < least:
+                best, least = found, left
             change = float(np.abs(process.change(found.path)).max())
-            if (
-                np.abs(wanted - beyond).max() <= _AGREED * change
-                or found.path.distance_to(x).max() <= _STILL
-            ):
+            if left <= _AGREED * change or found.path.distance_to(x).max() <= _STILL:
                 break
             step = inner.update(x.deviation_from(seen.path), found.path.deviation_from(seen.path))
             x = seen.path.displaced(step)
             beyond = process.beyond(spring, x)
-        return found
+        assert best is not None
+        return best
 
     def _react(self, seen: Seen, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
