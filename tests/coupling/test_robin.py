@@ -124,9 +124,18 @@ def test_a_stiffness_ten_times_too_large_is_not_called_converged_too_early():
     np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=1.5e-6)
 
 
-def test_a_stiffness_far_too_small_is_told_as_a_failure():
-    result = coupled(soft_robot(10.0), Untold(oblique_wall(), 0.2), Tolerance(), most=40)
-    assert result.outcome is not Outcome.CONVERGED
+@pytest.mark.parametrize("factor", [0.1, 0.2, 0.4])
+def test_where_a_stiffness_is_stated_far_too_small_the_tool_is_held(factor):
+    robot = soft_robot(10.0)
+    result = coupled(robot, Untold(oblique_wall(), factor), Tolerance())
+    assert result.converged, result.reason
+    expected = closed_form(robot, pressing())
+    np.testing.assert_allclose(result.path.position[0], expected, rtol=0, atol=2e-6)
+
+
+def test_a_stiffness_far_too_small_for_a_moving_robot_is_told_as_a_failure():
+    loop = Loop(soft_robot(10.0), Untold(oblique_wall(), 0.2), "dynamic", Robin())
+    assert couple(loop, pressing()).outcome is not Outcome.CONVERGED
 
 
 @pytest.mark.parametrize("seed", range(5))
