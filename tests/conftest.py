@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 
+# A shell that runs the tests in its background has them ignore Ctrl-C, and so would the runs they start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_library, "1")
 
