@@ -36,11 +36,11 @@ MISTAKES = {
         "wrench: expected no spring",
     ),
     "stiffness": (
-        answer(stiffness=np.zeros((5, 3, 3))),
-        r"stiffness: expected shape \(1, 5, 3, 3\), .* got \(5, 3, 3\)",
+        answer(stiffness=np.zeros((1, 5, 3, 3))),
+        r"stiffness: expected shape \(5, 3, 3\), \(samples, .* got \(1, 5, 3, 3\)",
     ),
     "a number": (answer(stiffness=1e5), r"stiffness: expected shape .* got \(\)"),
-    "NaN": (answer(stiffness=np.full((1, 5, 3, 3), np.nan)), "stiffness: expected finite values"),
+    "NaN": (answer(stiffness=np.full((5, 3, 3), np.nan)), "stiffness: expected finite values"),
 }
 
 
@@ -64,7 +64,7 @@ def test_a_bad_answer_is_named(name):
 
 
 def test_a_good_answer_passes():
-    good = answer(stiffness=np.zeros((1, 5, 3, 3)))
+    good = answer(stiffness=np.zeros((5, 3, 3)))
     assert CheckedProcess(Own(good), "mine").evaluate(PATH) is good
 
 
