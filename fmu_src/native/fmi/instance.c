@@ -127,15 +127,19 @@ static bool require_parameters(er_instance *instance)
 bool er_instance_initialise(er_instance *instance)
 {
     er_model *model = instance->model;
+    er_memory before;
     if (instance->progress.computed)
         return true;
     if (!require_parameters(instance) ||
         !er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
+    before = model->memory;
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
-                        &instance->inputs.load, &instance->failure))
+                        &instance->inputs.load, &instance->failure)) {
+        model->memory = before;
         return false;
+    }
     keep_step_start(instance, &model->memory.state, instance->progress.time, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
