@@ -1,7 +1,7 @@
 /* Random calls of FMI 2.0 in any order: fuzz2 LIBRARY GUID RESOURCES-URI CALLS.
  *
- * Calls out of their time and with wrong arguments are among them: no instance, no arrays, references that
- * do not exist, states that are damaged.  A refused call leaves the serialised state as it was.
+ * Calls out of their time and with wrong arguments are among them: no instance, no arrays, references
+ * that do not exist, states that are damaged.  A refused call leaves the serialised state as it was.
  */
 #include "draw.h"
 #include "master.h"
@@ -123,7 +123,8 @@ static fmi2Status get_strings(fmi2Component c)
 
 static fmi2Status turn_log(fmi2Component c)
 {
-    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "", NULL};
+    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
+                                        NULL};
     const char *categories[2] = {names[draw(6)], names[draw(6)]};
     return ffmi2SetDebugLogging(c, draw(8) != 0, draw(3), categories);
 }

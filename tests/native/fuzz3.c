@@ -139,7 +139,8 @@ static fmi3Status get_string(fmi3Instance c)
 
 static fmi3Status turn_log(fmi3Instance c)
 {
-    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "", NULL};
+    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
+                                        NULL};
     const char *categories[2] = {names[draw(6)], names[draw(6)]};
     return fmi3SetDebugLogging(c, draw(8) != 0, draw(3), categories);
 }

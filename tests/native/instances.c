@@ -1,8 +1,8 @@
 /* Instances one after another, and refused calls: the memory that each leaves behind.
  *
- * FMI 2.0: instances LIBRARY GUID RESOURCES-URI COUNT; FMI 3.0, compiled with -DFMI3 and the FMU's sources:
- * instances TOKEN RESOURCES COUNT.  Prints two numbers of bytes, per instance and per refused call, by the
- * count of the allocator; Python, where there is one, uses the allocator with PYTHONMALLOC=malloc.
+ * FMI 2.0: instances LIBRARY GUID RESOURCES-URI COUNT; FMI 3.0, compiled with -DFMI3 and linked with the
+ * FMU's library: instances TOKEN RESOURCES COUNT.  Prints two numbers of bytes, per instance and per
+ * refused call, by the count of the allocator, which Python asks with PYTHONMALLOC=malloc.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>

@@ -15,18 +15,22 @@ static const struct {
     const char *refusal; /* elsewhere, but for the terminated instance */
 } calls[] = {
     [ER_CALL_SETUP] = {IN(ER_INSTANTIATED),
-                       "expected the experiment's setup before initialisation is entered, got it after"},
+                       "expected the experiment's setup before initialisation is entered, got it"
+                       " after"},
     [ER_CALL_ENTER] = {IN(ER_INSTANTIATED),
                        "expected a reset before initialisation is entered again, got none"},
     [ER_CALL_EXIT] = {IN(ER_INITIALISING),
-                      "expected initialisation to be entered before its end, and to end once, got its end"},
+                      "expected initialisation to be entered before its end, and to end once, got"
+                      " its end"},
     [ER_CALL_STEP] = {IN(ER_RUNNING),
                       "expected initialisation's end before a step, got the step first"},
     [ER_CALL_TERMINATE] = {IN(ER_RUNNING),
-                           "expected initialisation's end before termination, got the termination first"},
+                           "expected initialisation's end before termination, got the termination"
+                           " first"},
     [ER_CALL_SET] = {ALIVE, NULL},
     [ER_CALL_SET_FIXED] = {BEFORE, "strings are fixed; set them before initialisation ends"},
-    [ER_CALL_GET] = {BEGUN, "expected initialisation to be entered before values are read, got it after"},
+    [ER_CALL_GET] = {BEGUN, "expected initialisation to be entered before values are read, got it"
+                            " after"},
     [ER_CALL_GET_START] = {ALWAYS, NULL},
     [ER_CALL_DERIVE] = {BEGUN, "expected initialisation to be entered before derivatives are asked for,"
                                " got it after"},
