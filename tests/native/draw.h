@@ -6,11 +6,19 @@
 
 #include "description.h"
 
+static unsigned long long drawn = 1;
+
 static inline unsigned draw(unsigned below)
 {
-    static unsigned long long seed = 1;
-    seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
-    return (unsigned)(seed >> 33) % below;
+    drawn = drawn * 6364136223846793005ULL + 1442695040888963407ULL;
+    return (unsigned)(drawn >> 33) % below;
+}
+
+/* Other numbers, where a program's last argument is there. */
+static inline void start_draw(int count, char **arguments, int place)
+{
+    if (count > place)
+        drawn = (unsigned long long)atol(arguments[place]);
 }
 
 static inline double draw_value(void)

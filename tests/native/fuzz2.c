@@ -1,4 +1,4 @@
-/* Random calls of FMI 2.0 in any order: fuzz2 LIBRARY GUID RESOURCES-URI CALLS.
+/* Random calls of FMI 2.0 in any order: fuzz2 LIBRARY GUID RESOURCES-URI CALLS [SEED].
  *
  * Calls out of their time and with wrong arguments are among them: no instance, no arrays, references
  * that do not exist, states that are damaged.  A refused call leaves the serialised state as it was.
@@ -251,6 +251,7 @@ int main(int count, char **arguments)
     session s = {NULL, NULL, 0.0, 0, 0};
     long calls;
     start_master(count, arguments);
+    start_draw(count, arguments, 5);
     s.c = new_instance();
     calls = atol(arguments[4]);
     for (long call = 0; call < calls; call++) {

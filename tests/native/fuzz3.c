@@ -1,4 +1,4 @@
-/* Random calls of FMI 3.0 in any order: fuzz3 TOKEN RESOURCES CALLS.
+/* Random calls of FMI 3.0 in any order: fuzz3 TOKEN RESOURCES CALLS [SEED].
  *
  * Linked with the FMU's sources, so that a sanitizer sees both.  Buffers have the size that is told
  * to the FMU and not a byte more.  Calls out of their time and with wrong arguments are among them: no
@@ -268,7 +268,8 @@ int main(int count, char **arguments)
 {
     session s = {NULL, NULL, 0.0, 0, 0};
     long calls;
-    CHECK(count == 4);
+    CHECK(count >= 4);
+    start_draw(count, arguments, 4);
     token = arguments[1];
     resources = arguments[2];
     calls = atol(arguments[3]);
