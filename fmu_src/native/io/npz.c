@@ -184,9 +184,9 @@ static bool open_array(slice zip, const char *name, array *a, er_failure *failur
 
 static bool take_names(er_data_table *table, const array *a, er_failure *failure)
 {
-    if (a->kind != 'U' || a->shape[1] != 1 || a->shape[0] > ER_MAX_COLUMNS)
+    if (a->kind != 'U' || a->shape[1] != 1 || a->shape[0] > ER_MAX_TABLE_COLUMNS)
         return er_fail(failure, "the array 'columns' is not a list of at most %d texts",
-                       ER_MAX_COLUMNS);
+                       ER_MAX_TABLE_COLUMNS);
     table->columns = (int)a->shape[0];
     for (int k = 0; k < table->columns; k++) {
         char *name = table->name[k];

@@ -35,8 +35,8 @@ static bool read_names(er_data_table *table, const char *c, const char *end, er_
     for (;;) {
         char *name;
         size_t length = 0;
-        if (table->columns == ER_MAX_COLUMNS)
-            return er_fail(failure, "expected at most %d columns, got more", ER_MAX_COLUMNS);
+        if (table->columns == ER_MAX_TABLE_COLUMNS)
+            return er_fail(failure, "expected at most %d columns, got more", ER_MAX_TABLE_COLUMNS);
         name = table->name[table->columns++];
         for (c = skip_blanks(c); c < end && *c != ','; c++)
             if (length + 1 < ER_MAX_NAME)

@@ -6,13 +6,13 @@
 
 #include "failure.h"
 
-#define ER_MAX_COLUMNS 256
+#define ER_MAX_TABLE_COLUMNS 256
 #define ER_MAX_NAME 32
 
 typedef struct {
     size_t rows;
     int columns;
-    char name[ER_MAX_COLUMNS][ER_MAX_NAME];
+    char name[ER_MAX_TABLE_COLUMNS][ER_MAX_NAME];
     double *data; /* by rows */
 } er_data_table;
 

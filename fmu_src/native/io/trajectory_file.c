@@ -55,7 +55,7 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
                        qd ? "qd" : "qdd");
     width = 1 + joints * (qd ? 3 : 1);
     for (size_t k = 0; k < table->rows; k++) {
-        double row[ER_MAX_COLUMNS];
+        double row[ER_MAX_TABLE_COLUMNS];
         memcpy(row, table->data + k * (size_t)table->columns,
                (size_t)table->columns * sizeof *row);
         for (int c = 0; c < width; c++)
