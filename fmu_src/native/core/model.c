@@ -1,5 +1,6 @@
 #include "model.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -167,12 +168,37 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
     return true;
 }
 
+/* Says what acted where a motion was given up: one of these may have grown too large. */
+static bool tell_acting(const er_model *model, const er_held *held, er_failure *failure)
+{
+    const er_failure reason = *failure;
+    const double *w = held->load.wrench, *k = held->load.anchor.stiffness;
+    double stiffness = 0.0, rate = 0.0, acceleration = 0.0;
+    char spring[64] = "";
+    for (int i = 0; i < ER_SYMMETRIC; i++)
+        stiffness = fmax(stiffness, fabs(k[i]));
+    for (int i = 0; i < model->robot.joints; i++) {
+        rate = fmax(rate, fabs(held->qd[i]));
+        acceleration = fmax(acceleration, fabs(held->qdd[i]));
+    }
+    if (stiffness > 0.0)
+        snprintf(spring, sizeof spring, "a spring of %.3g N/m, ", stiffness);
+    return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %sdrives of %.3g rad/s and %.3g rad/s2:"
+                   " one of these is too large, or the robot is unstable", reason.text,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, rate,
+                   acceleration);
+}
+
 static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
-                    er_failure *failure)
+                    const er_held *held, er_failure *failure)
 {
     const er_state before = model->memory.state;
     er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, *load,
                         before.time, false, er_anchor_holds(&load->anchor)};
+    double most = model->robot.settings.most_step;
+    if (!(end - before.time <= most))
+        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
+                       end - before.time);
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
@@ -180,7 +206,7 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
     if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
     model->memory.state = before;
-    return false;
+    return tell_acting(model, held, failure);
 }
 
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
@@ -191,7 +217,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
     if (!hold(model, &drives, end, load, end - model->memory.state.time, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
-                : move_to(model, end, &drives, load, failure)))
+                : move_to(model, end, &drives, load, &held, failure)))
         return false;
     model->memory.held = held;
     return true;

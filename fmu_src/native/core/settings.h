@@ -11,8 +11,11 @@
     DO(longest_step)                                                                                \
     DO(first_step)                                                                                  \
     DO(shortest_step)                                                                               \
-    DO(most_steps)                                                                                  \
-    DO(most_steps_per_longest)                                                                      \
+    DO(most_tries)                                                                                  \
+    DO(most_tries_per_longest)                                                                      \
+    DO(usual_local_error)                                                                           \
+    DO(most_step)                                                                                   \
+    DO(most_deflection)                                                                             \
     DO(shift_by_jump)                                                                               \
     DO(safety)                                                                                      \
     DO(strongest_cut)                                                                               \

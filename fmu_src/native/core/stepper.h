@@ -90,6 +90,7 @@ typedef struct {
     double lever[ER_MAX_ANGLES][3]; /* of the TCP about each entry of x, in the posture of the mass [m] */
     ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
+    double tries; /* of a step that are left before the integration is given up */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
