@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import sys
 from collections.abc import Callable
 from math import isfinite
@@ -287,7 +288,7 @@ class ElasticRobotSlave(Fmi2Slave):
             return None
         path = Path(strings["trajectory"])
         packed = Path(self.resources, path)  # of use where a master unpacks it no one knows where
-        file = packed if packed.is_file() and not path.exists() else path
+        file = packed if os.path.exists(packed) and not os.path.exists(path) else path
         return read_trajectory(file, len(self._robot.joints))
 
     def _drives(self) -> Drives:

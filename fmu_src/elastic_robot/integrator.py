@@ -102,6 +102,8 @@ class GaussStepper:
         step, crossing = self._solve(system, state, length, left)
         if crossing is not None:
             return self._after_crossing(state, step, crossing), step
+        if step.length == left and target == kink:
+            self._tries_left += self._settings.tries_per_sample
         after = State(
             target if step.length == left else state.time + step.length,
             step.end[0],

@@ -61,6 +61,11 @@ class Settings:
         slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
             a smooth curve bends.
         across_play: Longest of its steps inside a play [half widths]: from anywhere it leads out of it.
+        closest_samples: Samples of a trajectory closer than this are refused [s]: no drive follows them, and
+            each may end a step.
+        most_sample: Largest time, angle, rate or acceleration of a trajectory [s, rad, rad/s, rad/s^2];
+            doubles of that size are 1e-4 apart.
+        tries_per_sample: Tries of a step that are allowed besides where a sample has ended one.
         time_slack: A step may start this far from the end of the last one, and a time pass the ends of a
             trajectory by as much [s]: sums of communication steps round.
     """
@@ -96,6 +101,9 @@ class Settings:
     most_equilibrium_passes: int = 60
     slow_equilibrium: float = 0.1
     across_play: float = 2.0
+    closest_samples: float = 1e-6
+    most_sample: float = 1e12
+    tries_per_sample: int = 3
     time_slack: float = 1e-9
 
     def local_error(self, tolerance: float, play: bool) -> float:

@@ -67,23 +67,16 @@ static bool hold(const er_model *model, const er_drives *drives, double time, co
     return true;
 }
 
-static bool exists(const char *path)
-{
-    FILE *file = er_open(path);
-    if (file != NULL)
-        fclose(file);
-    return file != NULL;
-}
-
 /* Reads a file, or one of this name among the resources if it is there only. */
 static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
                             er_failure *failure)
 {
     char packed[2 * ER_MAX_PATH];
     snprintf(packed, sizeof packed, "%s%s", model->resources, path);
-    if (model->resources[0] == '\0' || exists(path) || !exists(packed))
+    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
         snprintf(packed, sizeof packed, "%s", path);
-    return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
+    return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
+                              failure);
 }
 
 /* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */

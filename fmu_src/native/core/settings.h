@@ -37,6 +37,9 @@
     DO(most_equilibrium_passes)                                                                     \
     DO(slow_equilibrium)                                                                            \
     DO(across_play)                                                                                 \
+    DO(closest_samples)                                                                             \
+    DO(most_sample)                                                                                 \
+    DO(tries_per_sample)                                                                            \
     DO(time_slack)
 
 #define ER_DECLARE_SETTING(name) double name;

@@ -164,6 +164,8 @@ static bool take_step(const er_run *r, er_state *state, double end)
     else if (factor < settings->smallest_growth)
         proposal = h * fmin(1.0, factor);
     take_end(r, state, step);
+    if (reaches_target && target < end)
+        r->work->tries += settings->tries_per_sample;
     state->time = reaches_target ? target : state->time + h;
     state->step = fmin(proposal, settings->longest_step);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);

@@ -21,23 +21,23 @@ static const double *sample_row(const er_samples *s, size_t k)
     return s->data + k * (size_t)column_count(s);
 }
 
-static bool require_samples(const er_samples *s, er_failure *failure)
+static bool require_samples(const er_samples *s, const er_settings *settings, er_failure *failure)
 {
+    static const char *const names[] = {"q", "qd", "qdd"};
     if (s->samples < 2)
         return er_fail(failure, "expected at least 2 samples, got %lu",
                        (unsigned long)s->samples);
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
         for (int c = 0; c < column_count(s); c++)
-            if (!isfinite(row[c])) {
-                const char *names[] = {"q", "qd", "qdd"};
-                return er_fail(failure, "%s is not finite in sample %lu",
-                               c == 0 ? "time" : names[(c - 1) / s->joints],
-                               (unsigned long)k + 1);
-            }
-        if (k > 0 && !(row[0] > sample_row(s, k - 1)[0]))
-            return er_fail(failure, "expected rising times, got %.9g s, then %.9g s at sample %lu",
-                           sample_row(s, k - 1)[0], row[0], (unsigned long)k + 1);
+            if (!(fabs(row[c]) <= settings->most_sample)) /* NaN is not at most anything */
+                return er_fail(failure, "%s: expected finite numbers of at most %g, got another in"
+                               " sample %lu", c == 0 ? "time" : names[(c - 1) / s->joints],
+                               settings->most_sample, (unsigned long)k + 1);
+        if (k > 0 && row[0] - sample_row(s, k - 1)[0] < settings->closest_samples)
+            return er_fail(failure, "expected rising times, at least %g s apart, got %.9g s, then %.9g s at"
+                           " sample %lu", settings->closest_samples, sample_row(s, k - 1)[0], row[0],
+                           (unsigned long)k + 1);
     }
     return true;
 }
@@ -133,11 +133,12 @@ static uint64_t fingerprint_of(const er_samples *s)
     return hash | 1;
 }
 
-bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *failure)
+bool er_trajectory_build(er_trajectory *t, const er_samples *s, const er_settings *settings,
+                         er_failure *failure)
 {
     size_t entries = s->samples * (size_t)s->joints * POWERS;
     memset(t, 0, sizeof *t);
-    if (!require_samples(s, failure))
+    if (!require_samples(s, settings, failure))
         return false;
     t->joints = s->joints;
     t->samples = s->samples;

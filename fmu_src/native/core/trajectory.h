@@ -30,11 +30,16 @@ typedef struct {
 } er_samples;
 
 /* Builds the polynomials; the samples remain the caller's. */
-bool er_trajectory_build(er_trajectory *trajectory, const er_samples *samples, er_failure *failure);
+bool er_trajectory_build(er_trajectory *trajectory, const er_samples *samples,
+                         const er_settings *settings, er_failure *failure);
 
-/* Reads CSV with a header line, or NPZ with arrays `columns` and `data` that is not compressed. */
+/* Reads CSV with a header line, or NPZ with arrays `columns` and `data`. */
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,
-                        er_failure *failure);
+                        const er_settings *settings, er_failure *failure);
+
+/* The same of a file's content, with a zero byte behind it.  `is_npz`: its name ends in .npz. */
+bool er_trajectory_parse(er_trajectory *trajectory, const char *content, size_t size, bool is_npz,
+                         int joints, const er_settings *settings, er_failure *failure);
 
 void er_trajectory_free(er_trajectory *trajectory);
 

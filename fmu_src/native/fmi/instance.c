@@ -1,6 +1,5 @@
 #include "instance.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,12 +11,12 @@
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)
 {
     size_t size;
-    char *text = er_read_file(file, &size);
+    er_failure reason;
+    char *text = er_read_file(file, &size, &reason);
     er_lines lines;
     bool good;
     if (text == NULL)
-        return er_fail(&instance->failure, "the robot's data %s cannot be read: %s", file,
-                       strerror(errno));
+        return er_fail(&instance->failure, "the robot's data %.500s: %.500s", file, reason.text);
     er_lines_start(&lines, text, &instance->failure);
     good = er_robot_parse(robot, &lines) &&
            er_interface_parse(&instance->interface, robot, &lines);

@@ -36,9 +36,12 @@ static unsigned take_bits(stream *s, int count)
     return value;
 }
 
-static void build_code(code *c, const unsigned char *length, int symbols)
+/* Returns false for lengths that are no code: more symbols than these can tell apart, or fewer, unless
+ * that is one of a single bit or none at all. */
+static bool build_code(code *c, const unsigned char *length, int symbols)
 {
     short first[MOST_BITS + 2];
+    int left = 1, used = 0;
     memset(c->count, 0, sizeof c->count);
     for (int k = 0; k < symbols; k++)
         c->count[length[k]]++;
@@ -49,6 +52,13 @@ static void build_code(code *c, const unsigned char *length, int symbols)
     for (int k = 0; k < symbols; k++)
         if (length[k] != 0)
             c->symbol[first[length[k]]++] = (short)k;
+    for (int bits = 1; bits <= MOST_BITS; bits++) {
+        left = 2 * left - c->count[bits];
+        used += c->count[bits];
+        if (left < 0)
+            return false;
+    }
+    return left == 0 || used == 0 || (used == 1 && c->count[1] == 1);
 }
 
 static int take_symbol(stream *s, const code *c)
@@ -144,7 +154,7 @@ static void copy_dynamic(stream *s)
         s->broken = true;
     for (int i = 0; i < length_count; i++)
         length[order[i]] = (unsigned char)take_bits(s, 3);
-    build_code(&lengths, length, 19);
+    s->broken |= !build_code(&lengths, length, 19) || lengths.count[1] == 1;
     while (k < literal_count + distance_count && !s->broken) {
         int symbol = take_symbol(s, &lengths), repeat = 1;
         unsigned char value = (unsigned char)symbol;
@@ -163,10 +173,11 @@ static void copy_dynamic(stream *s)
         while (repeat-- > 0 && !s->broken)
             length[k++] = value;
     }
-    if (s->broken)
+    if (s->broken || length[END_OF_BLOCK] == 0 || !build_code(&literals, length, literal_count) ||
+        !build_code(&distances, length + literal_count, distance_count)) {
+        s->broken = true;
         return;
-    build_code(&literals, length, literal_count);
-    build_code(&distances, length + literal_count, distance_count);
+    }
     copy_coded(s, &literals, &distances);
 }
 
@@ -183,5 +194,5 @@ bool er_inflate(const unsigned char *in, size_t in_size, unsigned char *out, siz
         default: s.broken = true;
         }
     }
-    return !s.broken && s.out_at == out_size;
+    return !s.broken && s.out_at == out_size && s.in_at == in_size;
 }
