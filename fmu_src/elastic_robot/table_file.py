@@ -96,7 +96,8 @@ def _parse_csv(text: bytes) -> tuple[list[str], np.ndarray]:
         kept.append((number, bare))
     data = np.empty((0, len(names)))
     if kept:
-        joined = io.BytesIO(b"\n".join(line for _, line in kept))
+        # NumPy takes a carriage return for a line's end; here it is a blank.
+        joined = io.BytesIO(b"\n".join(line.replace(b"\r", b" ") for _, line in kept))
         data = np.loadtxt(joined, delimiter=",", comments=None, ndmin=2)
     huge = np.flatnonzero(~np.isfinite(data).all(axis=1))
     if len(huge):

@@ -227,7 +227,9 @@ def damaged_files(seed: int, count: int) -> Iterator[tuple[bytes, bool]]:
     """Damaged contents, and whether they are called .npz."""
     rng = np.random.default_rng(seed)
     sound = [*READ.items(), ("rates.npz", npz([*COLUMNS, "qd1", "qdd1"], RATES)), *INTEGERS.items()]
-    sound.append(("more.npz", npz(data=np.linspace(0, 1, 200).reshape(100, 2), compressed=True)))
+    steps = np.column_stack([np.linspace(0.0, 1.0, 50), np.random.default_rng(0).normal(size=50)])
+    sound.append(("noise.npz", npz(data=steps, compressed=True)))
+    sound.append(("steps.npz", npz(data=steps.round(2), compressed=True)))
     for _ in range(count):
         name, content = sound[rng.integers(len(sound))]
         yield damaged(rng, content), name.endswith(".npz") and rng.random() < 0.9

@@ -36,9 +36,11 @@ static unsigned take_bits(stream *s, int count)
     return value;
 }
 
-/* Returns false for lengths that are no code: more symbols than these can tell apart, or fewer, unless
- * that is one of a single bit or none at all. */
-static bool build_code(code *c, const unsigned char *length, int symbols)
+typedef enum { COMPLETE, SINGLE, NO_CODE } build;
+
+/* Of a single bit, or empty, a code may be where it need not be used; otherwise lengths must tell apart
+ * just as many symbols as there are. */
+static build build_code(code *c, const unsigned char *length, int symbols)
 {
     short first[MOST_BITS + 2];
     int left = 1, used = 0;
@@ -56,9 +58,11 @@ static bool build_code(code *c, const unsigned char *length, int symbols)
         left = 2 * left - c->count[bits];
         used += c->count[bits];
         if (left < 0)
-            return false;
+            return NO_CODE;
     }
-    return left == 0 || used == 0 || (used == 1 && c->count[1] == 1);
+    if (left == 0)
+        return COMPLETE;
+    return used == 0 || (used == 1 && c->count[1] == 1) ? SINGLE : NO_CODE;
 }
 
 static int take_symbol(stream *s, const code *c)
@@ -154,7 +158,7 @@ static void copy_dynamic(stream *s)
         s->broken = true;
     for (int i = 0; i < length_count; i++)
         length[order[i]] = (unsigned char)take_bits(s, 3);
-    s->broken |= !build_code(&lengths, length, 19) || lengths.count[1] == 1;
+    s->broken |= build_code(&lengths, length, 19) != COMPLETE;
     while (k < literal_count + distance_count && !s->broken) {
         int symbol = take_symbol(s, &lengths), repeat = 1;
         unsigned char value = (unsigned char)symbol;
@@ -173,8 +177,9 @@ static void copy_dynamic(stream *s)
         while (repeat-- > 0 && !s->broken)
             length[k++] = value;
     }
-    if (s->broken || length[END_OF_BLOCK] == 0 || !build_code(&literals, length, literal_count) ||
-        !build_code(&distances, length + literal_count, distance_count)) {
+    if (s->broken || length[END_OF_BLOCK] == 0 ||
+        build_code(&literals, length, literal_count) == NO_CODE ||
+        build_code(&distances, length + literal_count, distance_count) == NO_CODE) {
         s->broken = true;
         return;
     }
