@@ -105,7 +105,8 @@ class ElasticRobotSlave(Fmi2Slave):
         # None: to be computed from the present inputs and parameters.
         self._model: ElasticRobot | None = None
         self._trajectory: Trajectory | None = None
-        self._time = 0.0
+        # The model's own time is that since the start: late times have few digits for seconds.
+        self._start = self._time = 0.0
         self._tolerance = TOLERANCE
         self._phase = lifecycle.Phase.INSTANTIATED
         self._parameters_changed = False
@@ -144,7 +145,7 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError(
                 f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m, got {tolerance} m"
             )
-        self._time = start_time
+        self._start = self._time = start_time
         if tolerance:
             self._tolerance = tolerance
         self._model = None
@@ -171,28 +172,34 @@ class ElasticRobotSlave(Fmi2Slave):
         """Move on by a communication step; inputs are held over it."""
         self._require_step(current_time, step_size)
         if step_size > 0.0:
-            model, end = self._initialised(), current_time + step_size
-            self._step(model, end, self._load())
-            self._time = end
+            model = self._initialised()
+            self._step(model, self._end(model, current_time, step_size), self._load())
+            self._time = current_time + step_size
             self._computed.clear()
         return True
 
     def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size: expected a finite number >= 0, got {step_size} s")
-        if not abs(current_time - self._time) <= SETTINGS.time_slack:
+        if not abs(current_time - self._time) <= SETTINGS.slack_at(self._time):
             raise ParameterError(
                 f"step start: expected the last step's end, {self._time} s, got {current_time} s"
             )
 
+    def _end(self, model: ElasticRobot, current_time: float, step_size: float) -> float:
+        """Return a step's end since the start: in the model's time while the master's cannot tell."""
+        told, own = (current_time - self._start) + step_size, model.time + step_size
+        rounding = SETTINGS.time_rounding(max(abs(self._start), abs(current_time)))
+        return own if abs(told - own) <= rounding else told
+
     def _step(self, model: ElasticRobot, end: float, load: Load) -> None:
         if not self._parameters_changed:
-            model.step(end, self._drives(), load)
+            model.step(end, self._drives(model.time), load)
             return
         before = model.snapshot
         model.parameters = self._checked_parameters()
         try:
-            model.step(end, self._drives(), load)
+            model.step(end, self._drives(model.time), load)
         except ElasticRobotError:
             model.snapshot = before
             raise
@@ -273,7 +280,7 @@ class ElasticRobotSlave(Fmi2Slave):
         model.parameters = self._checked_parameters()
         self._trajectory = self._read_trajectory(strings)
         undeflected = strings["initial_state"] == "undeflected"
-        model.reset(self._time, self._drives(), self._load(), undeflected)
+        model.reset(0.0, self._drives(0.0), self._load(), undeflected)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
@@ -291,10 +298,11 @@ class ElasticRobotSlave(Fmi2Slave):
         file = packed if os.path.exists(packed) and not os.path.exists(path) else path
         return read_trajectory(file, len(self._robot.joints))
 
-    def _drives(self) -> Drives:
+    def _drives(self, time: float) -> Drives:
+        """Return the drives in the model's time, from which on a command is held."""
         if self._trajectory is not None:
-            return self._trajectory
-        return HeldCommand(self._time, *self._commands)
+            return self._trajectory.since(self._start)
+        return HeldCommand(time, *self._commands)
 
     def _load(self) -> Load:
         """Return what acts on the tool; without stiffness the anchor is nowhere."""
@@ -325,6 +333,7 @@ class ElasticRobotSlave(Fmi2Slave):
         trajectory = None if self._model is None else self._trajectory
         return FmuState(
             fingerprint=self._fingerprint,
+            start=self._start,
             time=self._time,
             tolerance=self._tolerance,
             phase=self._phase,
@@ -358,7 +367,7 @@ class ElasticRobotSlave(Fmi2Slave):
                     )
             model.snapshot = state.model
         self._model, self._trajectory, self._strings.values = model, trajectory, strings
-        self._time, self._tolerance = state.time, state.tolerance
+        self._start, self._time, self._tolerance = state.start, state.time, state.tolerance
         self._phase, self._parameters_changed = state.phase, state.parameters_changed
         self._reals.values[:] = state.values
         self._computed.clear()

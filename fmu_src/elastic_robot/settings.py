@@ -68,6 +68,8 @@ class Settings:
         tries_per_sample: Tries of a step that are allowed besides where a sample has ended one.
         time_slack: A step may start this far from the end of the last one, and a time pass the ends of a
             trajectory by as much [s]: sums of communication steps round.
+        time_slack_of_time: And by this part of the time itself, which is four doubles further at most: late
+            times round more.
     """
 
     tcp_per_local_error: float = 1.0
@@ -105,6 +107,15 @@ class Settings:
     most_sample: float = 1e12
     tries_per_sample: int = 3
     time_slack: float = 1e-9
+    time_slack_of_time: float = 2.0**-50
+
+    def time_rounding(self, time: float) -> float:
+        """Return how far the sums of communication steps near a time may be apart [s]."""
+        return self.time_slack_of_time * abs(time)
+
+    def slack_at(self, time: float) -> float:
+        """Return how far from a time is still that time [s]."""
+        return self.time_slack + self.time_rounding(time)
 
     def local_error(self, tolerance: float, play: bool) -> float:
         """Return the local error allowed [rad].

@@ -70,17 +70,19 @@ class Trajectory:
         qdd: np.ndarray | None = None,
     ) -> None:
         _require_samples(time, q, qd, qdd)
+        # Since the start, whose own size would leave no digits to a late trajectory's seconds.
+        seconds = time - time[0]
         if qd is not None and qdd is not None:
-            position = _quintic_hermite(time, q, qd, qdd)
+            position = _quintic_hermite(seconds, q, qd, qdd)
         else:
-            position = CubicSpline(time, q, bc_type="clamped")
+            position = CubicSpline(seconds, q, bc_type="clamped")
         # One polynomial for q, q' and q'' side by side: evaluated in one call.
         derivatives = [position.c, position.derivative(1).c, position.derivative(2).c]
         padded = [np.pad(c, ((len(position.c) - len(c), 0), (0, 0), (0, 0))) for c in derivatives]
         self._polynomial = PPoly(np.concatenate(padded, axis=2), position.x)
         self._joint_count = q.shape[1]
         self._jumps = _jumps_of_third_derivative(position)
-        self._kinks: tuple[float, list[float]] = (inf, [])
+        self._kinks: dict[tuple[float, float], list[float]] = {}
         self.start = float(time[0])
         self.end = float(time[-1])
 
@@ -88,25 +90,32 @@ class Trajectory:
         """Return q, q', q'' at rising times (k,), (3, k, n).
 
         Raises:
-            TrajectoryError: If a time is outside the samples by more than the setting `time_slack`.
+            TrajectoryError: If a time is outside the samples by more than `Settings.slack_at`.
         """
-        lowest, highest = times[0], times[-1]
-        slack = SETTINGS.time_slack
-        if not (self.start - slack <= lowest and highest <= self.end + slack):
-            asked = lowest if lowest < self.start else highest
+        return self._at(times - self.start)
+
+    def _at(self, seconds: np.ndarray) -> np.ndarray:
+        lowest, highest = seconds[0], seconds[-1]
+        last = self.end - self.start
+        slack = SETTINGS.slack_at(max(abs(self.start), abs(self.end)))
+        if not (-slack <= lowest and highest <= last + slack):
+            asked = self.start + (lowest if lowest < 0.0 else highest)
             raise TrajectoryError(
                 f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
                 f" {asked:.9g} s"
             )
-        if lowest < self.start or highest > self.end:
-            times = np.clip(times, self.start, self.end)
+        times = seconds if lowest >= 0.0 and highest <= last else np.clip(seconds, 0.0, last)
         values: np.ndarray = self._polynomial(times)
         return values.reshape(len(times), 3, self._joint_count).swapaxes(0, 1)
+
+    def since(self, time: float) -> TrajectorySince:
+        """Return the same motion over the seconds since a time."""
+        return TrajectorySince(self, self.start - time)
 
     @cached_property
     def digest(self) -> str:
         """Hash of the motion, 16 hexadecimal digits."""
-        parts = (self._polynomial.x, self._polynomial.c)
+        parts = (np.array(self.start), self._polynomial.x, self._polynomial.c)
         digest = hashlib.sha256(b"".join(part.tobytes() for part in parts))
         return digest.hexdigest()[:16]
 
@@ -115,11 +124,36 @@ class Trajectory:
 
         Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
         """
-        if self._kinks[0] != jump:
-            inner = self._polynomial.x[1:-1]
-            self._kinks = jump, [*inner[self._jumps > jump].tolist(), inf]
-        kinks = self._kinks[1]
+        return self._next_kink(time, jump, self.start)
+
+    def _next_kink(self, time: float, jump: float, start: float) -> float:
+        """Return the next jump where the first sample's time is `start`."""
+        kinks = self._kinks.get((jump, start))
+        if kinks is None:
+            inner = self._polynomial.x[1:-1] + start
+            kinks = [*inner[self._jumps > jump].tolist(), inf]
+            self._kinks = {(jump, start): kinks}
         return kinks[bisect_right(kinks, time)]
+
+
+class TrajectorySince(NamedTuple):
+    """A trajectory over the seconds since some time.
+
+    Attributes:
+        trajectory: The motion.
+        start: Seconds from that time to its first sample.
+    """
+
+    trajectory: Trajectory
+    start: float
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """As `Trajectory.at`."""
+        return self.trajectory._at(times - self.start)
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """As `Trajectory.next_kink`."""
+        return self.trajectory._next_kink(time, jump, self.start)
 
 
 def _jumps_of_third_derivative(position: PPoly) -> np.ndarray:

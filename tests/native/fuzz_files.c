@@ -126,11 +126,10 @@ int main(int count, char **arguments)
         failure.text[0] = '\0';
         if (er_trajectory_parse(&trajectory, (const char *)c.bytes, c.size, strstr(file, ".npz") != NULL, 1,
                                 &settings, &failure)) {
-            er_drives drives = {.trajectory = &trajectory, .joints = 1};
             size_t hint = 0;
-            double q, qd, qdd, from = trajectory.time[0], to = trajectory.time[trajectory.samples - 1];
-            drives.hint = &hint;
-            er_drives_at(&drives, 0.5 * (from + to), &q, &qd, &qdd);
+            er_drives drives = {.trajectory = &trajectory, .hint = &hint, .joints = 1};
+            double q, qd, qdd;
+            er_drives_at(&drives, 0.5 * trajectory.time[trajectory.samples - 1], &q, &qd, &qdd);
             CHECK(isfinite(q) && isfinite(qd) && isfinite(qdd));
             er_trajectory_free(&trajectory);
         } else {

@@ -274,6 +274,7 @@ bool probe_drives(er_model *model, int count, const double *times, double *motio
     memset(&drives, 0, sizeof drives);
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
+    drives.start = model->trajectory.start;
     for (int i = 0; i < count; i++) {
         if (!er_drives_cover(&drives, times[i], model->robot.settings.time_slack, &failure))
             return false;
@@ -289,5 +290,6 @@ double probe_next_kink(er_model *model, double time, double end, double jump)
     memset(&drives, 0, sizeof drives);
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
+    drives.start = model->trajectory.start;
     return er_drives_next_kink(&drives, time, end, jump);
 }

@@ -29,6 +29,7 @@ class FmuState:
 
     Attributes:
         fingerprint: Fingerprint of the FMU that it belongs to.
+        start: Start of the experiment [s]; the model's time is that since then.
         time: Start of the next step [s].
         tolerance: Error allowed at the TCP over a path [m].
         phase: Where the instance is in its life.
@@ -42,6 +43,7 @@ class FmuState:
     """
 
     fingerprint: str
+    start: float
     time: float
     tolerance: float
     phase: Phase
@@ -56,7 +58,7 @@ class FmuState:
         """Return the state as bytes; equal states give equal bytes."""
         arrays = {
             "fingerprint": np.array(self.fingerprint),
-            "clock": np.array([self.time, self.tolerance]),
+            "clock": np.array([self.start, self.time, self.tolerance]),
             "flags": np.array([self.phase, self.parameters_changed]),
             "values": self.values,
             "strings": np.array(self.strings),
@@ -117,10 +119,11 @@ class PackedState:
             for name, value in arrays.items()
             if name.startswith(_MODEL)
         }
-        time, tolerance = arrays["clock"].tolist()
+        start, time, tolerance = arrays["clock"].tolist()
         phase, parameters_changed = arrays["flags"].tolist()
         return FmuState(
             fingerprint=found,
+            start=start,
             time=time,
             tolerance=tolerance,
             phase=Phase(phase),

@@ -46,6 +46,7 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
     if (model->memory.options.trajectory[0] != '\0') {
         drives.trajectory = &model->trajectory;
         drives.hint = &model->hint;
+        drives.start = model->trajectory.start - model->memory.origin;
     } else {
         drives.start = start;
         memcpy(drives.q, command->q, sizeof drives.q);
@@ -59,7 +60,7 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
 static bool hold(const er_model *model, const er_drives *drives, double time, const er_load *load,
                  double elapsed, er_held *held, er_failure *failure)
 {
-    if (!er_drives_cover(drives, time, model->robot.settings.time_slack, failure))
+    if (!er_drives_cover(drives, time, er_slack_at(&model->robot.settings, model->memory.origin + time), failure))
         return false;
     er_drives_at(drives, time, held->q, held->qd, held->qdd);
     held->load = *load;
@@ -127,7 +128,7 @@ static void derive(er_model *model)
     model->derived_parameters = *parameters;
 }
 
-bool er_model_reset(er_model *model, double time, const er_command *command, const er_load *load,
+bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure)
 {
     er_memory *memory = &model->memory;
@@ -137,15 +138,16 @@ bool er_model_reset(er_model *model, double time, const er_command *command, con
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
-    drives = drives_of(model, time, command);
-    if (!hold(model, &drives, time, load, 0.0, &memory->held, failure))
+    memory->origin = origin;
+    drives = drives_of(model, 0.0, command);
+    if (!hold(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
         !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
                         load, memory->state.x, failure))
         return false;
-    er_state_start(&memory->state, &model->robot, &model->curve, time);
+    er_state_start(&memory->state, &model->robot, &model->curve, 0.0);
     return true;
 }
 

@@ -150,8 +150,9 @@ bool er_trajectory_build(er_trajectory *t, const er_samples *s, const er_setting
         er_trajectory_free(t);
         return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
     }
+    t->start = sample_row(s, 0)[0];
     for (size_t k = 0; k < s->samples; k++)
-        t->time[k] = sample_row(s, k)[0];
+        t->time[k] = sample_row(s, k)[0] - t->start;
     if (s->rates) {
         fit_quintic(t, s);
     } else if (!fit_cubic(t, s)) {
@@ -196,15 +197,14 @@ static size_t interval(const er_trajectory *t, double time, size_t *hint)
 bool er_drives_cover(const er_drives *drives, double time, double slack, er_failure *failure)
 {
     const er_trajectory *t = drives->trajectory;
-    double start, end;
+    double s = time - drives->start, last;
     if (t == NULL)
         return true;
-    start = t->time[0];
-    end = t->time[t->samples - 1];
-    if (time >= start - slack && time <= end + slack)
+    last = t->time[t->samples - 1];
+    if (s >= -slack && s <= last + slack)
         return true;
-    return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", start, end,
-                   time);
+    return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", t->start,
+                   t->start + last, t->start + s);
 }
 
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd)
@@ -212,9 +212,8 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
     const er_trajectory *t = drives->trajectory;
     const double *c;
     size_t k;
-    double s;
+    double s = time - drives->start;
     if (t == NULL) {
-        s = time - drives->start;
         for (int i = 0; i < drives->joints; i++) {
             q[i] = drives->q[i] + (drives->qd[i] + 0.5 * drives->qdd[i] * s) * s;
             qd[i] = drives->qd[i] + drives->qdd[i] * s;
@@ -222,12 +221,12 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         }
         return;
     }
-    if (time < t->time[0])
-        time = t->time[0];
-    if (time > t->time[t->samples - 1])
-        time = t->time[t->samples - 1];
-    k = interval(t, time, drives->hint);
-    s = time - t->time[k];
+    if (s < 0.0)
+        s = 0.0;
+    if (s > t->time[t->samples - 1])
+        s = t->time[t->samples - 1];
+    k = interval(t, s, drives->hint);
+    s -= t->time[k];
     c = coefficients(t, k, 0);
     for (int i = 0; i < t->joints; i++, c += POWERS) {
         q[i] = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
@@ -241,13 +240,13 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    if (time < t->time[0])
-        time = t->time[0];
-    for (size_t k = interval(t, time, drives->hint) + 1; k + 1 < t->samples; k++) {
-        if (t->time[k] >= end)
+    for (size_t k = interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples;
+         k++) {
+        double at = t->time[k] + drives->start;
+        if (at >= end)
             break;
-        if (t->jump[k] > jump)
-            return t->time[k];
+        if (t->jump[k] > jump && at > time) /* the difference rounds: `time` may be this sample's */
+            return at;
     }
     return end;
 }

@@ -15,7 +15,8 @@
 typedef struct {
     int joints;
     size_t samples;
-    double *time;   /* rising [s] */
+    double start;   /* time of the first sample [s] */
+    double *time;   /* since then, rising [s] */
     double *power;  /* coefficients 1, s, .. s^5 from the sample on: [sample][joint][6] */
     double *jump;   /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
     uint64_t fingerprint; /* hash of the samples */
@@ -47,7 +48,7 @@ void er_trajectory_free(er_trajectory *trajectory);
 typedef struct {
     const er_trajectory *trajectory; /* NULL: held command */
     size_t *hint;                    /* where the last time was found */
-    double start;                    /* of the command [s] */
+    double start;                    /* of the command, or the trajectory [s] */
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
     int joints;
 } er_drives;

@@ -5,7 +5,7 @@
 #include "../io/hash.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740004)
+#define STATE_MARK UINT64_C(0x45526f626f740005)
 
 void er_instance_save(const er_instance *instance, er_saved_state *saved)
 {
