@@ -9,7 +9,6 @@ import numpy as np
 from elastic_robot import gauss
 from elastic_robot.settings import Settings
 
-
 _NOTHING = 1e-40
 
 

@@ -64,8 +64,9 @@ def parse_npz(archive: bytes) -> tuple[list[str], np.ndarray]:
         raise ValueError("the array 'data' is not a table of numbers")
     _require_size("data", data, int(data.item[1:]))
     kind = np.dtype(data.item).newbyteorder(">" if data.big else "<")
-    order = "F" if data.column_major else "C"
-    table = np.frombuffer(data.content, kind).reshape(data.shape, order=order)
+    entries = np.frombuffer(data.content, kind)
+    rows, width = data.shape
+    table = entries.reshape(width, rows).T if data.column_major else entries.reshape(rows, width)
     return names, np.ascontiguousarray(table, dtype=float)
 
 
@@ -148,7 +149,7 @@ def _inflated(packed: bytes, size: int, broken: ValueError) -> bytes:
 
 
 def _widened(extra: bytes, values: list[int]) -> list[int]:
-    """Return full and packed size and offset; those that did not fit stand, in this order, in `extra`."""
+    """Return full and packed size and offset; those that did not fit stand, in order, in `extra`."""
     while len(extra) >= 4:
         kind, size = struct.unpack_from("<HH", extra)
         if size + 4 > len(extra):

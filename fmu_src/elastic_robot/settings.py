@@ -26,12 +26,12 @@ class Settings:
         first_step: First step, and the one after a gear changes flank [s]: the scale of the fastest
             oscillation (235 Hz).
         shortest_step: Shortest step before the integration is given up, part of the longest.
-        most_tries, most_tries_per_longest: Tries of a step before the integration is given up: these, and
-            those for each longest step in it. Seen, with random robots: 22 in 4 ms under random forces of
-            2 kN, 18 for each longest step of 0.3 s; with joints 1000 times as stiff (1e9 to 3e10 N m/rad)
-            109 and 117.
-        usual_local_error: Local error that these numbers are meant for [rad], that of 1e-6 m with backlash;
-            with its sixth root a smaller one makes steps shorter, and allows more of them.
+        most_tries, most_tries_per_longest: Tries of a step before the integration is given up: these,
+            and those for each longest step in it. Seen, with random robots at 1e-6 m: 22 in 4 ms under
+            random forces of 2 kN, 18 for each longest step of 0.3 s; with joints 1000 times as stiff
+            (1e9 to 3e10 N m/rad) 109 and 117.
+        usual_local_error: Local error that these numbers are meant for [rad], that of 1e-6 m with
+            backlash; a smaller one makes steps shorter, with its sixth root, and allows more of them.
         most_step: Longest communication step that is integrated [s].
         most_deflection: Largest elastic coordinate [rad]: a joint that bends by half a turn has no
             stiffness that a robot file could tell.
@@ -61,15 +61,14 @@ class Settings:
         slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
             a smooth curve bends.
         across_play: Longest of its steps inside a play [half widths]: from anywhere it leads out of it.
-        closest_samples: Samples of a trajectory closer than this are refused [s]: no drive follows them, and
-            each may end a step.
+        closest_samples: Samples of a trajectory closer than this are refused [s]: no drive follows them,
+            and each may end a step.
         most_sample: Largest time, angle, rate or acceleration of a trajectory [s, rad, rad/s, rad/s^2];
             doubles of that size are 1e-4 apart.
         tries_per_sample: Tries of a step that are allowed besides where a sample has ended one.
         time_slack: A step may start this far from the end of the last one, and a time pass the ends of a
             trajectory by as much [s]: sums of communication steps round.
-        time_slack_of_time: And by this part of the time itself, which is four doubles further at most: late
-            times round more.
+        time_slack_of_time: And by this part of the time itself, the spacing of 4 to 8 doubles there.
     """
 
     tcp_per_local_error: float = 1.0

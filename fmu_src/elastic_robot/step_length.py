@@ -31,7 +31,9 @@ class StepLength:
     def most_tries(self, length: float) -> float:
         """Return the number of tries after which an integration over a time [s] is given up."""
         settings = self.settings
-        most = settings.most_tries + settings.most_tries_per_longest * length / settings.longest_step
+        most = (
+            settings.most_tries + settings.most_tries_per_longest * length / settings.longest_step
+        )
         finer = settings.usual_local_error / self.tolerance
         return float(most * max(1.0, finer**_ERROR_EXPONENT))
 

@@ -118,7 +118,7 @@ def _require_row(line: bytes, columns: int, number: int) -> None:
             break
         if line[at : at + 1] != b",":
             raise ValueError(
-                f"line {number}: expected a comma between two numbers, got '{_shown(line[at:at + 1])}'"
+                f"line {number}: expected a comma between two numbers, got '{_shown(line[at : at + 1])}'"
             )
         at += 1
     if count != columns:

@@ -110,15 +110,27 @@ INTEGERS = {
 REFUSED: dict[str, tuple[bytes, str]] = {
     "empty.csv": (b"", "expected a table, got an empty file"),
     "empty.npz": (b"", "expected a table, got an empty file"),
-    "utf16.csv": ("time,q1\n0,0\n1,1\n".encode("utf-16"), "expected text, got a zero byte in line 1"),
+    "utf16.csv": (
+        "time,q1\n0,0\n1,1\n".encode("utf-16"),
+        "expected text, got a zero byte in line 1",
+    ),
     "zero.csv": (csv("time,q1\n0,0\n1,1\n\0"), "expected text, got a zero byte in line 4"),
     "mac.csv": (csv("time,q1\r0,0\r1,1\r"), "expected one column 'q1', got time, q1?0"),
-    "semicolons.csv": (csv("time,q1\n0;0\n1;0\n"), "line 2: expected a comma between two numbers, got ';'"),
+    "semicolons.csv": (
+        csv("time,q1\n0;0\n1;0\n"),
+        "line 2: expected a comma between two numbers, got ';'",
+    ),
     "word.csv": (csv("time,q1\n0,0\n1,abc\n"), "line 3: expected a finite number, got 'abc'"),
     "nan.csv": (csv("time,q1\n0,0\n1,nan\n"), "line 3: expected a finite number, got 'nan'"),
     "huge.csv": (csv("time,q1\n0,0\n1,1e999\n"), "line 3: expected a finite number, got '1e999'"),
-    "long.csv": (csv(f"time,q1\n0,0\n1,{'0' * 801}\n"), "line 3: expected a finite number, got '000"),
-    "hexadecimal.csv": (csv("time,q1\n0,0\n1,0x1\n"), "line 3: expected a comma between two numbers"),
+    "long.csv": (
+        csv(f"time,q1\n0,0\n1,{'0' * 801}\n"),
+        "line 3: expected a finite number, got '000",
+    ),
+    "hexadecimal.csv": (
+        csv("time,q1\n0,0\n1,0x1\n"),
+        "line 3: expected a comma between two numbers",
+    ),
     "missing.csv": (csv("time,q1\n0,0\n1,\n"), "line 3: expected a finite number, got ''"),
     "ragged.csv": (csv("time,q1\n0,0\n1,1,1\n"), "line 3: 2 column names over 3 columns"),
     "no_time.csv": (csv("t,q1\n0,0\n1,1\n"), "expected one column 'time', got t, q1"),
@@ -129,11 +141,20 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     "wide.npz": (npz(["x"] * 257, np.zeros((2, 257))), "expected at most 256 columns, got more"),
     "one.csv": (csv("time,q1\n0,0\n"), "expected at least 2 samples, got 1"),
     "none.npz": (npz(data=np.zeros((0, 2))), "expected at least 2 samples, got 0"),
-    "falling.csv": (csv("time,q1\n1,0\n0,0\n"), "expected rising times, at least 1e-06 s apart, got 1 s"),
+    "falling.csv": (
+        csv("time,q1\n1,0\n0,0\n"),
+        "expected rising times, at least 1e-06 s apart, got 1 s",
+    ),
     "close.csv": (csv("time,q1\n0,0\n1e-200,1\n"), "apart, got 0 s, then 1e-200 s at sample 2"),
     "late.csv": (csv("time,q1\n0,0\n2e12,1\n"), "time: expected finite numbers of at most 1e+12"),
-    "far.npz": (npz(data=[[0.0, 0.0], [1.0, -1e13]]), "q: expected finite numbers of at most 1e+12"),
-    "nan.npz": (npz(data=[[0.0, 0.0], [1.0, np.nan]]), "q: expected finite numbers of at most 1e+12"),
+    "far.npz": (
+        npz(data=[[0.0, 0.0], [1.0, -1e13]]),
+        "q: expected finite numbers of at most 1e+12",
+    ),
+    "nan.npz": (
+        npz(data=[[0.0, 0.0], [1.0, np.nan]]),
+        "q: expected finite numbers of at most 1e+12",
+    ),
     "text.npz": (b"time,q1\n0,0\n1,1\n", "it is no zip archive, or cut short"),
     "cut.npz": (npz()[:-30], "it is no zip archive, or cut short"),
     "cut.dat": (npz()[:300], "it is no zip archive, or cut short"),
@@ -184,7 +205,10 @@ PLACES: dict[str, tuple[Callable[[Path], object], str]] = {
     "nothing.csv": (lambda path: None, "does not exist"),
     "folder.csv": (Path.mkdir, "expected a file, got a folder"),
     "pipe.csv": (os.mkfifo, "expected a file, got a pipe or device"),
-    "below.csv/file.csv": (lambda path: path.parent.write_bytes(b"x"), "cannot be read: Not a directory"),
+    "below.csv/file.csv": (
+        lambda path: path.parent.write_bytes(b"x"),
+        "cannot be read: Not a directory",
+    ),
     "enormous.csv": (_sparse, "expected at most 1073741824 bytes, got 1073741825"),
 }
 
@@ -198,7 +222,9 @@ def damaged(rng: np.random.Generator, content: bytes) -> bytes:
         if kind <= 2:
             data[at : at + 1] = bytes([rng.integers(256)])
         elif kind == 3:
-            data[at : at + 1] = rng.choice(list(b"\0\xff,.;-+eE0129'(){}:<>|fUiu \n\r#\"")).tobytes()[:1]
+            data[at : at + 1] = rng.choice(
+                list(b"\0\xff,.;-+eE0129'(){}:<>|fUiu \n\r#\"")
+            ).tobytes()[:1]
         elif kind == 4:
             del data[at : at + int(rng.integers(1, 9))]
         else:
@@ -213,7 +239,7 @@ def damaged(rng: np.random.Generator, content: bytes) -> bytes:
 def _mend(archive: bytearray) -> None:
     """Give stored members the checksum of what they hold now."""
     at = archive.find(b"PK\1\2")
-    while 0 <= at and at + 46 <= len(archive):
+    while at >= 0 and at + 46 <= len(archive):
         (size,) = struct.unpack_from("<I", archive, at + 20)
         (offset,) = struct.unpack_from("<I", archive, at + 42)
         if offset + 30 < len(archive):

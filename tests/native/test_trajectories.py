@@ -74,7 +74,17 @@ def test_numbers_are_read_as_python_reads_them(tmp_path):
     rng = np.random.default_rng(4)
     texts = [repr(float(v)) for v in rng.normal(size=300) * 10.0 ** rng.integers(-30, 12, 300)]
     texts += [f"{v:.25g}" for v in rng.normal(size=50)]
-    texts += ["+1", "-0.0", ".5", "5.", "1e-22", "1e-23", "9007199254740993e-22", "1e-320", "00012.50e+3"]
+    texts += [
+        "+1",
+        "-0.0",
+        ".5",
+        "5.",
+        "1e-22",
+        "1e-23",
+        "9007199254740993e-22",
+        "1e-320",
+        "00012.50e+3",
+    ]
     lines = [f"{k},{text}" for k, text in enumerate(texts)]
     (tmp_path / "t.csv").write_text("time,q1\n" + "\n".join(lines))
     core = Core(make_robot(1, 1))

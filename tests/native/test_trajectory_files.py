@@ -92,10 +92,11 @@ def test_damaged_files_have_one_verdict_and_one_motion(core):
             expected = parse_trajectory(content, is_npz, 1)
         except (ValueError, TrajectoryError) as error:
             refused += 1
-            with pytest.raises(CoreError):
+            try:
                 core.parse(content, is_npz)
-                pytest.fail(f"{error}: {content!r}")
-            continue
+            except CoreError:
+                continue
+            pytest.fail(f"Python alone refuses {content!r}: {error}")
         core.parse(content, is_npz)
         times = np.linspace(expected.start, expected.end, 5)
         motion = expected.at(times)

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,7 @@ def absurd():
             before = instance.get()
             inputs = dict.fromkeys(values, 0.0)
             instance.set(values)
-            refuse(name, lambda size=size: instance.slave.doStep(instance.time, size))
+            refuse(name, partial(instance.slave.doStep, instance.time, size))
             np.testing.assert_array_equal(instance.get(), before, err_msg=name)
             instance.set(inputs)
             for one in (instance, twin):
@@ -109,7 +110,7 @@ def files(folder):
         if file.name.startswith("read"):
             instance.start(strings=settings)
         else:
-            refuse(file.name, lambda: instance.start(strings=settings))  # noqa: B023
+            refuse(file.name, partial(instance.start, strings=settings))
         instance.free()
 
 
