@@ -32,8 +32,7 @@ fuzz: .venv/installed
 
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check -e .[native]
-	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_emulators.py tests/fmu/test_python_host.py -k "emulator or wine or platforms"
+	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_emulators.py tests/fmu/test_python_host.py tests/fmu/test_wheel.py -k "emulator or wine or platforms"
 
 docs: run $(PAGES)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,14 @@ from rich.console import Console
 from coupling.case import load_case
 from coupling.cli.arguments import CaseFile
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import BuildOptions, build_fmu, platform_names, remark
+from coupling.fmu_export.build import (
+    DEFAULT_KIND,
+    BuildOptions,
+    build_fmu,
+    platform_names,
+    remarks,
+)
+from coupling.fmu_export.core_library import is_ready, platforms_named
 from coupling.run.ssp import write_ssp
 
 
@@ -20,18 +28,32 @@ def build(
     output: Annotated[Path, typer.Option("-o", "--output", help="The FMU.")] = Path(
         "ElasticRobot.fmu"
     ),
-    kind: Annotated[str, typer.Option(help="python, or native: in C, needs nothing.")] = "python",
+    kind: Annotated[
+        str, typer.Option(help="native: in C, needs nothing; or python, the readable reference.")
+    ] = DEFAULT_KIND,
     platforms: Annotated[
-        str, typer.Option(help="To compile for: linux64,win64,... or all; this machine.")
-    ] = "",
+        str | None,
+        typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
+    ] = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
 ) -> None:
     """Build the FMU of a robot."""
-    options = BuildOptions(kind, platform_names(platforms), sources, fmi)
-    file = build_fmu(load_robot(find_robot(robot)), output, options)
-    for line in filter(None, (f"{file}: built", remark(file))):
+    unless_given = "all" if kind == "native" else ""
+    names = platform_names(unless_given if platforms is None else platforms)
+    options = BuildOptions(kind, names, sources, fmi)
+    described = load_robot(find_robot(robot))
+    if kind == "native":
+        _tell_what_is_compiled(names)
+    for line in remarks(build_fmu(described, output, options)):
         Console().print(line, soft_wrap=True)
+
+
+def _tell_what_is_compiled(names: Iterable[str]) -> None:
+    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
+    if waiting:
+        text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
+        Console().print(text, soft_wrap=True)
 
 
 def ssp(

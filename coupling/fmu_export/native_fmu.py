@@ -6,18 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import elastic_robot
-from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_fmu
-from coupling.fmu_export.compiler import (
-    PLATFORMS,
-    SOURCES,
-    compile_library,
-    host_platform,
-)
+from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.fmu_export.core_library import core_libraries, platforms_named
 from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html
 from coupling.fmu_export.interface_text import interface_text
-from coupling.fmu_export.native_standards import Standard
+from coupling.fmu_export.native_standards import Standard, headers_licenses
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME, Block, blocks
@@ -42,12 +37,12 @@ def build_native_fmu(
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
+        platforms: Names of the platforms that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
         standard: Version of FMI.
 
     Raises:
-        BuildError: If the file cannot be written, a platform is not known or the compiler fails.
+        BuildError: If the file cannot be written, or a platform is not known or has no library.
         RobotFileError: If the robot is larger than the C core holds.
         ValueError: If a torque table's curve does not rise.
     """
@@ -57,7 +52,7 @@ def build_native_fmu(
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
     texts = {
         "documentation/index.html": index_html(robot, rows, standard.version, version, _NEEDS),
-        "documentation/licenses/fmi-headers.txt": standard.headers_license(),
+        "documentation/licenses/fmi-headers.txt": headers_licenses(),
     }
     entries = licenses() | {name: text.encode() for name, text in texts.items()}
     entries |= {f"resources/{name}": data for name, data in resources.items()}
@@ -86,15 +81,12 @@ def robot_data(robot: Robot, table: Mapping[str, Block], guid: str) -> bytes:
 
 
 def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:
-    entries = {}
-    for name in names:
-        if name not in PLATFORMS:
-            raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
-        platform = PLATFORMS[name]
-        library = compile_library(platform, standard.sources())
-        folder = standard.folder(platform)
-        entries[f"binaries/{folder}/{MODEL_NAME}{platform.suffix}"] = library.read_bytes()
-    return entries
+    platforms = platforms_named(names)
+    libraries = core_libraries(platforms)
+    return {
+        f"binaries/{standard.folder(p)}/{MODEL_NAME}{p.suffix}": libraries[p.name].read_bytes()
+        for p in platforms
+    }
 
 
 def _sources(standard: Standard) -> dict[str, bytes]:

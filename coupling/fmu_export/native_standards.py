@@ -95,3 +95,8 @@ STANDARDS = {
         variable_rows=array_rows,
     ),
 }
+
+
+def headers_licenses() -> str:
+    """Return the notices of all versions' headers, each once: a core's library has all functions."""
+    return "\n".join(dict.fromkeys(standard.headers_license() for standard in STANDARDS.values()))
