@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +21,11 @@ from coupling.fmu_export.build import (
 from coupling.fmu_export.core_library import is_ready, platforms_named
 from coupling.run.ssp import write_ssp
 
+Platforms = Annotated[
+    str | None,
+    typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
+]
+
 
 def build(
     robot: Annotated[str, typer.Option(help="robot.toml or a shipped robot's name.")] = "icme2008",
@@ -31,29 +35,15 @@ def build(
     kind: Annotated[
         str, typer.Option(help="native: in C, needs nothing; or python, the readable reference.")
     ] = DEFAULT_KIND,
-    platforms: Annotated[
-        str | None,
-        typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
-    ] = None,
+    platforms: Platforms = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
 ) -> None:
     """Build the FMU of a robot."""
-    unless_given = "all" if kind == "native" else ""
-    names = platform_names(unless_given if platforms is None else platforms)
-    options = BuildOptions(kind, names, sources, fmi)
     described = load_robot(find_robot(robot))
-    if kind == "native":
-        _tell_what_is_compiled(names)
+    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi)
     for line in remarks(build_fmu(described, output, options)):
         Console().print(line, soft_wrap=True)
-
-
-def _tell_what_is_compiled(names: Iterable[str]) -> None:
-    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
-    if waiting:
-        text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
-        Console().print(text, soft_wrap=True)
 
 
 def ssp(
@@ -61,7 +51,21 @@ def ssp(
     output: Annotated[Path, typer.Option("-o", "--output", help="The archive.")] = Path(
         "system.ssp"
     ),
+    platforms: Platforms = None,
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
-    file = write_ssp(load_case(case), output)
+    loaded = load_case(case)
+    file = write_ssp(loaded, output, _asked_for(platforms, loaded.fmu))
     Console().print(f"{file}: built")
+
+
+def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
+    """Return the platforms to build for, and say which libraries have to be compiled first."""
+    if kind != "native":
+        return platform_names(platforms or "")
+    names = platform_names("all" if platforms is None else platforms)
+    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
+    if waiting:
+        text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
+        Console().print(text, soft_wrap=True)
+    return names

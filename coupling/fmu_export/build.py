@@ -18,7 +18,7 @@ from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME
 
 # Kind of FMU that is built unless another one is asked for.
-DEFAULT_KIND = "python"
+DEFAULT_KIND = "native"
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ def test_a_wheel_of_all_platforms_builds_for_all_without_a_compiler(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         found = {name for name in archive.namelist() if name.startswith(LIBRARIES)}
     assert found == {f"{LIBRARIES}{library_name(p)}" for p in PLATFORMS.values()}
-    command = ["-m", "build_fmu", "--kind", "native", "-o", "R.fmu"]
+    command = ["-m", "build_fmu", "-o", "R.fmu"]
     said = run_installed(wheel, tmp_path, command, "")
     assert f"R.fmu: built for {', '.join(PLATFORMS)}" in said
     with zipfile.ZipFile(tmp_path / "R.fmu") as archive:

@@ -15,9 +15,9 @@ def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
     said = capsys.readouterr().err
     assert "platform: expected one of linux64, win64" in said
     assert "got 'vax'" in said
-    assert main(["-o", str(tmp_path / "R.fmu"), "--platforms", "darwin64"]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python", "--platforms", "darwin64"]) == 2
     assert "PythonFMU has libraries for, linux64, win64, got 'darwin64'" in capsys.readouterr().err
-    assert main(["-o", str(tmp_path / "R.fmu"), "--sources"]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python", "--sources"]) == 2
     assert "leave out --kind python" in capsys.readouterr().err
     with pytest.raises(BuildError, match="kind: expected one of python, native, got 'java'"):
         build_fmu(example, tmp_path / "R.fmu", BuildOptions("java"))
@@ -25,7 +25,7 @@ def test_unknown_kinds_and_platforms_are_refused(example, tmp_path, capsys):
 
 
 def test_fmi3_is_for_native_fmus(example, tmp_path, capsys):
-    assert main(["-o", str(tmp_path / "R.fmu"), "--fmi", "3"]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python", "--fmi", "3"]) == 2
     assert "leave out --kind python" in capsys.readouterr().err
     with pytest.raises(BuildError, match="FMI version: expected one of 2, 3, got '1'"):
         build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", fmi="1"))

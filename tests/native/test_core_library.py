@@ -134,7 +134,7 @@ def test_shipped_libraries_of_all_platforms_are_taken_without_a_compiler(
 
 
 def test_without_libraries_and_compiler_the_command_says_what_to_do(no_compiler, tmp_path, capsys):
-    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "native"]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu")]) == 2
     said = capsys.readouterr().err
     assert "the C core for linux64: expected its library as a wheel of this project brings" in said
     assert "or a compiler to make it, got neither" in said
