@@ -38,10 +38,13 @@ def build(
     platforms: Platforms = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
+    arrays: Annotated[
+        bool, typer.Option("--arrays", help="One array for what belongs together, in FMI 3.")
+    ] = False,
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
-    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi)
+    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays)
     for line in remarks(build_fmu(described, output, options)):
         Console().print(line, soft_wrap=True)
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from coupling.errors import BuildError, one_of
 from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
-from coupling.fmu_export.native_standards import STANDARDS
+from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, Standard
 from coupling.fmu_export.python_fmu import build_python_fmu
 from coupling.fmu_export.python_host import without_host
 from elastic_robot.description import Robot
@@ -31,9 +31,11 @@ class BuildOptions:
             kind python those that PythonFMU brings.
         sources: Whether the C sources of a native FMU are packed as well.
         fmi: Version of FMI, one of STANDARDS; 3 is for a native FMU.
+        arrays: Whether reals that belong together are one array, in FMI 3.
 
     Raises:
-        BuildError: If the kind or the version is not known, or the options do not fit the kind.
+        BuildError: If the kind or the version is not known, or the options do not fit the kind or the
+            version.
 
     Example:
         >>> BuildOptions("native", fmi="4")
@@ -45,6 +47,7 @@ class BuildOptions:
     platforms: tuple[str, ...] = ()
     sources: bool = False
     fmi: str = "2"
+    arrays: bool = False
 
     def __post_init__(self) -> None:
         for what, name, known in (
@@ -57,6 +60,13 @@ class BuildOptions:
             raise BuildError(
                 "kind: expected native with sources or FMI 3, got python: leave out --kind python"
             )
+        if self.arrays and self.fmi != "3":
+            raise BuildError(f"arrays: expected FMI 3, got FMI {self.fmi}: add --fmi 3")
+
+    @property
+    def standard(self) -> Standard:
+        """What the version of FMI asks of a native FMU."""
+        return FMI3_ARRAYS if self.arrays else STANDARDS[self.fmi]
 
 
 # What writes an FMU of each kind.
@@ -65,7 +75,7 @@ KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path
         robot, file, resources, options.platforms
     ),
     "native": lambda robot, file, resources, options: build_native_fmu(
-        robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
+        robot, file, resources, options.platforms, options.sources, options.standard
     ),
 }
 

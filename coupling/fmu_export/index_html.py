@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from html import escape
 
-from coupling.fmu_export.arrays import array_variables
+from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.interface import Block, Variable
 
@@ -59,28 +59,19 @@ def index_html(
     )
 
 
-def scalar_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
-    """Return the lines of the table for FMI 2.0: one for each element."""
-    return [
-        (v.name, block.causality, block.variability, v.unit, _start(v), v.text)
-        for block in blocks.values()
-        for v in block.variables
-    ]
-
-
-def array_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
-    """Return the lines of the table for FMI 3.0: arrays with their sizes."""
+def variable_rows(blocks: Mapping[str, Block], groups: Groups) -> list[VariableRow]:
+    """Return the lines of the table of variables; arrays have their sizes."""
     return [
         (
-            array.name if array.is_scalar else f"{array.name}[{len(array.elements)}]",
+            group.name if group.is_scalar else f"{group.name}[{len(group.elements)}]",
             blocks[name].causality,
             blocks[name].variability,
-            array.elements[0].unit,
-            " ".join(_start(v) for v in array.elements).strip(),
-            array.text,
+            group.elements[0].unit,
+            " ".join(_start(v) for v in group.elements).strip(),
+            group.text,
         )
-        for name, arrays in array_variables(blocks).items()
-        for array in arrays
+        for name, block in groups.items()
+        for group in block
     ]
 
 

@@ -9,13 +9,14 @@ import elastic_robot
 from coupling.fmu_export.archive import build_date, write_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
 from coupling.fmu_export.core_library import core_libraries, platforms_named
+from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
-from coupling.fmu_export.index_html import index_html
+from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.native_standards import Standard, headers_licenses
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, Block, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
@@ -48,7 +49,8 @@ def build_native_fmu(
     """
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
     table = blocks(robot)
-    rows, version = standard.variable_rows(table), elastic_robot.__version__
+    groups = standard.grouped(table)
+    rows, version = variable_rows(table, groups), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
     texts = {
         "documentation/index.html": index_html(robot, rows, standard.version, version, _NEEDS),
@@ -68,16 +70,16 @@ def build_native_fmu(
 
     def identified(guid: str) -> dict[str, bytes]:
         return {
-            "modelDescription.xml": standard.describe(told, table, guid, source_files),
-            ROBOT_ENTRY: robot_data(robot, table, guid),
+            "modelDescription.xml": standard.describe(told, table, groups, guid, source_files),
+            ROBOT_ENTRY: robot_data(robot, groups, guid),
         }
 
     return write_fmu(file, entries, identified, date)
 
 
-def robot_data(robot: Robot, table: Mapping[str, Block], guid: str) -> bytes:
+def robot_data(robot: Robot, groups: Groups, guid: str) -> bytes:
     """Return the file that the C core reads: the robot, then the FMU's variables."""
-    return f"{robot_text(robot, guid)}\n{interface_text(table)}\n".encode()
+    return f"{robot_text(robot, guid)}\n{interface_text(groups)}\n".encode()
 
 
 def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:

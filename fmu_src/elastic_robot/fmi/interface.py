@@ -60,7 +60,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Array:
-    """Variables of a block, one after another, that are one array in FMI 3.0.
+    """Variables of a block, one after another, that are one array in an FMU of FMI 3.0 with arrays.
 
     Attributes:
         name: Structured name.
@@ -84,7 +84,7 @@ class Block:
         follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
             one of the modes at least.
         starts_from: Of outputs: the blocks that their initial value depends on.
-        arrays: What they are in FMI 3.0; empty where each stands alone there too.
+        arrays: What they are in FMI 3.0 with arrays; empty where each stands alone there too.
     """
 
     causality: str
