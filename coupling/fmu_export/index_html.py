@@ -76,9 +76,11 @@ def variable_rows(blocks: Mapping[str, Block], groups: Groups) -> list[VariableR
 
 
 _USE = """
-<p>Inputs are held over a communication step, outputs belong to its end. The drives follow the file
-named by <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code>
-and <code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2. The initial
+<p>Inputs are those at a communication step's start, outputs belong to its end; s seconds into the
+step the force is <code>force</code> + s <code>force_rate</code>. The drives follow the file named by
+<code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code> and
+<code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2 + j s&sup3;/6 with
+the jerk j of the last two commands, continuous where the commands are smooth. The initial
 state is the equilibrium under gravity, the wrench and the contact spring set before initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
 (<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at

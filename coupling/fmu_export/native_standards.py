@@ -67,6 +67,7 @@ STANDARDS = {
         version="2.0",
         capabilities=(
             "canHandleVariableCommunicationStepSize",
+            "canInterpolateInputs",
             "canNotUseMemoryManagementFunctions",
             "canGetAndSetFMUstate",
             "canSerializeFMUstate",

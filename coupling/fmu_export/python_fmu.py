@@ -27,6 +27,7 @@ from elastic_robot.fmi.interface import MODEL_NAME, blocks
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
     "canNotUseMemoryManagementFunctions",
     "canGetAndSetFMUstate",
     "canSerializeFMUstate",

@@ -86,8 +86,10 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             force = plus(force, base.row[k], none + wrench[k]);
             moment = plus(moment, base.row[k], none + wrench[3 + k]);
         }
-        for (int k = 0; pull != NULL && k < 3; k++)
+        for (int k = 0; pull != NULL && k < 3; k++) {
             force = plus(force, base.row[k], load(&pull[k][first]));
+            moment = plus(moment, base.row[k], load(&pull[3 + k][first]));
+        }
         store_vec(links->force, first, force);
         store_vec(links->moment, first, moment);
         moment = minus(cross_fixed(force, robot->tool_position), moment);
@@ -197,8 +199,11 @@ static void tangent_from(const er_robot *robot, const er_links *links,
         force = plus(force, row, none + wrench[k]);
         moment = plus(moment, row, none + wrench[3 + k]);
     }
-    for (int k = 0; pull != NULL && k < 3; k++)
-        force = plus(force, load_vec(links->base[k], first), load(&pull[k][first]));
+    for (int k = 0; pull != NULL && k < 3; k++) {
+        vec row = load_vec(links->base[k], first);
+        force = plus(force, row, load(&pull[k][first]));
+        moment = plus(moment, row, load(&pull[3 + k][first]));
+    }
     moment = minus(cross_fixed(force, robot->tool_position), moment);
     force = minus(zero, force);
     for (int i = n - 1; i >= 0; i--) {
