@@ -32,6 +32,7 @@ def _expected_names() -> dict[str, list[str]]:
             *[f"{name}[{i}]" for name in ("q_cmd", "qd_cmd", "qdd_cmd") for i in six],
             *[f"anchor.{c}" for c in ("x", "y", "z", "vx", "vy", "vz")],
             *[f"anchor.k{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
+            *[f"{name}_rate.{c}" for name in ("force", "moment") for c in "xyz"],
         ],
         "output": [
             *POSE,

@@ -97,14 +97,22 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
     for k in range(12):
         wrench, rate = 100.0 * rng.normal(size=6), rng.normal(size=joints)
         q = q + STEP * rate
-        inputs = [*wrench, *q, *rate]
+        inputs = [*wrench, *q, *rate, *rng.normal(size=joints)]
         two.setReal(list(range(len(inputs))), inputs)
+        growth = 1e4 * rng.normal(size=6)
+        two.setReal(
+            [pair.scalars[f"{n}_rate.{c}"] for n in ("force", "moment") for c in "xyz"], growth
+        )
+        three.setFloat64(
+            [pair.references[n] for n in ("force_rate", "moment_rate")], growth.tolist()
+        )
         spring = [*(tool + 1e-3 * rng.normal(size=3)), *(0.1 * rng.normal(size=3))]
         spring += list(random_stiffness(rng) * (k % 3 > 0))
         two.setReal(list(range(anchor, anchor + 12)), spring)
         parts = [pair.references[f"anchor.{x}"] for x in ("position", "velocity", "stiffness")]
         three.setFloat64(parts, spring)
-        references = [pair.references[name] for name in ("force", "moment", "q_cmd", "qd_cmd")]
+        names = ("force", "moment", "q_cmd", "qd_cmd", "qdd_cmd")
+        references = [pair.references[name] for name in names]
         three.setFloat64(references, inputs)
         if k == 6:
             gravity = [3.0, 1.0, -9.0]
