@@ -232,6 +232,25 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
     }
 }
 
+void er_drives_by_time(const er_drives *drives, double time, double *q, double *qd, double *qdd)
+{
+    const er_trajectory *t = drives->trajectory;
+    size_t bytes = (size_t)drives->joints * sizeof *q, k;
+    double position[ER_MAX_JOINTS], s = time - drives->start;
+    memset(q, 0, bytes);
+    memset(qd, 0, bytes);
+    memset(qdd, 0, bytes);
+    if (t == NULL || s < 0.0 || s > t->time[t->samples - 1])
+        return;
+    er_drives_at(drives, time, position, q, qd);
+    k = interval(t, s, drives->hint);
+    s -= t->time[k];
+    for (int i = 0; i < t->joints; i++) {
+        const double *c = coefficients(t, k, i);
+        qdd[i] = 6.0 * c[3] + s * (24.0 * c[4] + s * 60.0 * c[5]);
+    }
+}
+
 double er_drives_next_kink(const er_drives *drives, double time, double end, double jump)
 {
     const er_trajectory *t = drives->trajectory;
