@@ -67,7 +67,7 @@ def best_shape(folder: Path) -> np.ndarray:
         return equation(state, ca.vertcat(none[0], ca.vec(driven), none[1]))
 
     x, time, shape = ca.MX.sym("x", m), ca.MX.sym("time"), ca.MX.sym("shape", SHAPES)
-    at_rest = motion(ca.vertcat(x, ca.MX(m, 1)), drives()(0.0, ca.DM(SHAPES, 1)))[m:]
+    at_rest = motion(ca.vertcat(x, ca.MX(m, 1)), drives()(0.0, ca.MX(SHAPES, 1)))[m:]
     equilibrium = ca.rootfinder("equilibrium", "newton", {"x": x, "g": at_rest})
     start = ca.vertcat(equilibrium(ca.DM(m, 1), ca.DM(0, 1)), ca.DM(m, 1))
 
