@@ -76,8 +76,9 @@ typedef double er_filter_function(int n, const er_complex_pair *factors, const d
 
 /* What the tangent of the loads needs to know about the motion at one rotation. */
 typedef struct {
-    er_vector turn[3];                  /* rows of R: frame before it from frame behind it */
-    er_vector own;                      /* its axis times its rate */
+    er_vector turn[3];                  /* rows of R: frame before it from frame behind it; about a
+                                           coordinate axis, its sine and cosine in the first row */
+    er_lanes rate;                      /* about its axis */
     er_vector spin, momentum;           /* omega; I omega */
     er_vector sling;                    /* omega x the body's first moment */
     er_vector carried;                  /* omega x the rotation's origin, in the frame before it */

@@ -56,7 +56,9 @@ static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor
     *(er_real *)a = *(er_real *)a - re * c.straight - im * c.crossed;
 }
 
+#include "kernel_vector.h"
 #include "kernel_body.h"
+#include "kernel_newton.h"
 #include "kernel_tangent.h"
 
 #if defined(__clang__)
