@@ -28,12 +28,21 @@ typedef struct {
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];                /* theta'' [rad/s^2] */
 } er_motion;
 
-/* Sines and cosines of theta = reference + change, from those of the reference.
- *
- * changes: small or not [rad]; reference: sine and cosine per angle. */
-typedef void er_turn_function(int angles, const double *reference_sine,
-                              const double *reference_cosine, const er_lanes *change,
-                              er_motion *motion);
+/* Drives at the nodes of a step, [joint][node]; and the time since the load's start [s]. */
+typedef struct {
+    double elapsed[ER_LANES];
+    ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+} er_nodes;
+
+/* Angles of the drives that theirs at the nodes are counted from [rad], with sines and cosines. */
+typedef struct {
+    double angle[ER_MAX_JOINTS], sine[ER_MAX_JOINTS], cosine[ER_MAX_JOINTS];
+} er_reference;
+
+/* The chain's motion at the nodes: drives and elastic coordinates, by [x][node]. */
+typedef void er_move_function(const er_robot *robot, const er_nodes *nodes,
+                              const er_reference *reference, const er_lanes *x, const er_lanes *v,
+                              const er_lanes *acceleration, er_motion *motion);
 
 /* A vector in each state, in base axes or in the frame behind a rotation. */
 typedef er_lanes er_vector[3];
@@ -56,23 +65,29 @@ typedef void er_stages_function(int count, double h, const double *x, const doub
 
 /* An entry of two complex systems that are solved side by side. */
 typedef struct {
-    double re[2], im[2];
+    double re[ER_PAIRS], im[ER_PAIRS];
 } er_complex_pair;
 
-/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count; D is
- * stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
+/* The same as a factor: multiplied lane by lane with a pair, and with its parts exchanged, re and im add
+ * up to the product. */
+typedef struct {
+    double re[2 * ER_PAIRS], im[2 * ER_PAIRS]; /* re, re; -im, im */
+} er_factor;
+
+/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count and are
+ * overwritten; D is stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
  * definite M, D, K and |arg l| < pi/2: turned by -arg l their numerical range lies in the right half
  * plane.  False if an entry is not finite. */
-typedef bool er_factor_function(int n, er_complex_pair *matrix);
+typedef bool er_factor_function(int n, er_complex_pair *matrix, er_factor *factors);
 
 /* One pass of Newton's method: takes the solution for these residuals off the stage accelerations
  * and returns its length. */
-typedef double er_improve_function(int n, const er_complex_pair *factors, const er_lanes *residual,
+typedef double er_improve_function(int n, const er_factor *factors, const er_lanes *residual,
                                    er_lanes *acceleration);
 
 /* Length of the solution of the first system, the one next to the real axis, for a real right-hand
  * side: the error estimate's filter. */
-typedef double er_filter_function(int n, const er_complex_pair *factors, const double *defect);
+typedef double er_filter_function(int n, const er_factor *factors, const double *defect);
 
 /* What the tangent of the loads needs to know about the motion at one rotation. */
 typedef struct {
@@ -115,7 +130,7 @@ typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_lanes *pull, er_lanes *load);
 
 typedef struct {
-    er_turn_function *turn;
+    er_move_function *move;
     er_reach_function *reach;
     er_loads_function *loads;
     er_stages_function *stages;

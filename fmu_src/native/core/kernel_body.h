@@ -144,40 +144,78 @@ static void ER_NAME(loads)(const er_robot *robot, const er_motion *motion, int s
         loads_from(robot, motion, first, gravity, wrench, pull, result);
 }
 
-static bool is_small(int angles, const er_lanes *change)
+static bool is_small(er_real change)
 {
+    er_lanes lanes;
     bool small = true;
-    for (int i = 0; i < angles; i++)
-        for (int l = 0; l < ER_LANES; l++)
-            small &= fabs(change[i][l]) <= SMALL_CHANGE;
+    memcpy(lanes, &change, sizeof change);
+    for (int l = 0; l < ER_WIDTH; l++)
+        small &= fabs(lanes[l]) <= SMALL_CHANGE;
     return small;
 }
 
-static void ER_NAME(turn)(int angles, const double *reference_sine, const double *reference_cosine,
-                          const er_lanes *change, er_motion *motion)
+ER_INLINE void small_turn(er_real d, er_real *sine, er_real *cosine)
 {
-    bool series = is_small(angles, change);
-    for (int i = 0; i < angles; i++) {
-        for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
-            er_real s, c, d = load(&change[i][first]), d2 = d * d;
-            if (series) {
-                s = d - d * d2 * (1.0 / 6.0 - d2 * (1.0 / 120.0 - d2 * (1.0 / 5040.0 -
-                                                                       d2 * (1.0 / 362880.0))));
-                c = 1.0 - d2 * (0.5 - d2 * (1.0 / 24.0 - d2 * (1.0 / 720.0 - d2 * (1.0 / 40320.0 -
-                                                                          d2 * (1.0 / 3628800.0)))));
-            } else {
-                er_lanes sine, cosine;
-                for (int l = first; l < first + ER_WIDTH; l++) {
-                    sine[l - first] = sin(change[i][l]);
-                    cosine[l - first] = cos(change[i][l]);
-                }
-                memcpy(&s, sine, sizeof s);
-                memcpy(&c, cosine, sizeof c);
-            }
-            *(er_real *)&motion->sine[i][first] = reference_sine[i] * c + reference_cosine[i] * s;
-            *(er_real *)&motion->cosine[i][first] = reference_cosine[i] * c - reference_sine[i] * s;
-        }
+    er_real d2 = d * d;
+    *sine = d - d * d2 * (1.0 / 6.0 - d2 * (1.0 / 120.0 - d2 * (1.0 / 5040.0 -
+                                                              d2 * (1.0 / 362880.0))));
+    *cosine = 1.0 - d2 * (0.5 - d2 * (1.0 / 24.0 - d2 * (1.0 / 720.0 - d2 * (1.0 / 40320.0 -
+                                                                      d2 * (1.0 / 3628800.0)))));
+}
+
+static void large_turn(er_real d, er_real *sine, er_real *cosine)
+{
+    er_lanes lanes, s, c;
+    memcpy(lanes, &d, sizeof d);
+    for (int l = 0; l < ER_WIDTH; l++) {
+        s[l] = sin(lanes[l]);
+        c[l] = cos(lanes[l]);
     }
+    memcpy(sine, s, sizeof *sine);
+    memcpy(cosine, c, sizeof *cosine);
+}
+
+static void move_at(const er_robot *robot, const er_nodes *nodes, const er_reference *reference,
+                    const er_lanes *x, const er_lanes *v, const er_lanes *acceleration, int first,
+                    er_motion *motion)
+{
+    er_real none = 0.0 * load(&nodes->q[0][first]);
+    for (int i = 0; i < robot->angles; i++) {
+        int drive = robot->rotation[i].drive, elastic = robot->rotation[i].elastic;
+        er_real change = none, rate = none, bend = none, s, c;
+        if (drive >= 0) {
+            change = load(&nodes->q[drive][first]) - reference->angle[drive];
+            rate = load(&nodes->qd[drive][first]);
+            bend = load(&nodes->qdd[drive][first]);
+        }
+        if (elastic >= 0) {
+            change += load(&x[elastic][first]);
+            rate += load(&v[elastic][first]);
+            bend += load(&acceleration[elastic][first]);
+        }
+        if (is_small(change))
+            small_turn(change, &s, &c);
+        else
+            large_turn(change, &s, &c);
+        if (drive >= 0) {
+            er_real s_change = s, c_change = c;
+            double s_0 = reference->sine[drive], c_0 = reference->cosine[drive];
+            s = s_0 * c_change + c_0 * s_change;
+            c = c_0 * c_change - s_0 * s_change;
+        }
+        *(er_real *)&motion->sine[i][first] = s;
+        *(er_real *)&motion->cosine[i][first] = c;
+        *(er_real *)&motion->rate[i][first] = rate;
+        *(er_real *)&motion->acceleration[i][first] = bend;
+    }
+}
+
+static void ER_NAME(move)(const er_robot *robot, const er_nodes *nodes,
+                          const er_reference *reference, const er_lanes *x, const er_lanes *v,
+                          const er_lanes *acceleration, er_motion *motion)
+{
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+        move_at(robot, nodes, reference, x, v, acceleration, first, motion);
 }
 
 #undef SMALL_CHANGE

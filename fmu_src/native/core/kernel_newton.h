@@ -1,7 +1,7 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections.
  *
  * Included behind kernel_vector.h; how pairs of complex numbers are multiplied is told by the includer:
- * factor_pair, as_factor, multiply, take_off.
+ * pair, read_pair, multiply, take_off.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */
@@ -45,47 +45,52 @@ static inline bool invert(er_complex_pair *d)
     return true;
 }
 
-static bool ER_NAME(factor)(int n, er_complex_pair *a)
+static inline er_factor as_factor(const er_complex_pair *c)
 {
+    return (er_factor){{c->re[0], c->re[1], c->re[0], c->re[1]},
+                       {-c->im[0], -c->im[1], c->im[0], c->im[1]}};
+}
+
+static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
+{
+    ER_ALIGNED er_complex_pair scaled[ER_MAX_ANGLES];
     for (int j = 0; j < n; j++) {
-        ER_ALIGNED er_complex_pair scaled_column[ER_MAX_ANGLES];
-        factor_pair inverse;
+        er_factor *diagonal = &factors[j * n + j];
         if (!invert(&a[j * n + j]))
             return false;
-        inverse = as_factor(&a[j * n + j]);
+        *diagonal = as_factor(&a[j * n + j]);
         for (int i = j + 1; i < n; i++) {
-            scaled_column[i] = a[i * n + j];
-            multiply(&scaled_column[i], inverse);
+            scaled[i] = a[i * n + j];
+            multiply(&scaled[i], diagonal);
+            factors[i * n + j] = as_factor(&scaled[i]);
         }
-        for (int i = j + 1; i < n; i++) {
-            factor_pair scaled = as_factor(&scaled_column[i]);
-            for (int k = j + 1; k <= i; k++)
-                take_off(&a[i * n + k], &a[k * n + j], scaled);
+        for (int k = j + 1; k < n; k++) {
+            pair column = read_pair(&a[k * n + j]);
+            for (int i = k; i < n; i++)
+                take_off(&a[i * n + k], &factors[i * n + j], &column);
         }
-        for (int i = j + 1; i < n; i++)
-            a[i * n + j] = scaled_column[i];
     }
     return true;
 }
 
 /* By columns, so that the products of a loop do not wait for each other. */
-static void solve_pair(int n, const er_complex_pair *a, er_complex_pair *b)
+static void solve_pair(int n, const er_factor *factors, er_complex_pair *b)
 {
     for (int j = 0; j < n; j++) {
-        factor_pair known = as_factor(&b[j]);
+        pair known = read_pair(&b[j]);
         for (int i = j + 1; i < n; i++)
-            take_off(&b[i], &a[i * n + j], known);
+            take_off(&b[i], &factors[i * n + j], &known);
     }
     for (int j = 0; j < n; j++)
-        multiply(&b[j], as_factor(&a[j * n + j]));
+        multiply(&b[j], &factors[j * n + j]);
     for (int i = n - 1; i > 0; i--) {
-        factor_pair known = as_factor(&b[i]);
+        pair known = read_pair(&b[i]);
         for (int j = 0; j < i; j++)
-            take_off(&b[j], &a[i * n + j], known);
+            take_off(&b[j], &factors[i * n + j], &known);
     }
 }
 
-static double ER_NAME(improve)(int n, const er_complex_pair *factors, const er_lanes *residual,
+static double ER_NAME(improve)(int n, const er_factor *factors, const er_lanes *residual,
                                er_lanes *acceleration)
 {
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
@@ -115,7 +120,7 @@ static double ER_NAME(improve)(int n, const er_complex_pair *factors, const er_l
     return sqrt(square);
 }
 
-static double ER_NAME(filter)(int n, const er_complex_pair *factors, const double *defect)
+static double ER_NAME(filter)(int n, const er_factor *factors, const double *defect)
 {
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
     double square = 0.0;

@@ -241,7 +241,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     double response[ER_MAX_ANGLES] = {0.0};
     if (s->reason != NULL || !(per_beyond > 0.0 && per_beyond < INFINITY))
         return;
-    er_angles(system->robot, r->work->reference, step->x, theta); /* the drives at the step's end */
+    er_angles(system->robot, r->work->reference.angle, step->x, theta); /* the drives at the step's end */
     er_place_bodies(system->robot, theta, &r->work->placement);
     er_mass_matrix(system->robot, &r->work->placement, mass);
     if (!er_lu_factor(m, mass, pivot)) {
