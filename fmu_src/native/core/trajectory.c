@@ -1,14 +1,19 @@
 #include "trajectory.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { POWERS = 6 };
-
-static double *coefficients(const er_trajectory *t, size_t sample, int joint)
+/* Numbers of a sample: its time, q, q' and q'' of each joint. */
+static size_t width_of(const er_trajectory *t)
 {
-    return t->power + (sample * (size_t)t->joints + (size_t)joint) * POWERS;
+    return 1 + 3 * (size_t)t->joints;
+}
+
+static double time_of(const er_trajectory *t, size_t k)
+{
+    return t->row[k * width_of(t)];
 }
 
 static int column_count(const er_samples *s)
@@ -21,14 +26,25 @@ static const double *sample_row(const er_samples *s, size_t k)
     return s->data + k * (size_t)column_count(s);
 }
 
+/* Whether there is a number that is not finite; without a branch, so that several are looked at at once. */
+static bool has_infinite(const double *values, size_t count)
+{
+    uint64_t any = 0;
+    for (size_t k = 0; k < count; k++)
+        any |= (uint64_t) !(fabs(values[k]) <= DBL_MAX);
+    return any != 0;
+}
+
 static bool require_samples(const er_samples *s, er_failure *failure)
 {
+    bool finite;
     if (s->samples < 2)
         return er_fail(failure, "expected at least 2 samples, got %lu",
                        (unsigned long)s->samples);
+    finite = !has_infinite(s->data, s->samples * (size_t)column_count(s));
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
-        for (int c = 0; c < column_count(s); c++)
+        for (int c = 0; !finite && c < column_count(s); c++)
             if (!isfinite(row[c])) {
                 const char *names[] = {"q", "qd", "qdd"};
                 return er_fail(failure, "%s is not finite in sample %lu",
@@ -42,149 +58,167 @@ static bool require_samples(const er_samples *s, er_failure *failure)
     return true;
 }
 
-/* Polynomials of degree 5 that take value, rate and acceleration at both ends of each interval.
- *
- * In s / h: c0..c2 from the left end; c3..c5 solve the conditions at the right end. */
-static void fit_quintic(er_trajectory *t, const er_samples *s)
+/* Rates and accelerations of the C2 cubic spline of joint i with zero rate at both ends.  The rates at
+ * the samples solve a tridiagonal system:
+ * h_k v_(k-1) + 2 (h_(k-1) + h_k) v_k + h_(k-1) v_(k+1) = 3 (h_k d_(k-1) + h_(k-1) d_k), d the chords. */
+static void fit_cubic(const er_trajectory *t, int i, double *rate, double *ratio)
 {
-    int n = s->joints;
-    for (size_t k = 0; k + 1 < s->samples; k++) {
-        const double *left = sample_row(s, k) + 1, *right = sample_row(s, k + 1) + 1;
-        double h = t->time[k + 1] - t->time[k], h3 = h * h * h;
-        for (int i = 0; i < n; i++) {
-            double q0 = left[i], v0 = left[n + i], a0 = left[2 * n + i];
-            double rise = right[i] - q0 - h * v0 - 0.5 * h * h * a0;
-            double slope = h * (right[n + i] - v0) - h * h * a0;
-            double curvature = h * h * (right[2 * n + i] - a0);
-            double *c = coefficients(t, k, i);
-            c[0] = q0;
-            c[1] = v0;
-            c[2] = 0.5 * a0;
-            c[3] = (10.0 * rise - 4.0 * slope + 0.5 * curvature) / h3;
-            c[4] = (-15.0 * rise + 7.0 * slope - curvature) / (h3 * h);
-            c[5] = (6.0 * rise - 3.0 * slope + 0.5 * curvature) / (h3 * h * h);
-        }
+    size_t last = t->samples - 1, width = width_of(t), n = (size_t)t->joints;
+    double *q = t->row + 1 + i;
+    rate[0] = rate[last] = ratio[0] = 0.0;
+    for (size_t k = 1; k < last; k++) {
+        double before = time_of(t, k) - time_of(t, k - 1);
+        double behind = time_of(t, k + 1) - time_of(t, k);
+        double chord_before = (q[k * width] - q[(k - 1) * width]) / before;
+        double chord_behind = (q[(k + 1) * width] - q[k * width]) / behind;
+        double pivot = 2.0 * (before + behind) - behind * ratio[k - 1];
+        ratio[k] = before / pivot;
+        rate[k] = (3.0 * (behind * chord_before + before * chord_behind) - behind * rate[k - 1]) /
+                  pivot;
+    }
+    for (size_t k = last - 1; k > 0; k--)
+        rate[k] -= ratio[k] * rate[k + 1];
+    for (size_t k = 0; k <= last; k++) {
+        size_t from = k < last ? k : last - 1;
+        double h = time_of(t, from + 1) - time_of(t, from);
+        double chord = (q[(from + 1) * width] - q[from * width]) / h;
+        double left = 2.0 * rate[from] + rate[from + 1], right = rate[from] + 2.0 * rate[from + 1];
+        q[k * width + n] = rate[k];
+        q[k * width + 2 * n] = k < last ? (6.0 * chord - 2.0 * left) / h : (2.0 * right - 6.0 * chord) / h;
     }
 }
 
-/* C2 cubics with zero rate at both ends.  The rates at the samples solve a tridiagonal system:
- * h_k v_(k-1) + 2 (h_(k-1) + h_k) v_k + h_(k-1) v_(k+1) = 3 (h_k d_(k-1) + h_(k-1) d_k), d the chords. */
-static bool fit_cubic(er_trajectory *t, const er_samples *s)
+/* Completes samples of times and angles alone. */
+static bool complete(er_trajectory *t, const er_samples *s)
 {
-    size_t last = s->samples - 1;
-    double *work = malloc(2 * s->samples * sizeof *work), *rate = work, *ratio;
-    if (work == NULL)
-        return false;
-    ratio = work + s->samples;
-    for (int i = 0; i < s->joints; i++) {
-        rate[0] = rate[last] = ratio[0] = 0.0;
-        for (size_t k = 1; k < last; k++) {
-            double before = t->time[k] - t->time[k - 1], behind = t->time[k + 1] - t->time[k];
-            double q = sample_row(s, k)[1 + i];
-            double chord_before = (q - sample_row(s, k - 1)[1 + i]) / before;
-            double chord_behind = (sample_row(s, k + 1)[1 + i] - q) / behind;
-            double pivot = 2.0 * (before + behind) - behind * ratio[k - 1];
-            ratio[k] = before / pivot;
-            rate[k] = (3.0 * (behind * chord_before + before * chord_behind) -
-                       behind * rate[k - 1]) / pivot;
-        }
-        for (size_t k = last - 1; k > 0; k--)
-            rate[k] -= ratio[k] * rate[k + 1];
-        for (size_t k = 0; k < last; k++) {
-            double h = t->time[k + 1] - t->time[k], *c = coefficients(t, k, i);
-            double q = sample_row(s, k)[1 + i];
-            double chord = (sample_row(s, k + 1)[1 + i] - q) / h;
-            double bend = (rate[k] + rate[k + 1] - 2.0 * chord) / h;
-            c[0] = q;
-            c[1] = rate[k];
-            c[2] = (chord - rate[k]) / h - bend;
-            c[3] = bend / h;
-            c[4] = c[5] = 0.0;
-        }
+    double *work = malloc(2 * s->samples * sizeof *work);
+    t->row = malloc(s->samples * width_of(t) * sizeof *t->row);
+    if (work != NULL && t->row != NULL) {
+        for (size_t k = 0; k < s->samples; k++)
+            memcpy(t->row + k * width_of(t), sample_row(s, k),
+                   (size_t)column_count(s) * sizeof *t->row);
+        for (int i = 0; i < t->joints; i++)
+            fit_cubic(t, i, work, work + s->samples);
     }
     free(work);
-    return true;
+    return work != NULL && t->row != NULL;
+}
+
+/* Third derivatives at both ends of the quintic behind sample k, of each joint [rad/s^3]. */
+static void third_derivatives(const er_trajectory *t, size_t k, double *at_start, double *at_end)
+{
+    int n = t->joints;
+    const double *left = t->row + k * width_of(t) + 1, *right = left + width_of(t);
+    double h = right[-1] - left[-1], per_h3 = 1.0 / (h * h * h);
+    for (int i = 0; i < n; i++) {
+        double v = left[n + i], a = left[2 * n + i];
+        double rise = right[i] - left[i] - h * v - 0.5 * h * h * a;
+        double slope = h * (right[n + i] - v) - h * h * a;
+        double curvature = h * h * (right[2 * n + i] - a);
+        at_start[i] = (60.0 * rise - 24.0 * slope + 3.0 * curvature) * per_h3;
+        at_end[i] = (60.0 * rise - 36.0 * slope + 9.0 * curvature) * per_h3;
+    }
 }
 
 static void find_jumps(er_trajectory *t)
 {
+    double before[ER_MAX_JOINTS], start[ER_MAX_JOINTS], end[ER_MAX_JOINTS];
+    third_derivatives(t, 0, start, before);
     t->jump[0] = t->jump[t->samples - 1] = 0.0;
     for (size_t k = 1; k + 1 < t->samples; k++) {
-        double h = t->time[k] - t->time[k - 1], largest = 0.0;
+        double largest = 0.0;
+        third_derivatives(t, k, start, end);
         for (int i = 0; i < t->joints; i++) {
-            const double *c = coefficients(t, k - 1, i);
-            double end = 6.0 * c[3] + h * (24.0 * c[4] + h * 60.0 * c[5]);
-            largest = fmax(largest, fabs(6.0 * coefficients(t, k, i)[3] - end));
+            double jump = fabs(start[i] - before[i]);
+            largest = jump > largest ? jump : largest;
+            before[i] = end[i];
         }
         t->jump[k] = largest;
     }
 }
 
-/* FNV-1a over the samples, a number at a time; never 0. */
+/* FNV-1a over the samples, a number at a time, in threads that do not wait for each other; never 0. */
 static uint64_t fingerprint_of(const er_samples *s)
 {
-    size_t count = s->samples * (size_t)column_count(s);
-    uint64_t hash = UINT64_C(14695981039346656037), bits;
-    for (size_t k = 0; k < count; k++) {
+    enum { THREADS = 4 };
+    size_t count = s->samples * (size_t)column_count(s), k = 0;
+    uint64_t hash[THREADS], bits, all = UINT64_C(14695981039346656037) ^ count;
+    for (int i = 0; i < THREADS; i++)
+        hash[i] = UINT64_C(14695981039346656037) + (uint64_t)i;
+    for (; k + THREADS <= count; k += THREADS)
+        for (int i = 0; i < THREADS; i++) {
+            memcpy(&bits, s->data + k + i, sizeof bits);
+            hash[i] = (hash[i] ^ bits) * UINT64_C(1099511628211);
+            hash[i] ^= hash[i] >> 32; /* the product alone would leave high bits without a trace in low ones */
+        }
+    for (; k < count; k++) {
         memcpy(&bits, s->data + k, sizeof bits);
-        hash = (hash ^ bits) * UINT64_C(1099511628211);
-        hash ^= hash >> 32; /* the product alone would leave high bits without a trace in low ones */
+        all = (all ^ bits) * UINT64_C(1099511628211);
+        all ^= all >> 32;
     }
-    return hash | 1;
+    for (int i = 0; i < THREADS; i++) {
+        all = (all ^ hash[i]) * UINT64_C(1099511628211);
+        all ^= all >> 32;
+    }
+    return all | 1;
 }
 
-bool er_trajectory_build(er_trajectory *t, const er_samples *s, er_failure *failure)
+static bool build(er_trajectory *t, er_samples *s, er_failure *failure)
 {
-    size_t entries = s->samples * (size_t)s->joints * POWERS;
-    memset(t, 0, sizeof *t);
     if (!require_samples(s, failure))
         return false;
     t->joints = s->joints;
     t->samples = s->samples;
     t->fingerprint = fingerprint_of(s);
-    t->time = malloc(s->samples * sizeof *t->time);
     t->jump = malloc(s->samples * sizeof *t->jump);
-    t->power = malloc(entries * sizeof *t->power);
-    if (t->time == NULL || t->jump == NULL || t->power == NULL) {
-        er_trajectory_free(t);
-        return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
-    }
-    for (size_t k = 0; k < s->samples; k++)
-        t->time[k] = sample_row(s, k)[0];
     if (s->rates) {
-        fit_quintic(t, s);
-    } else if (!fit_cubic(t, s)) {
-        er_trajectory_free(t);
-        return er_fail(failure, "it does not fit into memory");
+        t->row = s->data;
+        s->data = NULL;
     }
+    if (t->jump == NULL || (!s->rates && !complete(t, s)))
+        return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
     find_jumps(t);
     return true;
 }
 
+bool er_trajectory_build(er_trajectory *t, er_samples *s, er_failure *failure)
+{
+    bool good;
+    memset(t, 0, sizeof *t);
+    good = build(t, s, failure);
+    free(s->data);
+    s->data = NULL;
+    if (!good)
+        er_trajectory_free(t);
+    return good;
+}
+
 void er_trajectory_free(er_trajectory *t)
 {
-    free(t->time);
+    free(t->row);
     free(t->jump);
-    free(t->power);
     memset(t, 0, sizeof *t);
 }
 
-/* The interval that holds a time: the largest k with time[k] <= t, at most the last but one. */
+/* The interval that holds a time: the largest k with time_of(k) <= time, at most the last but one.
+ * From the hint on in strides that double, then by halves. */
 static size_t interval(const er_trajectory *t, double time, size_t *hint)
 {
-    size_t low = *hint, high, last = t->samples - 1;
-    if (low < last && t->time[low] <= time) {
-        if (low + 1 == last || time < t->time[low + 1])
-            return low;
-        if (low + 2 == last || time < t->time[low + 2])
-            return *hint = low + 1;
+    size_t low = *hint, high, last = t->samples - 1, stride = 1;
+    if (low == 0 || time_of(t, low) <= time) {
+        for (high = low + 1; high < last && time_of(t, high) <= time; stride *= 2) {
+            low = high;
+            high = last - low > stride ? low + stride : last;
+        }
     } else {
-        low = 0;
+        for (high = low; low > 0 && time_of(t, low) > time; stride *= 2) {
+            high = low;
+            low = low > stride ? low - stride : 0;
+        }
     }
-    high = last;
     while (high - low > 1) {
         size_t middle = (low + high) / 2;
-        if (t->time[middle] <= time)
+        if (time_of(t, middle) <= time)
             low = middle;
         else
             high = middle;
@@ -198,22 +232,62 @@ bool er_drives_cover(const er_drives *drives, double time, double slack, er_fail
     double start, end;
     if (t == NULL)
         return true;
-    start = t->time[0];
-    end = t->time[t->samples - 1];
+    start = time_of(t, 0);
+    end = time_of(t, t->samples - 1);
     if (time >= start - slack && time <= end + slack)
         return true;
     return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", start, end,
                    time);
 }
 
+/* Weights of rise, rates and accelerations at both ends of an interval, for the value of its quintic or
+ * for one of that's derivatives. */
+typedef struct {
+    double rise, rate[2], bend[2];
+} weights;
+
+static double weighted(const weights *w, double rise, const double *left, const double *right, int n)
+{
+    return w->rise * rise + (w->rate[0] * left[n] + w->rate[1] * right[n]) +
+           (w->bend[0] * left[2 * n] + w->bend[1] * right[2 * n]);
+}
+
+/* q, q', q'' a part u of an interval of length h behind its start; by joint, two neighbouring rows. */
+static void along_quintic(int n, const double *left, const double *right, double h, double u, double *q,
+                          double *qd, double *qdd)
+{
+    double u2 = u * u, u3 = u2 * u, d = 1.0 / h;
+    const weights value = {
+        u3 * (10.0 - u * (15.0 - 6.0 * u)),
+        {h * u * (1.0 - u2 * (6.0 - u * (8.0 - 3.0 * u))), h * u3 * (-4.0 + u * (7.0 - 3.0 * u))},
+        {h * h * 0.5 * u2 * (1.0 - u * (3.0 - u * (3.0 - u))), h * h * 0.5 * u3 * (1.0 - u * (2.0 - u))},
+    };
+    const weights rate = {
+        d * 30.0 * u2 * (1.0 - u * (2.0 - u)),
+        {1.0 - u2 * (18.0 - u * (32.0 - 15.0 * u)), u2 * (-12.0 + u * (28.0 - 15.0 * u))},
+        {h * u * (1.0 - u * (4.5 - u * (6.0 - 2.5 * u))), h * u2 * (1.5 - u * (4.0 - 2.5 * u))},
+    };
+    const weights bend = {
+        d * d * 60.0 * u * (1.0 - u * (3.0 - 2.0 * u)),
+        {d * u * (-36.0 + u * (96.0 - 60.0 * u)), d * u * (-24.0 + u * (84.0 - 60.0 * u))},
+        {1.0 - u * (9.0 - u * (18.0 - 10.0 * u)), u * (3.0 - u * (12.0 - 10.0 * u))},
+    };
+    for (int i = 0; i < n; i++) {
+        double rise = right[i] - left[i];
+        q[i] = left[i] + weighted(&value, rise, left + i, right + i, n);
+        qd[i] = weighted(&rate, rise, left + i, right + i, n);
+        qdd[i] = weighted(&bend, rise, left + i, right + i, n);
+    }
+}
+
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd)
 {
     const er_trajectory *t = drives->trajectory;
-    const double *c;
+    const double *left, *right;
+    double h;
     size_t k;
-    double s;
     if (t == NULL) {
-        s = time - drives->start;
+        double s = time - drives->start;
         for (int i = 0; i < drives->joints; i++) {
             q[i] = drives->q[i] + (drives->qd[i] + 0.5 * drives->qdd[i] * s) * s;
             qd[i] = drives->qd[i] + drives->qdd[i] * s;
@@ -221,18 +295,15 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         }
         return;
     }
-    if (time < t->time[0])
-        time = t->time[0];
-    if (time > t->time[t->samples - 1])
-        time = t->time[t->samples - 1];
+    if (time < time_of(t, 0))
+        time = time_of(t, 0);
+    if (time > time_of(t, t->samples - 1))
+        time = time_of(t, t->samples - 1);
     k = interval(t, time, drives->hint);
-    s = time - t->time[k];
-    c = coefficients(t, k, 0);
-    for (int i = 0; i < t->joints; i++, c += POWERS) {
-        q[i] = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
-        qd[i] = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])));
-        qdd[i] = 2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]));
-    }
+    left = t->row + k * width_of(t);
+    right = left + width_of(t);
+    h = right[0] - left[0];
+    along_quintic(t->joints, left + 1, right + 1, h, (time - left[0]) / h, q, qd, qdd);
 }
 
 double er_drives_next_kink(const er_drives *drives, double time, double end, double jump)
@@ -240,13 +311,13 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    if (time < t->time[0])
-        time = t->time[0];
+    if (time < time_of(t, 0))
+        time = time_of(t, 0);
     for (size_t k = interval(t, time, drives->hint) + 1; k + 1 < t->samples; k++) {
-        if (t->time[k] >= end)
+        if (time_of(t, k) >= end)
             break;
         if (t->jump[k] > jump)
-            return t->time[k];
+            return time_of(t, k);
     }
     return end;
 }

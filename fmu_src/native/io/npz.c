@@ -22,7 +22,8 @@ typedef struct {
 
 /* One array: its bytes and what the header says of them. */
 typedef struct {
-    unsigned char *content; /* the whole .npy, to be freed */
+    unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
+    const unsigned char *content; /* the whole .npy */
     const unsigned char *data;
     size_t bytes, shape[2];
     char kind;        /* 'f' or 'U' */
@@ -65,59 +66,52 @@ static void widen(const unsigned char *extra, size_t length, uint64_t *values[3]
     }
 }
 
-static unsigned char *unpack(slice zip, const unsigned char *central, size_t room, size_t *size)
+static bool unpack(slice zip, const unsigned char *central, size_t room, array *a, size_t *size)
 {
     uint64_t packed = little(central + 20, 4), full = little(central + 24, 4);
     uint64_t offset = little(central + 42, 4), start, method = little(central + 10, 2);
     uint64_t *values[3] = {&full, &packed, &offset};
     size_t name = (size_t)little(central + 28, 2), extra = (size_t)little(central + 30, 2);
-    unsigned char *content;
     if (CENTRAL_HEADER + name + extra > room)
-        return NULL;
+        return false;
     widen(central + CENTRAL_HEADER + name, extra, values);
     if (offset > zip.size || zip.size - offset < LOCAL_HEADER || full > MOST_MEMBER)
-        return NULL;
+        return false;
     start = offset + LOCAL_HEADER + little(zip.bytes + offset + 26, 2) +
             little(zip.bytes + offset + 28, 2);
     if (start > zip.size || packed > zip.size - start)
-        return NULL;
-    content = malloc((size_t)full + 1);
-    if (content == NULL)
-        return NULL;
+        return false;
     *size = (size_t)full;
-    content[full] = '\0';
-    if (method == STORED && packed == full)
-        memcpy(content, zip.bytes + start, (size_t)full);
-    else if (method != DEFLATED ||
-             !er_inflate(zip.bytes + start, (size_t)packed, content, (size_t)full)) {
-        free(content);
-        return NULL;
-    }
-    return content;
+    a->content = zip.bytes + start;
+    if (method == STORED)
+        return packed == full;
+    a->content = a->unpacked = malloc((size_t)full + 1);
+    return method == DEFLATED && a->unpacked != NULL &&
+           er_inflate(zip.bytes + start, (size_t)packed, a->unpacked, (size_t)full);
 }
 
-/* The content of a member of the archive, to be freed; NULL if it is not there or broken. */
-static unsigned char *member(slice zip, const char *wanted, size_t *size)
+/* Finds the content of a member of the archive; false if it is not there or broken. */
+static bool member(slice zip, const char *wanted, array *a, size_t *size)
 {
     const unsigned char *end = zip.size >= END_RECORD ? find_end_record(zip) : NULL;
     size_t at, entries, length = strlen(wanted);
     if (end == NULL)
-        return NULL;
+        return false;
     at = (size_t)little(end + 16, 4);
     for (entries = (size_t)little(end + 10, 2); entries > 0; entries--) {
         const unsigned char *central = zip.bytes + at;
         size_t name;
         if (at > zip.size || zip.size - at < CENTRAL_HEADER || memcmp(central, "PK\1\2", 4) != 0)
-            return NULL;
+            return false;
         name = (size_t)little(central + 28, 2);
         if (name > zip.size - at - CENTRAL_HEADER)
-            return NULL;
+            return false;
         if (name == length && memcmp(central + CENTRAL_HEADER, wanted, length) == 0)
-            return unpack(zip, central, zip.size - at, size);
+            return unpack(zip, central, zip.size - at, a, size);
         at += CENTRAL_HEADER + name + (size_t)little(central + 30, 2) +
               (size_t)little(central + 32, 2);
     }
-    return NULL;
+    return false;
 }
 
 /* What stands behind a key of the header, a Python dictionary as text. */
@@ -175,8 +169,7 @@ static bool open_array(slice zip, const char *name, array *a, er_failure *failur
     char file[32];
     size_t size = 0;
     snprintf(file, sizeof file, "%s.npy", name);
-    a->content = member(zip, file, &size);
-    if (a->content == NULL)
+    if (!member(zip, file, a, &size))
         return er_fail(failure, "expected the arrays 'columns' and 'data', got no readable '%s'",
                        name);
     return parse_header(a, size, failure, name);
@@ -199,6 +192,15 @@ static bool take_names(er_data_table *table, const array *a, er_failure *failure
     return true;
 }
 
+/* Whether this machine keeps numbers as the file does. */
+static bool is_little(void)
+{
+    const double one = 1.0;
+    unsigned char bytes[sizeof one];
+    memcpy(bytes, &one, sizeof one);
+    return bytes[sizeof one - 1] == 0x3f;
+}
+
 static bool take_data(er_data_table *table, const array *a, er_failure *failure)
 {
     size_t rows = a->shape[0], columns = a->shape[1];
@@ -211,6 +213,10 @@ static bool take_data(er_data_table *table, const array *a, er_failure *failure)
     table->data = malloc(rows * columns * sizeof *table->data);
     if (table->data == NULL)
         return er_fail(failure, "it does not fit into memory");
+    if (!a->column_major && is_little()) {
+        memcpy(table->data, a->data, rows * columns * sizeof *table->data);
+        return true;
+    }
     for (size_t i = 0; i < rows; i++)
         for (size_t j = 0; j < columns; j++) {
             size_t from = a->column_major ? j * rows + i : i * columns + j;
@@ -228,7 +234,7 @@ bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t siz
     bool good = open_array(zip, "columns", &columns, failure) &&
                 take_names(table, &columns, failure) &&
                 open_array(zip, "data", &data, failure) && take_data(table, &data, failure);
-    free(columns.content);
-    free(data.content);
+    free(columns.unpacked);
+    free(data.unpacked);
     return good;
 }
