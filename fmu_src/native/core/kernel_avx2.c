@@ -37,6 +37,14 @@ static inline pair read_pair(const er_complex_pair *c)
     return (pair){value, (er_real)_mm256_permute2f128_pd((__m256d)value, (__m256d)value, 1)};
 }
 
+static inline void as_factor(const er_complex_pair *c, er_factor *factor)
+{
+    const __m256d value = (__m256d)read_pair(c).straight;
+    const er_real signs = {-1.0, -1.0, 1.0, 1.0};
+    *(er_real *)factor->re = (er_real)_mm256_permute2f128_pd(value, value, 0x00);
+    *(er_real *)factor->im = signs * (er_real)_mm256_permute2f128_pd(value, value, 0x11);
+}
+
 /* Multiplies b by c. */
 static inline void multiply(er_complex_pair *b, const er_factor *c)
 {

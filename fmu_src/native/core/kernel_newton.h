@@ -1,7 +1,7 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections.
  *
  * Included behind kernel_vector.h; how pairs of complex numbers are multiplied is told by the includer:
- * pair, read_pair, multiply, take_off.
+ * pair, read_pair, as_factor, multiply, take_off.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */
@@ -45,12 +45,6 @@ static inline bool invert(er_complex_pair *d)
     return true;
 }
 
-static inline er_factor as_factor(const er_complex_pair *c)
-{
-    return (er_factor){{c->re[0], c->re[1], c->re[0], c->re[1]},
-                       {-c->im[0], -c->im[1], c->im[0], c->im[1]}};
-}
-
 static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
 {
     ER_ALIGNED er_complex_pair scaled[ER_MAX_ANGLES];
@@ -58,16 +52,18 @@ static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
         er_factor *diagonal = &factors[j * n + j];
         if (!invert(&a[j * n + j]))
             return false;
-        *diagonal = as_factor(&a[j * n + j]);
+        as_factor(&a[j * n + j], diagonal);
         for (int i = j + 1; i < n; i++) {
             scaled[i] = a[i * n + j];
             multiply(&scaled[i], diagonal);
-            factors[i * n + j] = as_factor(&scaled[i]);
+            as_factor(&scaled[i], &factors[i * n + j]);
         }
-        for (int k = j + 1; k < n; k++) {
-            pair column = read_pair(&a[k * n + j]);
-            for (int i = k; i < n; i++)
-                take_off(&a[i * n + k], &factors[i * n + j], &column);
+        for (int i = j + 1; i < n; i++) {
+            const er_factor factor = factors[i * n + j];
+            for (int k = j + 1; k <= i; k++) {
+                pair column = read_pair(&a[k * n + j]);
+                take_off(&a[i * n + k], &factor, &column);
+            }
         }
     }
     return true;

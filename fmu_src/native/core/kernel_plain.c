@@ -17,6 +17,15 @@ static inline pair read_pair(const er_complex_pair *c)
     return *c;
 }
 
+static inline void as_factor(const er_complex_pair *c, er_factor *factor)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        factor->re[p] = factor->re[ER_PAIRS + p] = c->re[p];
+        factor->im[p] = -c->im[p];
+        factor->im[ER_PAIRS + p] = c->im[p];
+    }
+}
+
 /* Multiplies b by c. */
 static inline void multiply(er_complex_pair *b, const er_factor *c)
 {

@@ -241,18 +241,28 @@ static void place(const er_model *model, const double *x, er_placement *placemen
     er_place(&model->robot, theta, placement);
 }
 
+static void place_tool(const er_model *model, const double *x, double position[3], double rotation[9])
+{
+    double theta[ER_MAX_ANGLES];
+    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_place_tool(&model->robot, theta, position, rotation);
+}
+
+static void pose_at(const er_model *model, const double *x, double pose[7])
+{
+    double position[3], rotation[9];
+    place_tool(model, x, position, rotation);
+    er_pose(position, rotation, pose);
+}
+
 void er_model_tcp(const er_model *model, double pose[7])
 {
-    er_placement placement;
-    place(model, model->memory.state.x, &placement);
-    er_pose(placement.tool_position, placement.tool_rotation, pose);
+    pose_at(model, model->memory.state.x, pose);
 }
 
 void er_model_rigid(const er_model *model, double pose[7])
 {
-    er_placement placement;
-    place(model, NULL, &placement);
-    er_pose(placement.tool_position, placement.tool_rotation, pose);
+    pose_at(model, NULL, pose);
 }
 
 void er_model_velocity(const er_model *model, double velocity[3])
@@ -272,12 +282,12 @@ void er_model_velocity(const er_model *model, double velocity[3])
 
 void er_model_deviation(const er_model *model, double deviation[6])
 {
-    er_placement elastic, rigid;
-    place(model, model->memory.state.x, &elastic);
-    place(model, NULL, &rigid);
+    double elastic[3], rigid[3], elastic_rotation[9], rigid_rotation[9];
+    place_tool(model, model->memory.state.x, elastic, elastic_rotation);
+    place_tool(model, NULL, rigid, rigid_rotation);
     for (int c = 0; c < 3; c++)
-        deviation[c] = elastic.tool_position[c] - rigid.tool_position[c];
-    er_rotation_between(elastic.tool_rotation, rigid.tool_rotation, deviation + 3);
+        deviation[c] = elastic[c] - rigid[c];
+    er_rotation_between(elastic_rotation, rigid_rotation, deviation + 3);
 }
 
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)

@@ -11,11 +11,6 @@ static size_t width_of(const er_trajectory *t)
     return 1 + 3 * (size_t)t->joints;
 }
 
-static double time_of(const er_trajectory *t, size_t k)
-{
-    return t->row[k * width_of(t)];
-}
-
 static int column_count(const er_samples *s)
 {
     return 1 + s->joints * (s->rates ? 3 : 1);
@@ -67,8 +62,8 @@ static void fit_cubic(const er_trajectory *t, int i, double *rate, double *ratio
     double *q = t->row + 1 + i;
     rate[0] = rate[last] = ratio[0] = 0.0;
     for (size_t k = 1; k < last; k++) {
-        double before = time_of(t, k) - time_of(t, k - 1);
-        double behind = time_of(t, k + 1) - time_of(t, k);
+        double before = t->time[k] - t->time[k - 1];
+        double behind = t->time[k + 1] - t->time[k];
         double chord_before = (q[k * width] - q[(k - 1) * width]) / before;
         double chord_behind = (q[(k + 1) * width] - q[k * width]) / behind;
         double pivot = 2.0 * (before + behind) - behind * ratio[k - 1];
@@ -80,7 +75,7 @@ static void fit_cubic(const er_trajectory *t, int i, double *rate, double *ratio
         rate[k] -= ratio[k] * rate[k + 1];
     for (size_t k = 0; k <= last; k++) {
         size_t from = k < last ? k : last - 1;
-        double h = time_of(t, from + 1) - time_of(t, from);
+        double h = t->time[from + 1] - t->time[from];
         double chord = (q[(from + 1) * width] - q[from * width]) / h;
         double left = 2.0 * rate[from] + rate[from + 1], right = rate[from] + 2.0 * rate[from + 1];
         q[k * width + n] = rate[k];
@@ -105,7 +100,8 @@ static bool complete(er_trajectory *t, const er_samples *s)
 }
 
 /* Third derivatives at both ends of the quintic behind sample k, of each joint [rad/s^3]. */
-static void third_derivatives(const er_trajectory *t, size_t k, double *at_start, double *at_end)
+static void third_derivatives(const er_trajectory *t, size_t k, double *restrict at_start,
+                              double *restrict at_end)
 {
     int n = t->joints;
     const double *left = t->row + k * width_of(t) + 1, *right = left + width_of(t);
@@ -171,11 +167,14 @@ static bool build(er_trajectory *t, er_samples *s, er_failure *failure)
     t->samples = s->samples;
     t->fingerprint = fingerprint_of(s);
     t->jump = malloc(s->samples * sizeof *t->jump);
+    t->time = malloc(s->samples * sizeof *t->time);
+    for (size_t k = 0; t->time != NULL && k < s->samples; k++)
+        t->time[k] = sample_row(s, k)[0];
     if (s->rates) {
         t->row = s->data;
         s->data = NULL;
     }
-    if (t->jump == NULL || (!s->rates && !complete(t, s)))
+    if (t->jump == NULL || t->time == NULL || (!s->rates && !complete(t, s)))
         return er_fail(failure, "%lu samples do not fit into memory", (unsigned long)s->samples);
     find_jumps(t);
     return true;
@@ -195,30 +194,31 @@ bool er_trajectory_build(er_trajectory *t, er_samples *s, er_failure *failure)
 
 void er_trajectory_free(er_trajectory *t)
 {
+    free(t->time);
     free(t->row);
     free(t->jump);
     memset(t, 0, sizeof *t);
 }
 
-/* The interval that holds a time: the largest k with time_of(k) <= time, at most the last but one.
+/* The interval that holds a time: the largest k with time[k] <= time, at most the last but one.
  * From the hint on in strides that double, then by halves. */
 static size_t interval(const er_trajectory *t, double time, size_t *hint)
 {
     size_t low = *hint, high, last = t->samples - 1, stride = 1;
-    if (low == 0 || time_of(t, low) <= time) {
-        for (high = low + 1; high < last && time_of(t, high) <= time; stride *= 2) {
+    if (low == 0 || t->time[low] <= time) {
+        for (high = low + 1; high < last && t->time[high] <= time; stride *= 2) {
             low = high;
             high = last - low > stride ? low + stride : last;
         }
     } else {
-        for (high = low; low > 0 && time_of(t, low) > time; stride *= 2) {
+        for (high = low; low > 0 && t->time[low] > time; stride *= 2) {
             high = low;
             low = low > stride ? low - stride : 0;
         }
     }
     while (high - low > 1) {
         size_t middle = (low + high) / 2;
-        if (time_of(t, middle) <= time)
+        if (t->time[middle] <= time)
             low = middle;
         else
             high = middle;
@@ -232,8 +232,8 @@ bool er_drives_cover(const er_drives *drives, double time, double slack, er_fail
     double start, end;
     if (t == NULL)
         return true;
-    start = time_of(t, 0);
-    end = time_of(t, t->samples - 1);
+    start = t->time[0];
+    end = t->time[t->samples - 1];
     if (time >= start - slack && time <= end + slack)
         return true;
     return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", start, end,
@@ -295,10 +295,10 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         }
         return;
     }
-    if (time < time_of(t, 0))
-        time = time_of(t, 0);
-    if (time > time_of(t, t->samples - 1))
-        time = time_of(t, t->samples - 1);
+    if (time < t->time[0])
+        time = t->time[0];
+    if (time > t->time[t->samples - 1])
+        time = t->time[t->samples - 1];
     k = interval(t, time, drives->hint);
     left = t->row + k * width_of(t);
     right = left + width_of(t);
@@ -311,13 +311,13 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    if (time < time_of(t, 0))
-        time = time_of(t, 0);
+    if (time < t->time[0])
+        time = t->time[0];
     for (size_t k = interval(t, time, drives->hint) + 1; k + 1 < t->samples; k++) {
-        if (time_of(t, k) >= end)
+        if (t->time[k] >= end)
             break;
         if (t->jump[k] > jump)
-            return time_of(t, k);
+            return t->time[k];
     }
     return end;
 }

@@ -24,7 +24,8 @@ typedef struct {
 typedef struct {
     int joints;
     size_t samples;
-    double *row;  /* rising time [s], q1.., qd1.., qdd1..: [sample][1 + 3 joints] */
+    double *time; /* rising [s] */
+    double *row;  /* time again, q1.., qd1.., qdd1..: [sample][1 + 3 joints] */
     double *jump; /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
     uint64_t fingerprint; /* hash of the samples that it was built from */
 } er_trajectory;
