@@ -265,6 +265,20 @@ void er_model_rigid(const er_model *model, double pose[7])
     pose_at(model, NULL, pose);
 }
 
+const er_posture *er_model_posture(er_model *model, bool rigid)
+{
+    er_posture *posture = &model->posture[rigid];
+    double theta[ER_MAX_ANGLES];
+    size_t bytes = (size_t)model->robot.angles * sizeof *theta;
+    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    if (posture->pose[6] == 0.0 || memcmp(theta, posture->theta, bytes) != 0) {
+        memcpy(posture->theta, theta, bytes);
+        er_place(&model->robot, theta, &posture->at);
+        er_pose(posture->at.tool_position, posture->at.tool_rotation, posture->pose);
+    }
+    return posture;
+}
+
 void er_model_velocity(const er_model *model, double velocity[3])
 {
     const er_memory *memory = &model->memory;

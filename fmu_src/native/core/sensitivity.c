@@ -54,6 +54,10 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
+    double unit[ER_MAX_ANGLES];
+    for (int k = 0; k < r->m; k++)
+        unit[k] = 1.0;
+    s->response = r->means->kernel.filter(r->m, w->factors, unit);
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
@@ -90,39 +94,47 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     return (const er_lanes *)pull;
 }
 
-/* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
-static void find_tangent(const er_sensitivity *s, const er_run *r, int column, const er_share share[],
-                         const er_lanes *x, const er_lanes *v, const er_lanes *acceleration,
-                         er_lanes *tangent)
+/* Changes of x, x', x'' at the stages and of the drive that a share moves, by rotation. */
+static void find_direction(const er_robot *robot, const er_share share[], const er_lanes *x,
+                           const er_lanes *v, const er_lanes *acceleration, er_direction *direction)
 {
-    const er_robot *robot = r->system->robot;
-    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
-    er_direction direction;
-    ER_ALIGNED er_vector pull;
-    memset(direction.angle, 0, lanes);
-    memset(direction.rate, 0, lanes);
-    memset(direction.acceleration, 0, lanes);
-    for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
-        int i = robot->drive_angle[share[0].joint];
-        direction.angle[i][l] = share[l].q;
-        direction.rate[i][l] = share[l].qd;
-        direction.acceleration[i][l] = share[l].qdd;
-    }
-    for (int k = 0; k < r->m; k++) {
-        int i = robot->elastic_angle[k];
-        for (int l = 0; l < ER_STAGES; l++) {
-            direction.angle[i][l] += x[k][l];
-            direction.rate[i][l] += v[k][l];
-            direction.acceleration[i][l] += acceleration[k][l];
+    const size_t lanes = sizeof(er_lanes);
+    for (int i = 0; i < robot->angles; i++) {
+        int k = robot->rotation[i].elastic;
+        if (k >= 0) {
+            memcpy(direction->angle[i], x[k], lanes);
+            memcpy(direction->rate[i], v[k], lanes);
+            memcpy(direction->acceleration[i], acceleration[k], lanes);
+        } else {
+            memset(direction->angle[i], 0, lanes);
+            memset(direction->rate[i], 0, lanes);
+            memset(direction->acceleration[i], 0, lanes);
         }
     }
+    for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
+        int i = robot->drive_angle[share[0].joint];
+        direction->angle[i][l] += share[l].q;
+        direction->rate[i][l] += share[l].qd;
+        direction->acceleration[i][l] += share[l].qdd;
+    }
+}
+
+/* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
+static void find_tangent(const er_sensitivity *s, const er_run *r, int column, const er_share share[],
+                         const er_lanes *restrict x, const er_lanes *restrict v,
+                         const er_lanes *acceleration, er_lanes *restrict tangent)
+{
+    const er_robot *robot = r->system->robot;
+    const double *damping = r->system->parameters->damping;
+    er_direction direction;
+    ER_ALIGNED er_vector pull;
+    find_direction(robot, share, x, v, acceleration, &direction);
     r->means->kernel.tangent(robot, &s->links, &direction,
                              column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
                              find_pull(s, r, column, share, &direction, pull), tangent);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            tangent[k][l] += s->slope[k][l] * x[k][l] +
-                             r->system->parameters->damping[k] * v[k][l];
+            tangent[k][l] += s->slope[k][l] * x[k][l] + damping[k] * v[k][l];
 }
 
 static double length_of(int m, const er_lanes *values)
@@ -135,14 +147,12 @@ static double length_of(int m, const er_lanes *values)
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(const er_run *r, int column, const er_share *share)
+static double negligible(const er_sensitivity *s, const er_run *r, int column, const er_share *share)
 {
-    double unit[ER_MAX_ANGLES], time = r->settings->longest_step, force = 1.0;
+    double time = r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
-    for (int k = 0; k < r->m; k++)
-        unit[k] = 1.0;
     if (column >= er_anchor_column(r->system->robot)) {
         const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
                                 r->work->gap[2][ER_STAGES - 1]};
@@ -151,7 +161,7 @@ static double negligible(const er_run *r, int column, const er_share *share)
         er_anchor_along(&r->system->load.anchor, last, &share->load.anchor, still, pull);
         force = sqrt(er_dot(pull, pull));
     }
-    return force * NEGLIGIBLE * r->means->kernel.filter(r->m, r->work->factors, unit);
+    return force * NEGLIGIBLE * s->response;
 }
 
 /* Solves the linearised collocation equations
@@ -167,19 +177,20 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
-    double last = 0.0, least;
+    double last = 0.0, limit = 0.0, least;
     for (int l = 0; l < ER_STAGES; l++)
         share[l] = er_share_of(r->system->robot, column,
                                state->time + h * er_gauss_node[l] - s->start);
-    least = negligible(r, column, &share[ER_STAGES - 1]);
+    least = negligible(s, r, column, &share[ER_STAGES - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
-        double size, rate, limit;
+        double size, rate;
         kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
         find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
                      (const er_lanes *)acceleration, tangent);
         size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
-        limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
+        if (pass <= 2) /* later ones hardly change its length */
+            limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */

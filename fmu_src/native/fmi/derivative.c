@@ -151,7 +151,7 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
 
 static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
 {
-    const er_model *model = instance->model;
+    er_model *model = instance->model;
     switch (block) {
     case ER_TCP: er_tcp_along(model, change, out); return true;
     case ER_VELOCITY: er_velocity_along(model, change, out); return true;
