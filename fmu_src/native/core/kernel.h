@@ -12,12 +12,6 @@
 /* States that one call takes. */
 #define ER_LANES ER_STAGES
 
-#if defined(__GNUC__)
-#define ER_ALIGNED __attribute__((aligned(32)))
-#else
-#define ER_ALIGNED
-#endif
-
 /* Quantities of several states: [angle][state]. */
 typedef double er_lanes[ER_LANES];
 
@@ -119,6 +113,14 @@ typedef void er_link_function(const er_robot *robot, const er_motion *motion,
                               const double gravity[3], const double *wrench,
                               const er_lanes *pull, er_links *links);
 
+/* The direction that changes of x, x', x'' by [x][state] make, the drives at rest. */
+typedef void er_direct_function(const er_robot *robot, const er_lanes *x, const er_lanes *v,
+                                const er_lanes *acceleration, er_direction *direction);
+
+/* Adds what springs and dampers carry: slope x + damping v. */
+typedef void er_springs_function(int count, const er_lanes *slope, const double *damping,
+                                 const er_lanes *x, const er_lanes *v, er_lanes *load);
+
 /* Displacement of the TCP along a direction of the motion [m], base axes. */
 typedef void er_shift_function(const er_robot *robot, const er_links *links,
                                const er_direction *direction, er_vector shift);
@@ -138,6 +140,8 @@ typedef struct {
     er_improve_function *improve;
     er_filter_function *filter;
     er_link_function *link;
+    er_direct_function *direct;
+    er_springs_function *springs;
     er_shift_function *shift;
     er_tangent_function *tangent;
 } er_kernel;

@@ -45,6 +45,16 @@ static inline void as_factor(const er_complex_pair *c, er_factor *factor)
     *(er_real *)factor->im = signs * (er_real)_mm256_permute2f128_pd(value, value, 0x11);
 }
 
+/* Overwrites c with 1 / c; false where that is not finite. */
+static inline bool invert(er_complex_pair *c)
+{
+    const pair value = read_pair(c);
+    const er_real conjugate = {1.0, 1.0, -1.0, -1.0};
+    er_real size = value.straight * value.straight + value.exchanged * value.exchanged;
+    *(er_real *)c = conjugate * value.straight / size;
+    return size[0] > 0.0 && size[0] < INFINITY && size[1] > 0.0 && size[1] < INFINITY;
+}
+
 /* Multiplies b by c. */
 static inline void multiply(er_complex_pair *b, const er_factor *c)
 {
@@ -86,7 +96,8 @@ static bool has_avx2(void)
 er_kernel er_best_kernel(void)
 {
     return has_avx2() ? (er_kernel){avx2_move, avx2_reach, avx2_loads, avx2_stages, avx2_factor,
-                                   avx2_improve, avx2_filter, avx2_link, avx2_shift,
+                                   avx2_improve, avx2_filter, avx2_link, avx2_direct,
+                                   avx2_springs, avx2_shift,
                                    avx2_tangent}
                      : er_plain_kernel();
 }

@@ -1,7 +1,7 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections.
  *
  * Included behind kernel_vector.h; how pairs of complex numbers are multiplied is told by the includer:
- * pair, read_pair, as_factor, multiply, take_off.
+ * pair, read_pair, as_factor, invert, multiply, take_off.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */
@@ -30,19 +30,6 @@ static void ER_NAME(stages)(int count, double h, const double *x, const double *
                 x[k] + load(&node[first]) * v[k] + mix((const er_lanes *)twice, acceleration[k], first);
             *(er_real *)&stage_v[k][first] = v[k] + mix((const er_lanes *)once, acceleration[k], first);
         }
-}
-
-/* Overwrites d with 1 / d; false where that is not finite. */
-static inline bool invert(er_complex_pair *d)
-{
-    for (int p = 0; p < ER_PAIRS; p++) {
-        double size = d->re[p] * d->re[p] + d->im[p] * d->im[p];
-        if (!(size > 0.0 && size < INFINITY))
-            return false;
-        d->re[p] /= size;
-        d->im[p] /= -size;
-    }
-    return true;
 }
 
 static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
@@ -86,44 +73,46 @@ static void solve_pair(int n, const er_factor *factors, er_complex_pair *b)
     }
 }
 
+static double sum_of(const er_lanes lanes)
+{
+    return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
+
 static double ER_NAME(improve)(int n, const er_factor *factors, const er_lanes *residual,
                                er_lanes *acceleration)
 {
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
-    ER_ALIGNED er_lanes to[ER_STAGES], back[2 * ER_PAIRS];
-    double square = 0.0;
-    /* A pair of complex numbers is four lanes too: two real parts, two imaginary ones. */
-    for (int j = 0; j < ER_STAGES; j++)
-        for (int p = 0; p < ER_PAIRS; p++) {
-            to[j][p] = er_gauss_to_re[p][j];
-            to[j][ER_PAIRS + p] = er_gauss_to_im[p][j];
-            back[p][j] = 2.0 * er_gauss_back_re[p][j];
-            back[ER_PAIRS + p][j] = -2.0 * er_gauss_back_im[p][j];
-        }
-    for (int k = 0; k < n; k++)
-        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
-            *(er_real *)((double *)&b[k] + first) = mix((const er_lanes *)to, residual[k], first);
+    ER_ALIGNED er_lanes square;
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+        for (int k = 0; k < n; k++)
+            *(er_real *)((double *)&b[k] + first) = mix(er_gauss_to_pairs, residual[k], first);
     solve_pair(n, factors, b);
-    for (int k = 0; k < n; k++)
-        for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
-            er_lanes correction;
-            er_real change = mix((const er_lanes *)back, (const double *)&b[k], first);
+    for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
+        er_real sum = 0.0 * load(&er_gauss_from_pairs[0][first]);
+        for (int k = 0; k < n; k++) {
+            er_real change = mix(er_gauss_from_pairs, (const double *)&b[k], first);
             *(er_real *)&acceleration[k][first] = load(&acceleration[k][first]) - change;
-            memcpy(correction, &change, sizeof change);
-            for (int l = 0; l < ER_WIDTH; l++)
-                square += correction[l] * correction[l];
+            sum += change * change;
         }
-    return sqrt(square);
+        *(er_real *)&square[first] = sum;
+    }
+    return sqrt(sum_of(square));
 }
 
 static double ER_NAME(filter)(int n, const er_factor *factors, const double *defect)
 {
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
-    double square = 0.0;
+    ER_ALIGNED er_lanes square;
     for (int k = 0; k < n; k++)
         b[k] = (er_complex_pair){{defect[k], defect[k]}, {0.0, 0.0}};
     solve_pair(n, factors, b);
-    for (int k = 0; k < n; k++)
-        square += b[k].re[0] * b[k].re[0] + b[k].im[0] * b[k].im[0];
-    return sqrt(square);
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+        er_real sum = 0.0 * load(&er_gauss_from_pairs[0][first]);
+        for (int k = 0; k < n; k++) {
+            er_real part = load((const double *)&b[k] + first);
+            sum += part * part;
+        }
+        *(er_real *)&square[first] = sum;
+    }
+    return sqrt(square[0] + square[ER_PAIRS]);
 }

@@ -26,6 +26,19 @@ static inline void as_factor(const er_complex_pair *c, er_factor *factor)
     }
 }
 
+/* Overwrites c with 1 / c; false where that is not finite. */
+static inline bool invert(er_complex_pair *c)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        double size = c->re[p] * c->re[p] + c->im[p] * c->im[p];
+        if (!(size > 0.0 && size < INFINITY))
+            return false;
+        c->re[p] /= size;
+        c->im[p] /= -size;
+    }
+    return true;
+}
+
 /* Multiplies b by c. */
 static inline void multiply(er_complex_pair *b, const er_factor *c)
 {
@@ -53,6 +66,7 @@ static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *
 
 er_kernel er_plain_kernel(void)
 {
-    return (er_kernel){plain_move,    plain_reach,  plain_loads, plain_stages, plain_factor,
-                       plain_improve, plain_filter, plain_link,  plain_shift,  plain_tangent};
+    return (er_kernel){plain_move,   plain_reach,  plain_loads,   plain_stages, plain_factor,
+                       plain_improve, plain_filter, plain_link,    plain_direct, plain_springs,
+                       plain_shift,  plain_tangent};
 }

@@ -149,6 +149,30 @@ static void ER_NAME(link)(const er_robot *robot, const er_motion *motion, const 
         link_from(robot, motion, first, gravity, wrench, pull, links);
 }
 
+static void ER_NAME(direct)(const er_robot *robot, const er_lanes *x, const er_lanes *v,
+                            const er_lanes *acceleration, er_direction *direction)
+{
+    for (int i = 0; i < robot->angles; i++) {
+        int k = robot->rotation[i].elastic;
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+            er_real none = 0.0 * load(&er_gauss_from_pairs[0][first]);
+            *(er_real *)&direction->angle[i][first] = k < 0 ? none : load(&x[k][first]);
+            *(er_real *)&direction->rate[i][first] = k < 0 ? none : load(&v[k][first]);
+            *(er_real *)&direction->acceleration[i][first] =
+                k < 0 ? none : load(&acceleration[k][first]);
+        }
+    }
+}
+
+static void ER_NAME(springs)(int count, const er_lanes *slope, const double *damping,
+                             const er_lanes *x, const er_lanes *v, er_lanes *result)
+{
+    for (int k = 0; k < count; k++)
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+            *(er_real *)&result[k][first] += load(&slope[k][first]) * load(&x[k][first]) +
+                                             damping[k] * load(&v[k][first]);
+}
+
 /* Shift of a frame's origin and its small rotation, behind a rotation that changes by `angle`. */
 ER_INLINE void shift_out(int along, const double a[3], const er_link *link, int first, er_real angle,
                          vec *shift, vec *turn)

@@ -94,47 +94,26 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     return (const er_lanes *)pull;
 }
 
-/* Changes of x, x', x'' at the stages and of the drive that a share moves, by rotation. */
-static void find_direction(const er_robot *robot, const er_share share[], const er_lanes *x,
-                           const er_lanes *v, const er_lanes *acceleration, er_direction *direction)
-{
-    const size_t lanes = sizeof(er_lanes);
-    for (int i = 0; i < robot->angles; i++) {
-        int k = robot->rotation[i].elastic;
-        if (k >= 0) {
-            memcpy(direction->angle[i], x[k], lanes);
-            memcpy(direction->rate[i], v[k], lanes);
-            memcpy(direction->acceleration[i], acceleration[k], lanes);
-        } else {
-            memset(direction->angle[i], 0, lanes);
-            memset(direction->rate[i], 0, lanes);
-            memset(direction->acceleration[i], 0, lanes);
-        }
-    }
-    for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
-        int i = robot->drive_angle[share[0].joint];
-        direction->angle[i][l] += share[l].q;
-        direction->rate[i][l] += share[l].qd;
-        direction->acceleration[i][l] += share[l].qdd;
-    }
-}
-
 /* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
 static void find_tangent(const er_sensitivity *s, const er_run *r, int column, const er_share share[],
-                         const er_lanes *restrict x, const er_lanes *restrict v,
-                         const er_lanes *acceleration, er_lanes *restrict tangent)
+                         const er_lanes *x, const er_lanes *v, const er_lanes *acceleration,
+                         er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
-    const double *damping = r->system->parameters->damping;
+    const er_kernel *kernel = &r->means->kernel;
     er_direction direction;
     ER_ALIGNED er_vector pull;
-    find_direction(robot, share, x, v, acceleration, &direction);
-    r->means->kernel.tangent(robot, &s->links, &direction,
-                             column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
-                             find_pull(s, r, column, share, &direction, pull), tangent);
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_STAGES; l++)
-            tangent[k][l] += s->slope[k][l] * x[k][l] + damping[k] * v[k][l];
+    kernel->direct(robot, x, v, acceleration, &direction);
+    for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
+        int i = robot->drive_angle[share[0].joint];
+        direction.angle[i][l] += share[l].q;
+        direction.rate[i][l] += share[l].qd;
+        direction.acceleration[i][l] += share[l].qdd;
+    }
+    kernel->tangent(robot, &s->links, &direction,
+                    column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
+                    find_pull(s, r, column, share, &direction, pull), tangent);
+    kernel->springs(r->m, s->slope, r->system->parameters->damping, x, v, tangent);
 }
 
 static double length_of(int m, const er_lanes *values)
