@@ -131,18 +131,16 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
 static double estimate_error(const er_run *r, const er_state *state, const er_step *step)
 {
     er_workspace *w = r->work;
+    const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[MOST];
     double defect[MOST];
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_LANES; l++) {
-            w->x[k][l] = step->x[k];
-            w->v[k][l] = step->v[k];
-            acceleration[k][l] = step->a[k];
-        }
+    kernel->spread(r->m, step->x, w->x);
+    kernel->spread(r->m, step->v, w->v);
+    kernel->spread(r->m, step->a, acceleration);
     find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    return step->length * step->length * r->means->kernel.filter(r->m, w->factors, defect);
+    return step->length * step->length * kernel->filter(r->m, w->factors, defect);
 }
 
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)

@@ -57,6 +57,9 @@ typedef void er_stages_function(int count, double h, const double *x, const doub
                                 const er_lanes *acceleration, er_lanes *stage_x,
                                 er_lanes *stage_v);
 
+/* The same values in all states: [x][state]. */
+typedef void er_spread_function(int count, const double *values, er_lanes *lanes);
+
 /* An entry of two complex systems that are solved side by side. */
 typedef struct {
     double re[ER_PAIRS], im[ER_PAIRS];
@@ -136,6 +139,7 @@ typedef struct {
     er_reach_function *reach;
     er_loads_function *loads;
     er_stages_function *stages;
+    er_spread_function *spread;
     er_factor_function *factor;
     er_improve_function *improve;
     er_filter_function *filter;

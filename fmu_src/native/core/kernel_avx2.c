@@ -55,11 +55,16 @@ static inline bool invert(er_complex_pair *c)
     return size[0] > 0.0 && size[0] < INFINITY && size[1] > 0.0 && size[1] < INFINITY;
 }
 
-/* Multiplies b by c. */
-static inline void multiply(er_complex_pair *b, const er_factor *c)
+static inline void set_real(er_complex_pair *c, double value)
+{
+    *(er_real *)c = (er_real){value, value, 0.0, 0.0};
+}
+
+/* product = b c */
+static inline void multiply(const er_complex_pair *b, const er_factor *c, er_complex_pair *product)
 {
     pair by = read_pair(b);
-    *(er_real *)b = by.straight * *(const er_real *)c->re + by.exchanged * *(const er_real *)c->im;
+    *(er_real *)product = by.straight * *(const er_real *)c->re + by.exchanged * *(const er_real *)c->im;
 }
 
 /* Takes b c off a. */
@@ -95,11 +100,11 @@ static bool has_avx2(void)
 
 er_kernel er_best_kernel(void)
 {
-    return has_avx2() ? (er_kernel){avx2_move, avx2_reach, avx2_loads, avx2_stages, avx2_factor,
-                                   avx2_improve, avx2_filter, avx2_link, avx2_direct,
-                                   avx2_springs, avx2_shift,
-                                   avx2_tangent}
-                     : er_plain_kernel();
+    return has_avx2()
+               ? (er_kernel){avx2_move,   avx2_reach,  avx2_loads, avx2_stages, avx2_spread,
+                             avx2_factor, avx2_improve, avx2_filter, avx2_link,  avx2_direct,
+                             avx2_springs, avx2_shift, avx2_tangent}
+               : er_plain_kernel();
 }
 
 #else

@@ -1,7 +1,7 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections.
  *
  * Included behind kernel_vector.h; how pairs of complex numbers are multiplied is told by the includer:
- * pair, read_pair, as_factor, invert, multiply, take_off.
+ * pair, read_pair, set_real, as_factor, invert, multiply, take_off.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */
@@ -32,18 +32,24 @@ static void ER_NAME(stages)(int count, double h, const double *x, const double *
         }
 }
 
+static void ER_NAME(spread)(int count, const double *values, er_lanes *lanes)
+{
+    for (int k = 0; k < count; k++)
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+            *(er_real *)&lanes[k][first] = values[k] + 0.0 * load(&er_gauss_from_pairs[0][first]);
+}
+
 static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
 {
-    ER_ALIGNED er_complex_pair scaled[ER_MAX_ANGLES];
+    ER_ALIGNED er_complex_pair scaled;
     for (int j = 0; j < n; j++) {
         er_factor *diagonal = &factors[j * n + j];
         if (!invert(&a[j * n + j]))
             return false;
         as_factor(&a[j * n + j], diagonal);
         for (int i = j + 1; i < n; i++) {
-            scaled[i] = a[i * n + j];
-            multiply(&scaled[i], diagonal);
-            as_factor(&scaled[i], &factors[i * n + j]);
+            multiply(&a[i * n + j], diagonal, &scaled);
+            as_factor(&scaled, &factors[i * n + j]);
         }
         for (int i = j + 1; i < n; i++) {
             const er_factor factor = factors[i * n + j];
@@ -65,7 +71,7 @@ static void solve_pair(int n, const er_factor *factors, er_complex_pair *b)
             take_off(&b[i], &factors[i * n + j], &known);
     }
     for (int j = 0; j < n; j++)
-        multiply(&b[j], &factors[j * n + j]);
+        multiply(&b[j], &factors[j * n + j], &b[j]);
     for (int i = n - 1; i > 0; i--) {
         pair known = read_pair(&b[i]);
         for (int j = 0; j < i; j++)
@@ -104,7 +110,7 @@ static double ER_NAME(filter)(int n, const er_factor *factors, const double *def
     ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
     ER_ALIGNED er_lanes square;
     for (int k = 0; k < n; k++)
-        b[k] = (er_complex_pair){{defect[k], defect[k]}, {0.0, 0.0}};
+        set_real(&b[k], defect[k]);
     solve_pair(n, factors, b);
     for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
         er_real sum = 0.0 * load(&er_gauss_from_pairs[0][first]);

@@ -39,13 +39,18 @@ static inline bool invert(er_complex_pair *c)
     return true;
 }
 
-/* Multiplies b by c. */
-static inline void multiply(er_complex_pair *b, const er_factor *c)
+static inline void set_real(er_complex_pair *c, double value)
+{
+    *c = (er_complex_pair){{value, value}, {0.0, 0.0}};
+}
+
+/* product = b c */
+static inline void multiply(const er_complex_pair *b, const er_factor *c, er_complex_pair *product)
 {
     for (int p = 0; p < ER_PAIRS; p++) {
         double re = b->re[p], im = b->im[p], factor = c->im[ER_PAIRS + p];
-        b->re[p] = re * c->re[p] - im * factor;
-        b->im[p] = re * factor + im * c->re[p];
+        product->re[p] = re * c->re[p] - im * factor;
+        product->im[p] = re * factor + im * c->re[p];
     }
 }
 
@@ -66,7 +71,7 @@ static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *
 
 er_kernel er_plain_kernel(void)
 {
-    return (er_kernel){plain_move,   plain_reach,  plain_loads,   plain_stages, plain_factor,
-                       plain_improve, plain_filter, plain_link,    plain_direct, plain_springs,
-                       plain_shift,  plain_tangent};
+    return (er_kernel){plain_move,   plain_reach,   plain_loads,  plain_stages, plain_spread,
+                       plain_factor, plain_improve, plain_filter, plain_link,   plain_direct,
+                       plain_springs, plain_shift,  plain_tangent};
 }

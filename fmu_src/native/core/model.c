@@ -219,7 +219,8 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
                      const er_load *load, er_failure *failure)
 {
-    const er_memory memory = model->memory;
+    const er_state present = model->memory.state;
+    const er_held held = model->memory.held;
     bool good;
     model->memory.state = *state;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
@@ -230,7 +231,8 @@ bool er_model_follow(er_model *model, const er_state *state, double end, const e
     good = er_model_step(model, end, command, load, failure);
     model->work.sensitivity = NULL;
     model->means.iteration = model->robot.settings.iteration;
-    model->memory = memory;
+    model->memory.state = present;
+    model->memory.held = held;
     return good;
 }
 

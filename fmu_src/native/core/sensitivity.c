@@ -157,9 +157,12 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     double last = 0.0, limit = 0.0, least;
-    for (int l = 0; l < ER_STAGES; l++)
-        share[l] = er_share_of(r->system->robot, column,
-                               state->time + h * er_gauss_node[l] - s->start);
+    share[0] = er_share_of(r->system->robot, column, state->time + h * er_gauss_node[0] - s->start);
+    for (int l = 1; l < ER_STAGES; l++) /* the wrench's does not depend on the time */
+        share[l] = column < ER_WRENCH_COLUMNS
+                       ? share[0]
+                       : er_share_of(r->system->robot, column,
+                                     state->time + h * er_gauss_node[l] - s->start);
     least = negligible(s, r, column, &share[ER_STAGES - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
