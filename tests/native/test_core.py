@@ -103,8 +103,8 @@ def test_the_gauss_coefficients_are_those_of_the_python_stepper():
 
     for name, expected in (
         ("node", gauss.NODES),
-        ("once", gauss.A1),
-        ("twice", gauss.A2),
+        ("once", gauss.A1.T),
+        ("twice", gauss.A2.T),
         ("end_rate", gauss.B1),
         ("end_position", gauss.B2),
         ("end_acceleration", gauss.B0),

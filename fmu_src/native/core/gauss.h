@@ -20,9 +20,10 @@
 #define ER_DEGREE 5          /* of the position polynomial of a step */
 #define ER_CONTROL (ER_DEGREE + 1)
 
-extern const double er_gauss_node[ER_STAGES];
-extern const double er_gauss_once[ER_STAGES][ER_STAGES];  /* A1 */
-extern const double er_gauss_twice[ER_STAGES][ER_STAGES]; /* A2 */
+/* Nodes, and A1 and A2 by columns: [j][i]. */
+extern ER_ALIGNED const double er_gauss_node[ER_STAGES];
+extern ER_ALIGNED const double er_gauss_once[ER_STAGES][ER_STAGES];
+extern ER_ALIGNED const double er_gauss_twice[ER_STAGES][ER_STAGES];
 
 /* Weights of the accelerations for rate, position and acceleration at the step's end. */
 extern const double er_gauss_end_rate[ER_STAGES];

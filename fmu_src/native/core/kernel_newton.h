@@ -16,20 +16,15 @@ static inline er_real mix(const er_lanes *columns, const double *values, int fir
 static void ER_NAME(stages)(int count, double h, const double *x, const double *v,
                             const er_lanes *acceleration, er_lanes *stage_x, er_lanes *stage_v)
 {
-    ER_ALIGNED er_lanes once[ER_STAGES], twice[ER_STAGES], node;
-    for (int i = 0; i < ER_STAGES; i++) {
-        node[i] = h * er_gauss_node[i];
-        for (int j = 0; j < ER_STAGES; j++) {
-            once[j][i] = h * er_gauss_once[i][j];
-            twice[j][i] = h * h * er_gauss_twice[i][j];
+    for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
+        er_real node = load(&er_gauss_node[first]);
+        for (int k = 0; k < count; k++) {
+            er_real once = mix(er_gauss_once, acceleration[k], first);
+            er_real twice = mix(er_gauss_twice, acceleration[k], first);
+            *(er_real *)&stage_x[k][first] = x[k] + h * (node * v[k] + h * twice);
+            *(er_real *)&stage_v[k][first] = v[k] + h * once;
         }
     }
-    for (int k = 0; k < count; k++)
-        for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
-            *(er_real *)&stage_x[k][first] =
-                x[k] + load(&node[first]) * v[k] + mix((const er_lanes *)twice, acceleration[k], first);
-            *(er_real *)&stage_v[k][first] = v[k] + mix((const er_lanes *)once, acceleration[k], first);
-        }
 }
 
 static void ER_NAME(spread)(int count, const double *values, er_lanes *lanes)
@@ -62,20 +57,29 @@ static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
     return true;
 }
 
-/* By columns, so that the products of a loop do not wait for each other. */
-static void solve_pair(int n, const er_factor *factors, er_complex_pair *b)
+/* By columns, so that the products of a loop do not wait for each other; by two of them, so that each
+ * entry is loaded and stored half as often. */
+static void solve_pair(int n, const er_factor *restrict factors, er_complex_pair *restrict b)
 {
-    for (int j = 0; j < n; j++) {
-        pair known = read_pair(&b[j]);
-        for (int i = j + 1; i < n; i++)
-            take_off(&b[i], &factors[i * n + j], &known);
+    for (int j = 0; j + 1 < n; j += 2) {
+        pair first = read_pair(&b[j]), second;
+        take_off(&b[j + 1], &factors[(j + 1) * n + j], &first);
+        second = read_pair(&b[j + 1]);
+        for (int i = j + 2; i < n; i++) {
+            take_off(&b[i], &factors[i * n + j], &first);
+            take_off(&b[i], &factors[i * n + j + 1], &second);
+        }
     }
     for (int j = 0; j < n; j++)
         multiply(&b[j], &factors[j * n + j], &b[j]);
-    for (int i = n - 1; i > 0; i--) {
-        pair known = read_pair(&b[i]);
-        for (int j = 0; j < i; j++)
-            take_off(&b[j], &factors[i * n + j], &known);
+    for (int i = n - 1; i > 0; i -= 2) {
+        pair first = read_pair(&b[i]), second;
+        take_off(&b[i - 1], &factors[i * n + i - 1], &first);
+        second = read_pair(&b[i - 1]);
+        for (int j = 0; j < i - 1; j++) {
+            take_off(&b[j], &factors[i * n + j], &first);
+            take_off(&b[j], &factors[(i - 1) * n + j], &second);
+        }
     }
 }
 

@@ -211,7 +211,8 @@ typedef struct {
 } frame_change;
 
 ER_INLINE void change_out(int along, const double a[3], const er_link *link,
-                          const er_direction *direction, int i, int first, frame_change *by)
+                          const er_direction *direction, int i, int first, bool loaded,
+                          frame_change *by)
 {
     turned R = turn_at(along, link, first);
     er_real angle = load(&direction->angle[i][first]), rate = load(&direction->rate[i][first]);
@@ -224,7 +225,8 @@ ER_INLINE void change_out(int along, const double a[3], const er_link *link,
     by->spin_rate = plus_across(along, by->spin_rate, spin_by, rate);
     by->spin_rate = plus_axis(along, a, by->spin_rate, load(&direction->acceleration[i][first]));
     by->spin = plus_axis(along, a, by->spin, rate);
-    by->turn = plus_axis(along, a, into(along, &R, by->turn), angle);
+    if (loaded)
+        by->turn = plus_axis(along, a, into(along, &R, by->turn), angle);
 }
 
 ER_INLINE void change_in(int along, const double a[3], const er_link *link, int first, er_real angle,
@@ -259,7 +261,7 @@ static void tangent_from(const er_robot *robot, const er_links *links,
                                              cross_fixed(by.spin, rotation->origin)));
         }
         FOR_AXIS(rotation->along,
-                 change_out(along, rotation->axis, link, direction, i, first, &by));
+                 change_out(along, rotation->axis, link, direction, i, first, links->loaded, &by));
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
             vec of_spin = load_vec(link->spin, first);
