@@ -128,7 +128,7 @@ typedef void er_springs_function(int count, const er_lanes *slope, const double 
 typedef void er_shift_function(const er_robot *robot, const er_links *links,
                                const er_direction *direction, er_vector shift);
 
-/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, NULL for
+/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, each NULL for
  * none. */
 typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_direction *direction, const double *wrench,

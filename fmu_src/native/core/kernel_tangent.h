@@ -245,12 +245,12 @@ static void tangent_from(const er_robot *robot, const er_links *links,
                          const er_lanes *pull, er_lanes *result)
 {
     vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES];
-    er_real none = 0.0 * load(&direction->angle[0][first]);
+    er_real none = 0.0 * load(&links->base[0][0][first]);
     vec zero = {none, none, none}, force = zero, moment = zero;
     frame_change by = {zero, zero, zero, zero};
     int n = robot->angles;
 
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; direction != NULL && i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
         const er_link *link = &links->link[i];
         if (rotation->shifted) {
@@ -291,8 +291,8 @@ static void tangent_from(const er_robot *robot, const er_links *links,
     force = minus(zero, force);
     for (int i = n - 1; i >= 0; i--) {
         const er_rotation *rotation = &robot->rotation[i];
-        er_real angle = load(&direction->angle[i][first]), torque;
-        if (rotation->loaded) {
+        er_real angle = direction != NULL ? load(&direction->angle[i][first]) : none, torque;
+        if (rotation->loaded && direction != NULL) {
             force = add(force, forces[i]);
             moment = add(moment, torques[i]);
         }

@@ -42,6 +42,7 @@ void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
     s->first = first;
     s->count = count;
     s->start = start;
+    s->still = true;
     s->reason = NULL;
     s->accuracy = ACCURACY;
     s->passes = 0;
@@ -168,8 +169,11 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;
         kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
-        find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
-                     (const er_lanes *)acceleration, tangent);
+        if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS)
+            kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
+        else
+            find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
+                         (const er_lanes *)acceleration, tangent);
         size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
         if (pass <= 2) /* later ones hardly change its length */
             limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
@@ -208,6 +212,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
             s->v[column][k] += h * rate;
         }
     }
+    s->still = false;
 }
 
 /* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.

@@ -29,6 +29,7 @@ static inline int er_stiffness_column(const er_robot *robot)
 typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
+    bool still;         /* x and x' do not depend on the inputs yet */
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */
