@@ -1,6 +1,5 @@
 #include "trajectory.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,13 +20,17 @@ static const double *sample_row(const er_samples *s, size_t k)
     return s->data + k * (size_t)column_count(s);
 }
 
-/* Whether there is a number that is not finite; without a branch, so that several are looked at at once. */
+/* Whether there is a number that is not finite, which times zero is not zero; in sums beside each other. */
 static bool has_infinite(const double *values, size_t count)
 {
-    uint64_t any = 0;
-    for (size_t k = 0; k < count; k++)
-        any |= (uint64_t) !(fabs(values[k]) <= DBL_MAX);
-    return any != 0;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    size_t k = 0;
+    for (; k + 4 <= count; k += 4)
+        for (int i = 0; i < 4; i++)
+            sum[i] += 0.0 * values[k + i];
+    for (; k < count; k++)
+        sum[0] += 0.0 * values[k];
+    return !(sum[0] + sum[1] + sum[2] + sum[3] == 0.0);
 }
 
 static bool require_samples(const er_samples *s, er_failure *failure)
