@@ -119,11 +119,11 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
 
 static double length_of(int m, const er_lanes *values)
 {
-    double square = 0.0;
+    er_lanes square = {0.0};
     for (int k = 0; k < m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            square += values[k][l] * values[k][l];
-    return sqrt(square);
+            square[l] += values[k][l] * values[k][l];
+    return sqrt(square[0] + square[1] + square[2] + square[3]);
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
@@ -168,12 +168,13 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;
-        kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
-        if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS)
+        if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS) {
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
-        else
+        } else {
+            kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
             find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
                          (const er_lanes *)acceleration, tangent);
+        }
         size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
         if (pass <= 2) /* later ones hardly change its length */
             limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
