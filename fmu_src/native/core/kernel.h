@@ -91,9 +91,9 @@ typedef struct {
     er_vector turn[3];                  /* rows of R: frame before it from frame behind it; about a
                                            coordinate axis, its sine and cosine in the first row */
     er_lanes rate;                      /* about its axis */
-    er_vector spin, momentum;           /* omega; I omega */
-    er_vector sling;                    /* omega x the body's first moment */
-    er_vector carried;                  /* omega x the rotation's origin, in the frame before it */
+    er_vector carry[3];                 /* rows of d(omega x (omega x r))/d omega before it, r its origin */
+    er_vector sling[3];                 /* behind it, r the body's first moment */
+    er_vector wobble[3];                /* of d(omega x I omega)/d omega */
     er_vector push_by, spin_by, rate_by; /* what comes of push, omega, omega' before, x axis */
     er_vector force_by, moment_by;      /* axis x the load of all beyond it */
 } er_link;

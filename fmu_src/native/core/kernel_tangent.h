@@ -42,6 +42,43 @@ ER_INLINE void keep_turn(int along, er_link *link, int first, const turned *R)
     }
 }
 
+/* Rows of d(omega x (omega x r))/d omega = (omega . r) 1 + omega r^T - 2 r omega^T, for a fixed r. */
+ER_INLINE void store_swing(er_vector *rows, int first, vec omega, const double r[3])
+{
+    er_real along = omega.x * r[0] + omega.y * r[1] + omega.z * r[2];
+    vec twice = {2.0 * omega.x, 2.0 * omega.y, 2.0 * omega.z};
+    store_vec(rows[0], first, (vec){along + omega.x * r[0] - r[0] * twice.x,
+                                    omega.x * r[1] - r[0] * twice.y, omega.x * r[2] - r[0] * twice.z});
+    store_vec(rows[1], first, (vec){omega.y * r[0] - r[1] * twice.x,
+                                    along + omega.y * r[1] - r[1] * twice.y,
+                                    omega.y * r[2] - r[1] * twice.z});
+    store_vec(rows[2], first, (vec){omega.z * r[0] - r[2] * twice.x, omega.z * r[1] - r[2] * twice.y,
+                                    along + omega.z * r[2] - r[2] * twice.z});
+}
+
+/* Rows of d(omega x I omega)/d omega = [omega]x I - [I omega]x, for I = xx, yy, zz, xy, xz, yz. */
+ER_INLINE void store_wobble(er_vector *rows, int first, vec omega, const double I[6])
+{
+    vec L = symmetric_times(I, omega);
+    store_vec(rows[0], first, (vec){omega.y * I[4] - omega.z * I[3],
+                                    omega.y * I[5] - omega.z * I[1] + L.z,
+                                    omega.y * I[2] - omega.z * I[5] - L.y});
+    store_vec(rows[1], first, (vec){omega.z * I[0] - omega.x * I[4] - L.z,
+                                    omega.z * I[3] - omega.x * I[5],
+                                    omega.z * I[4] - omega.x * I[2] + L.x});
+    store_vec(rows[2], first, (vec){omega.x * I[3] - omega.y * I[0] + L.y,
+                                    omega.x * I[1] - omega.y * I[3] - L.x,
+                                    omega.x * I[5] - omega.y * I[4]});
+}
+
+/* v + A w for the rows of A. */
+ER_INLINE vec plus_product(vec v, const er_vector *rows, int first, vec w)
+{
+    vec x = load_vec(rows[0], first), y = load_vec(rows[1], first), z = load_vec(rows[2], first);
+    return (vec){v.x + x.x * w.x + x.y * w.y + x.z * w.z, v.y + y.x * w.x + y.y * w.y + y.z * w.z,
+                 v.z + z.x * w.x + z.y * w.y + z.z * w.z};
+}
+
 /* go_out, keeping what the tangent needs of rotation i; and the rows of base_from_last. */
 ER_INLINE void link_out(int along, const er_robot *robot, const er_motion *motion, int i, int first,
                         frame_motion *at, vec base[3], er_link *link)
@@ -97,10 +134,9 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             vec carried = cross_fixed(at.spin, rotation->origin);
             at.push = add(at.push,
                           add(cross_fixed(at.spin_rate, rotation->origin), cross(at.spin, carried)));
-            store_vec(link->carried, first, carried);
+            store_swing(link->carry, first, at.spin, rotation->origin);
         }
         FOR_AXIS(rotation->along, link_out(along, robot, motion, i, first, &at, base, link));
-        store_vec(link->spin, first, at.spin);
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
             vec momentum = symmetric_times(body->inertia, at.spin);
@@ -110,8 +146,8 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             torques[i] = minus(add(symmetric_times(body->inertia, at.spin_rate),
                                    cross(at.spin, momentum)),
                                cross_fixed(at.push, body->moment));
-            store_vec(link->momentum, first, momentum);
-            store_vec(link->sling, first, sling);
+            store_swing(link->sling, first, at.spin, body->moment);
+            store_wobble(link->wobble, first, at.spin, body->inertia);
         }
     }
     for (int k = 0; k < 3; k++)
@@ -253,27 +289,18 @@ static void tangent_from(const er_robot *robot, const er_links *links,
     for (int i = 0; direction != NULL && i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
         const er_link *link = &links->link[i];
-        if (rotation->shifted) {
-            by.push = add(by.push, add(cross_fixed(by.spin_rate, rotation->origin),
-                                       cross(by.spin, load_vec(link->carried, first))));
-            if (i > 0)
-                by.push = add(by.push, cross(load_vec(links->link[i - 1].spin, first),
-                                             cross_fixed(by.spin, rotation->origin)));
-        }
+        if (rotation->shifted)
+            by.push = plus_product(add(by.push, cross_fixed(by.spin_rate, rotation->origin)),
+                                   (const er_vector *)link->carry, first, by.spin);
         FOR_AXIS(rotation->along,
                  change_out(along, rotation->axis, link, direction, i, first, links->loaded, &by));
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
-            vec of_spin = load_vec(link->spin, first);
-            vec momentum = symmetric_times(body->inertia, by.spin);
             vec swing = symmetric_times(body->inertia, by.spin_rate);
-            vec sling = cross_fixed(by.spin, body->moment);
             forces[i] = plus(cross_fixed(by.spin_rate, body->moment), by.push, none + body->mass);
-            forces[i] = add(forces[i], add(cross(by.spin, load_vec(link->sling, first)),
-                                           cross(of_spin, sling)));
+            forces[i] = plus_product(forces[i], (const er_vector *)link->sling, first, by.spin);
             torques[i] = minus(swing, cross_fixed(by.push, body->moment));
-            torques[i] = add(torques[i], add(cross(by.spin, load_vec(link->momentum, first)),
-                                             cross(of_spin, momentum)));
+            torques[i] = plus_product(torques[i], (const er_vector *)link->wobble, first, by.spin);
         }
     }
     if (links->loaded) { /* the wrench keeps its direction in base axes */
