@@ -77,6 +77,7 @@ static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *
 #include "kernel_vector.h"
 #include "kernel_body.h"
 #include "kernel_newton.h"
+#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 #if defined(__clang__)

@@ -67,6 +67,7 @@ static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *
 #include "kernel_vector.h"
 #include "kernel_body.h"
 #include "kernel_newton.h"
+#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 er_kernel er_plain_kernel(void)

@@ -30,6 +30,12 @@ typedef struct {
     uint64_t fingerprint; /* hash of the samples that it was built from */
 } er_trajectory;
 
+/* Numbers of a row. */
+static inline size_t er_trajectory_width(const er_trajectory *t)
+{
+    return 1 + 3 * (size_t)t->joints;
+}
+
 /* Builds the motion; takes the samples' data, and frees them if that fails. */
 bool er_trajectory_build(er_trajectory *trajectory, er_samples *samples, er_failure *failure);
 
