@@ -10,7 +10,7 @@ from native_fmu import build_master, run_master
 
 @pytest.mark.skipif(sys.platform != "linux", reason="its master counts calls of glibc")
 def test_memory_is_asked_for_before_the_first_step_only(native, tmp_path):
-    """Steps, refused ones among them, inputs, all outputs, their derivatives, states kept and restored."""
+    """Steps, refused ones among them, inputs, all outputs, derivatives, states kept and restored."""
     master = build_master("cycles", tmp_path / "cycles")
     lines = run_master(native, [str(master)], "allocations").splitlines()
     assert len(lines) == 6  # three curves, moving and at rest
