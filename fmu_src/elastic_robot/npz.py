@@ -7,12 +7,13 @@ out.  Zip: PKWARE, APPNOTE.TXT; arrays: numpy.lib.format.
 
 from __future__ import annotations
 
-import re
 import struct
 import zlib
 from dataclasses import dataclass
 
 import numpy as np
+
+from elastic_robot.npy_header import HeaderError, parse_header
 
 # Sizes of the zip records' fixed parts.
 _LOCAL_HEADER, _CENTRAL_HEADER, _END_RECORD, _MOST_COMMENT = 30, 46, 22, 65535
@@ -22,7 +23,6 @@ _IN_EXTRA, _ZIP64_FIELD = 0xFFFFFFFF, 1
 # Deflate's longest copy, 258 bytes, takes at least 2 bits.
 _MOST_RATIO = 1032
 _MAGIC = b"\x93NUMPY"
-_MOST_AXIS = 1 << 40
 _NUMBERS = ("f4", "f8", *(f"{kind}{size}" for kind in "iu" for size in (1, 2, 4, 8)))
 
 
@@ -171,8 +171,8 @@ def _open_array(name: str, content: bytes) -> _Array:
     if length > len(content) - start:
         raise ValueError(f"the array '{name}' is cut short")
     try:
-        order, item, column_major, shape = _Header(content[start : start + length]).parse()
-    except _HeaderError:
+        order, item, column_major, shape = parse_header(content[start : start + length])
+    except HeaderError:
         raise ValueError(f"the array '{name}' has a header that is not NumPy's") from None
     return _Array(item, order == b">", column_major, shape, content[start + length :])
 
@@ -185,75 +185,3 @@ def _require_size(name: str, array: _Array, item: int) -> None:
         raise ValueError(
             f"the array '{name}' has {len(array.content)} bytes, not those its header tells of"
         )
-
-
-class _HeaderError(Exception):
-    """The header is not one that NumPy writes."""
-
-
-class _Header:
-    """Reads a header, {'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }, keys in any order."""
-
-    def __init__(self, text: bytes) -> None:
-        self._text = text
-        self._at = 0
-
-    def parse(self) -> tuple[bytes, str, bool, tuple[int, ...]]:
-        """Return byte order, kind and size of an entry, column-major order and shape."""
-        found: dict[bytes, re.Match[bytes] | tuple[int, ...]] = {}
-        self._require(rb"\{")
-        while not self._take(rb"\}"):
-            key = self._require(rb"'([^']*)'")[1]
-            self._require(rb":")
-            if key in found:
-                raise _HeaderError
-            if key == b"descr":
-                found[key] = self._require(rb"'([<>|])([a-zA-Z])([0-9]{1,7})'")
-            elif key == b"fortran_order":
-                found[key] = self._require(rb"(True|False)")
-            elif key == b"shape":
-                found[key] = self._shape()
-            else:
-                raise _HeaderError
-            if not self._take(rb","):
-                self._require(rb"\}")
-                break
-        self._take(rb"")
-        if self._at != len(self._text) or len(found) != 3:
-            raise _HeaderError
-        descr, order, shape = (found[key] for key in (b"descr", b"fortran_order", b"shape"))
-        assert isinstance(descr, re.Match)
-        assert isinstance(order, re.Match)
-        assert isinstance(shape, tuple)
-        kind, size = descr[2].decode(), int(descr[3])
-        if descr[1] == b"|" and size != 1:
-            raise _HeaderError
-        return descr[1], f"{kind}{size}", order[1] == b"True", shape
-
-    def _shape(self) -> tuple[int, ...]:
-        lengths: list[int] = []
-        self._require(rb"\(")
-        while not self._take(rb"\)"):
-            length = self._require(rb"[0-9]{1,13}")[0]
-            lengths.append(int(length))
-            if len(lengths) > 2 or lengths[-1] > _MOST_AXIS:
-                raise _HeaderError
-            if not self._take(rb","):
-                self._require(rb"\)")
-                break
-        return tuple(lengths)
-
-    def _take(self, pattern: bytes) -> re.Match[bytes] | None:
-        """Pass blanks, then a pattern if it stands there."""
-        while self._text[self._at : self._at + 1] in (b" ", b"\n"):
-            self._at += 1
-        match = re.compile(pattern).match(self._text, self._at)
-        if match:
-            self._at = match.end()
-        return match
-
-    def _require(self, pattern: bytes) -> re.Match[bytes]:
-        match = self._take(pattern)
-        if match is None:
-            raise _HeaderError
-        return match
