@@ -1,5 +1,6 @@
 # make run   the cone: robot, forming force, coupling, compensation, report   (results/cone)
 # make test  style, types and tests
+# make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
 
 PYTHON ?= python3
@@ -13,7 +14,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: run test emulators docs $(PAGES) masters clean
+.PHONY: run test fuzz emulators docs $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -25,6 +26,10 @@ test: .venv/installed
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/pytest -n 2 --durations=10
+
+# A million random calls each of FMI 2.0 and 3.0 under address and undefined-behaviour sanitizers.
+fuzz: .venv/installed
+	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py -k sanitizers
 
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed

@@ -1,16 +1,16 @@
 """FMI variables <-> ElasticRobot, nothing else.
 
-PythonFMU puts the FMU's resources folder on the module path, imports this file by its name and runs
-it twice; modules of the host or of another FMU may answer instead of the FMU's own.  So everything
-that belongs to an instance is read from its own `resources` in `__init__`, no module has state, and
-an instance refuses to run with another version's modules.  To come so far, a class body here uses
-no name of this file but `_reported`: it may see another version's.
+PythonFMU puts the FMU's resources folder on the module path and imports this file by its name
+(`elastic_robot_entry.py`); modules of the host or of another FMU may answer instead of the FMU's own.
+So everything that belongs to an instance is read from its own `resources` in `__init__`, no module
+has state, and an instance refuses to run with another version's modules.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import sys
 from collections.abc import Callable
 from math import isfinite
@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from pythonfmu import Fmi2Slave
-from pythonfmu.enums import Fmi2Status
 
 try:
     if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
@@ -40,9 +39,11 @@ from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fingerprint import fingerprint
+from elastic_robot.fmi import lifecycle
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.fmi.interface import INITIAL_STATES, MODEL_NAME, MODES, TOLERANCE, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, TOLERANCE, blocks
 from elastic_robot.fmi.real_variables import RealVariables
+from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
@@ -56,18 +57,31 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 _UPPER = np.triu_indices(3)
 
 
-def _reported(method: _Method) -> _Method:
-    """Let the user see an error: FMI passes on a status only, and the log may be off."""
+class _RefusedError(Exception):
+    """What PythonFMU is told of an error; it logs the `repr`, formatted like printf."""
 
-    @functools.wraps(method)
-    def wrapper(self: ElasticRobotSlave, *args: Any) -> Any:
-        try:
-            return method(self, *args)
-        except BaseException as error:  # whatever it is, it is raised again
-            self._report(error)
-            raise
+    def __repr__(self) -> str:
+        return str(self).replace("%", "%%")
 
-    return cast(_Method, wrapper)
+
+def _allowed(call: lifecycle.Call) -> Callable[[_Method], _Method]:
+    """Refuse a call out of its time, and let the user see every error.
+
+    FMI passes on a status only, and the log may be off.
+    """
+
+    def decorate(method: _Method) -> _Method:
+        @functools.wraps(method)
+        def wrapper(self: ElasticRobotSlave, *args: Any) -> Any:
+            try:
+                call.require(self._phase)
+                return method(self, *args)
+            except BaseException as error:  # whatever it is, it is raised again
+                raise self._refusal(error) from error
+
+        return cast(_Method, wrapper)
+
+    return decorate
 
 
 class ElasticRobotSlave(Fmi2Slave):
@@ -75,6 +89,9 @@ class ElasticRobotSlave(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        # PythonFMU's library leaves it there for every instance; its builder takes it back.
+        if "visible" in kwargs and self.resources in sys.path:
+            sys.path.remove(self.resources)
         self.modelName = MODEL_NAME  # PythonFMU's builder names the binaries by it
         resources = Path(self.resources)
         self._require_own_modules(resources)
@@ -83,15 +100,15 @@ class ElasticRobotSlave(Fmi2Slave):
         table = blocks(self._robot)
         strings = table.pop("strings").variables
         self._reals = RealVariables(table)
-        self._strings = {variable.name: str(variable.start) for variable in strings}
-        self._string_names = list(self._strings)
+        self._strings = StringVariables(strings, first=len(self._reals))
         self._torsions = build_chain(self._robot).torsions
         # None: to be computed from the present inputs and parameters.
         self._model: ElasticRobot | None = None
         self._trajectory: Trajectory | None = None
-        self._time = 0.0
+        # The model's own time is that since the start: late times have few digits for seconds.
+        self._start = self._time = 0.0
         self._tolerance = TOLERANCE
-        self._stepped = False
+        self._phase = lifecycle.Phase.INSTANTIATED
         self._parameters_changed = False
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
@@ -100,14 +117,14 @@ class ElasticRobotSlave(Fmi2Slave):
         self._anchor = tuple(self._reals.block(key) for key in anchor)
         self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
-    def _report(self, error: BaseException) -> None:
+    def _refusal(self, error: BaseException) -> _RefusedError:
         text = f"{self.instance_name}: {error}"
         print(text, file=sys.stderr, flush=True)
-        self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
         # PythonFMU's binary gives up its references to these three at every exception, and once more
         # when the instance is freed; without others that is a use after free.
         for owned in (self, type(self), self.log_queue):
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
+        return _RefusedError(text)
 
     def _require_own_modules(self, resources: Path) -> None:
         loaded, own = Path(elastic_robot.__file__).parent, resources / "elastic_robot"
@@ -117,7 +134,7 @@ class ElasticRobotSlave(Fmi2Slave):
                 f" this process has loaded from {loaded}: run FMUs of each version in their own process"
             )
 
-    @_reported
+    @_allowed(lifecycle.SETUP)
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
@@ -128,51 +145,67 @@ class ElasticRobotSlave(Fmi2Slave):
             raise ParameterError(
                 f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m, got {tolerance} m"
             )
-        self._time = start_time
+        self._start = self._time = start_time
         if tolerance:
             self._tolerance = tolerance
         self._model = None
         self._computed.clear()
 
-    @_reported
+    @_allowed(lifecycle.ENTER)
+    def enter_initialization_mode(self) -> None:
+        """Enter initialisation mode."""
+        self._phase = lifecycle.Phase.INITIALISING
+
+    @_allowed(lifecycle.EXIT)
     def exit_initialization_mode(self) -> None:
         """Compute the initial state from the inputs and parameters set by now."""
         self._initialised()
-        self._stepped = True
+        self._phase = lifecycle.Phase.RUNNING
 
-    @_reported
+    @_allowed(lifecycle.TERMINATE)
+    def terminate(self) -> None:
+        """End the simulation; values and states are still there."""
+        self._phase = lifecycle.Phase.TERMINATED
+
+    @_allowed(lifecycle.STEP)
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by a communication step; inputs are held over it."""
         self._require_step(current_time, step_size)
         if step_size > 0.0:
-            model, end = self._initialised(), current_time + step_size
-            self._step(model, end, self._load())
-            self._time = end
+            model = self._initialised()
+            self._step(model, self._end(model, current_time, step_size), self._load())
+            self._time = current_time + step_size
             self._computed.clear()
         return True
 
     def _require_step(self, current_time: float, step_size: float) -> None:
         if not isfinite(step_size) or step_size < 0.0:
             raise ParameterError(f"step size: expected a finite number >= 0, got {step_size} s")
-        if not abs(current_time - self._time) <= SETTINGS.time_slack:
+        if not abs(current_time - self._time) <= SETTINGS.slack_at(self._time):
             raise ParameterError(
                 f"step start: expected the last step's end, {self._time} s, got {current_time} s"
             )
 
+    def _end(self, model: ElasticRobot, current_time: float, step_size: float) -> float:
+        """Return a step's end since the start: in the model's time while the master's cannot tell."""
+        told, own = (current_time - self._start) + step_size, model.time + step_size
+        rounding = SETTINGS.time_rounding(max(abs(self._start), abs(current_time)))
+        return own if abs(told - own) <= rounding else told
+
     def _step(self, model: ElasticRobot, end: float, load: Load) -> None:
         if not self._parameters_changed:
-            model.step(end, self._drives(), load)
+            model.step(end, self._drives(model.time), load)
             return
         before = model.snapshot
         model.parameters = self._checked_parameters()
         try:
-            model.step(end, self._drives(), load)
+            model.step(end, self._drives(model.time), load)
         except ElasticRobotError:
             model.snapshot = before
             raise
         self._parameters_changed = False
 
-    @_reported
+    @_allowed(lifecycle.GET)
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; an output is computed when it is read."""
         if not vrs:
@@ -184,50 +217,50 @@ class ElasticRobotSlave(Fmi2Slave):
             self._computed.add(key)
         return self._reals.get(vrs, places)
 
-    @_reported
+    @_allowed(lifecycle.SET)
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set inputs and parameters."""
         if not vrs:
             return
         if self._reals.set(vrs, values).has_parameters:
             self._parameters_changed = True
-        if not self._stepped:
+        if self._phase < lifecycle.Phase.RUNNING:
             self._model = None
             self._computed.clear()
 
-    @_reported
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """Set the fixed parameters, before the initial state is computed."""
-        names = self._strings_asked(vrs)
-        if self._stepped:
-            raise ParameterError("strings are fixed; set them before initialisation ends")
-        self._strings.update(zip(names, values, strict=True))
+    @_allowed(lifecycle.SET)
+    def set_string(self, vrs: list[int], values: list[str | None]) -> None:
+        """Set the fixed parameters, before initialisation ends."""
+        if not vrs:
+            return
+        lifecycle.SET_FIXED.require(self._phase)
+        self._strings.set(vrs, values)
         self._model = None
         self._computed.clear()
 
-    @_reported
+    @_allowed(lifecycle.GET)
     def get_string(self, vrs: list[int]) -> list[str]:
         """Return the fixed parameters."""
-        return [self._strings[name] for name in self._strings_asked(vrs)]
+        return self._strings.get(vrs)
 
-    @_reported
+    @_allowed(lifecycle.GET)
     def get_integer(self, vrs: list[int]) -> list[int]:
         """Refuse: there are no integer variables."""
         self._require_none(vrs, "integer")
         return []
 
-    @_reported
+    @_allowed(lifecycle.SET)
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Refuse: there are no integer variables."""
         self._require_none(vrs, "integer")
 
-    @_reported
+    @_allowed(lifecycle.GET)
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Refuse: there are no boolean variables."""
         self._require_none(vrs, "boolean")
         return []
 
-    @_reported
+    @_allowed(lifecycle.SET)
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         """Refuse: there are no boolean variables."""
         self._require_none(vrs, "boolean")
@@ -238,36 +271,22 @@ class ElasticRobotSlave(Fmi2Slave):
                 f"{kind} variable {vrs[0]} is asked for; this FMU has real and string variables only"
             )
 
-    def _strings_asked(self, vrs: list[int]) -> list[str]:
-        first = len(self._reals)
-        for vr in vrs:
-            if not 0 <= vr - first < len(self._string_names):
-                raise ParameterError(
-                    f"value reference of a string variable: expected {first} to"
-                    f" {first + len(self._string_names) - 1}, got {vr}"
-                )
-        return [self._string_names[vr - first] for vr in vrs]
-
     def _initialised(self) -> ElasticRobot:
         """Return the model, in its initial state if it was not computed yet."""
         if self._model is not None:
             return self._model
-        model = self._new_model(self._strings, self._tolerance)
+        strings = self._strings.values
+        model = self._new_model(strings, self._tolerance)
         model.parameters = self._checked_parameters()
-        self._trajectory = self._read_trajectory(self._strings)
-        undeflected = self._strings["initial_state"] == "undeflected"
-        model.reset(self._time, self._drives(), self._load(), undeflected)
+        self._trajectory = self._read_trajectory(strings)
+        undeflected = strings["initial_state"] == "undeflected"
+        model.reset(0.0, self._drives(0.0), self._load(), undeflected)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
         return model
 
     def _new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
-        for name, known in (("mode", MODES), ("initial_state", INITIAL_STATES)):
-            if strings[name] not in known:
-                raise ParameterError(
-                    f"{name}: expected one of {', '.join(known)}, got {strings[name]!r}"
-                )
         quasistatic = strings["mode"] == "quasistatic"
         return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
 
@@ -276,13 +295,14 @@ class ElasticRobotSlave(Fmi2Slave):
             return None
         path = Path(strings["trajectory"])
         packed = Path(self.resources, path)  # of use where a master unpacks it no one knows where
-        file = packed if packed.is_file() and not path.exists() else path
+        file = packed if os.path.exists(packed) and not os.path.exists(path) else path
         return read_trajectory(file, len(self._robot.joints))
 
-    def _drives(self) -> Drives:
+    def _drives(self, time: float) -> Drives:
+        """Return the drives in the model's time, from which on a command is held."""
         if self._trajectory is not None:
-            return self._trajectory
-        return HeldCommand(self._time, *self._commands)
+            return self._trajectory.since(self._start)
+        return HeldCommand(time, *self._commands)
 
     def _load(self) -> Load:
         """Return what acts on the tool; without stiffness the anchor is nowhere."""
@@ -307,33 +327,34 @@ class ElasticRobotSlave(Fmi2Slave):
             tables=own.tables,
         )
 
-    @_reported
+    @_allowed(lifecycle.ANY)
     def _get_fmu_state(self) -> FmuState:
         """Return the state, an object that PythonFMU keeps for the host."""
         trajectory = None if self._model is None else self._trajectory
         return FmuState(
             fingerprint=self._fingerprint,
+            start=self._start,
             time=self._time,
             tolerance=self._tolerance,
-            stepped=self._stepped,
+            phase=self._phase,
             parameters_changed=self._parameters_changed,
             values=self._reals.values.copy(),
-            strings=tuple(self._strings.values()),
+            strings=tuple(self._strings.values.values()),
             model=None if self._model is None else self._model.snapshot,
             trajectory=trajectory,
             trajectory_digest="" if trajectory is None else trajectory.digest,
         )
 
-    @_reported
+    @_allowed(lifecycle.ANY)
     def _set_fmu_state(self, state: FmuState | PackedState) -> None:
         """Go back to a state of this instance or of another one of the same FMU."""
         if isinstance(state, PackedState):
             state = state.open(self._fingerprint, Parameters.of(self._robot))
         require_own(state.fingerprint, self._fingerprint)
-        strings = dict(zip(self._string_names, state.strings, strict=True))
+        strings = self._strings.of(state.strings)
         model, trajectory = None, None
         if state.model is not None:
-            same = (strings, state.tolerance) == (self._strings, self._tolerance)
+            same = (strings, state.tolerance) == (self._strings.values, self._tolerance)
             model = self._model if same else None
             model = model or self._new_model(strings, state.tolerance)
             trajectory = state.trajectory
@@ -345,9 +366,9 @@ class ElasticRobotSlave(Fmi2Slave):
                         " saved with, got another"
                     )
             model.snapshot = state.model
-        self._model, self._trajectory, self._strings = model, trajectory, strings
-        self._time, self._tolerance = state.time, state.tolerance
-        self._stepped, self._parameters_changed = state.stepped, state.parameters_changed
+        self._model, self._trajectory, self._strings.values = model, trajectory, strings
+        self._start, self._time, self._tolerance = state.start, state.time, state.tolerance
+        self._phase, self._parameters_changed = state.phase, state.parameters_changed
         self._reals.values[:] = state.values
         self._computed.clear()
 
@@ -357,5 +378,6 @@ class ElasticRobotSlave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> PackedState:
-        # Damaged bytes are refused when they are set, where there is an instance to tell it.
+        # Damaged bytes are refused when they are set, where there is an instance to tell it; our library
+        # in front of PythonFMU's does so at once.
         return PackedState(data)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
+from coupling.fmu_export.compiler import FMU_SOURCES
 from coupling.fmu_export.identity import ICON, robot_line
 from coupling.fmu_export.index_html import index_html, scalar_rows
 from coupling.fmu_export.python_host import HOST_SOURCES
@@ -48,12 +49,12 @@ def build_python_fmu(
     package = Path(elastic_robot.__file__).parent
     table = blocks(robot)
     slave = PythonSlave(
-        script="elastic_robot_slave.py",
+        script="elastic_robot_entry.py",
         model_name=MODEL_NAME,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
         blocks=table,
-        packages=(package,),
+        packages=(package, FMU_SOURCES / "elastic_robot_slave.py"),
     )
     needs = (
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"

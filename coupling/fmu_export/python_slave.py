@@ -25,12 +25,12 @@ class PythonSlave:
     """A slave in Python.
 
     Attributes:
-        script: Name of the file with its class; PythonFMU makes an instance of it.
+        script: Name of the file that has its class; PythonFMU makes an instance of it.
         model_name: The class's `modelName`.
         description: One line.
         capabilities: Flags of `CoSimulation` that are true.
         blocks: The variables.
-        packages: Folders that it imports.
+        packages: Folders and files that it imports.
     """
 
     script: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import inf, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -184,6 +184,8 @@ class Collocation:
         # (as in Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x.
         defect = newton.end.dot(system.residual(ending[:, None], END_ROW)[0])
         error = h * h * sqrt(defect.dot(defect))
+        if not error < inf:
+            return None
         return Step(
             h, rows, ending, error, newton if passes <= self._settings.usual_passes else None
         )

@@ -9,6 +9,8 @@ import numpy as np
 from elastic_robot import gauss
 from elastic_robot.settings import Settings
 
+_NOTHING = 1e-40
+
 
 @dataclass(frozen=True)
 class Crossing:
@@ -91,6 +93,8 @@ def _first_passage(power: np.ndarray, boundary: float, outward: float) -> float 
     shifted = power.copy()
     shifted[0] -= boundary
     shifted *= outward
+    # Of no effect where s <= 1, and their quotients would overflow.
+    shifted[np.abs(shifted) < _NOTHING * np.abs(shifted).max()] = 0.0
     roots = np.roots(shifted[::-1])
     real = np.sort(
         roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real <= 1.0)]

@@ -25,5 +25,9 @@ class IntegrationError(ElasticRobotError):
     """The motion could not be integrated: too fast for the smallest step, or unstable."""
 
 
+class LifeCycleError(ElasticRobotError):
+    """A call is made before or after its time: a step before the initialisation, say."""
+
+
 class StateError(ElasticRobotError):
     """A saved state is damaged or belongs to another robot."""

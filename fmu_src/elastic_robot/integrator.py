@@ -15,11 +15,19 @@ import numpy as np
 from elastic_robot import gauss
 from elastic_robot.collocation import Collocation, State, Step, System
 from elastic_robot.crossings import Boundaries, Crossing
-from elastic_robot.errors import IntegrationError
+from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.settings import SETTINGS, Settings
 from elastic_robot.step_length import StepLength
 
 Watch = Callable[[State, Step], None]
+
+
+class _Unsolved(Exception):  # noqa: N818  (a signal within this file)
+    """No step forward was found."""
+
+
+def _given_up(elapsed: float, length: float, what: str) -> IntegrationError:
+    return IntegrationError(f"the motion, {elapsed:.3g} s into a step of {length:.6g} s, {what}")
 
 
 class GaussStepper:
@@ -36,6 +44,7 @@ class GaussStepper:
         self._length = StepLength(tolerance, settings)
         self._collocation = Collocation(settings)
         self._boundaries: Boundaries | None = None
+        self._tries_left = 0.0
 
     def start(self, time: float, x: np.ndarray, v: np.ndarray, region: np.ndarray) -> State:
         """Return the state at the beginning of an integration."""
@@ -53,25 +62,34 @@ class GaussStepper:
             watch: Told of every step taken: the state before it, and the step.
 
         Raises:
-            IntegrationError: If the motion grows beyond all bounds or needs too short steps.
+            ParameterError: If the time is too far away.
+            IntegrationError: If a coordinate grows beyond all bounds, or the motion needs too short or
+                too many steps; the sentence says which, and lacks why.
         """
-        settings, start, steps = self._settings, state.time, 0
-        most = (
-            settings.most_steps
-            + settings.most_steps_per_longest * (end - start) / settings.longest_step
-        )
+        settings, start = self._settings, state.time
+        length = end - start
+        if not length <= settings.most_step:
+            raise ParameterError(
+                f"step size: expected at most {settings.most_step:g} s at a time, got {length:.9g} s"
+            )
+        most = self._tries_left = self._length.most_tries(length)
         # What is left after a crossing just before the end may be less than any step.
         negligible = max(self._length.shortest, 8.0 * float(np.spacing(abs(end))))
         while end - state.time > negligible:
-            if steps > most:
-                raise IntegrationError(
-                    f"the motion from t = {start:.9g} s needs more than {most:.0f} steps to"
-                    f" {end:.9g} s; it is unstable or the load is not physical"
-                )
-            after, step = self._step(system, state, end)
+            try:
+                after, step = self._step(system, state, end)
+            except _Unsolved as cause:
+                needs = f"needs steps below {self._length.shortest:.1g} s"
+                if self._tries_left < 1.0:
+                    needs = f"needs more than {most:.0f} tries of a step"
+                raise _given_up(state.time - start, length, needs) from cause
             if watch is not None:
                 watch(state, step)
-            state, steps = after, steps + 1
+            state = after
+            if not np.abs(state.x).max() <= settings.most_deflection:
+                k = int(np.abs(state.x).argmax())
+                grown = f"bends deflection[{k + 1}] beyond {settings.most_deflection:.3g} rad"
+                raise _given_up(state.time - start, length, grown)
         return state if state.time == end else replace(state, time=end)
 
     def _step(self, system: System, state: State, end: float) -> tuple[State, Step]:
@@ -84,6 +102,8 @@ class GaussStepper:
         step, crossing = self._solve(system, state, length, left)
         if crossing is not None:
             return self._after_crossing(state, step, crossing), step
+        if step.length == left and target == kink:
+            self._tries_left += self._settings.tries_per_sample
         after = State(
             target if step.length == left else state.time + step.length,
             step.end[0],
@@ -108,7 +128,7 @@ class GaussStepper:
         guess = self._guess(state, h)
         while h >= self._length.shortest or h == left:
             accuracy = self._settings.iteration * self.tolerance
-            step = self._collocation.solve(system, state, h, guess, accuracy)
+            step = self._try(system, state, h, guess, accuracy)
             if step is None:
                 h = self._settings.cut_after_failure * h
                 guess = self._guess(state, h)
@@ -125,10 +145,16 @@ class GaussStepper:
                 shorter = self._length.shorter(step)
             guess = gauss.interpolation(0.0, shorter / h) @ step.rows[2:]
             h = shorter
-        raise IntegrationError(
-            f"the motion at t = {state.time:.6g} s needs steps below"
-            f" {self._length.shortest:.1g} s; it is unstable or the load is not physical"
-        )
+        raise _Unsolved
+
+    def _try(
+        self, system: System, state: State, h: float, guess: np.ndarray, accuracy: float
+    ) -> Step | None:
+        """Solve a step as one of the tries that are left."""
+        if self._tries_left < 1.0:
+            raise _Unsolved
+        self._tries_left -= 1.0
+        return self._collocation.solve(system, state, h, guess, accuracy)
 
     def _land(
         self, system: System, state: State, step: Step, crossing: Crossing, allowed: float
@@ -138,7 +164,7 @@ class GaussStepper:
         accuracy = self._settings.landing_iteration * allowed
         for _ in range(self._settings.most_landings):
             guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
-            landed = self._collocation.solve(system, state, h, guess, accuracy)
+            landed = self._try(system, state, h, guess, accuracy)
             if landed is None:
                 return None
             beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)

@@ -13,8 +13,8 @@ from elastic_robot.chain import build_chain
 from elastic_robot.collocation import State
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.errors import ParameterError
-from elastic_robot.integrator import GaussStepper
+from elastic_robot.errors import IntegrationError, ParameterError
+from elastic_robot.integrator import GaussStepper, Watch
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
 from elastic_robot.motion import DrivenMotion, Drives
@@ -156,7 +156,8 @@ class ElasticRobot:
         """Move on to a time under a load; in quasi-static mode the anchor's place there counts.
 
         Raises:
-            EquilibriumError, IntegrationError, TrajectoryError: The state is then as before.
+            EquilibriumError, IntegrationError, ParameterError, TrajectoryError: The state is then as
+                before.
         """
         state = self._now()
         held = Held.at(end, drives, load.at(end - state.time))
@@ -165,8 +166,22 @@ class ElasticRobot:
             self._state = replace(state, time=end, x=x, region=self._curve.region(x))
         else:
             state = self._hold(drives, load)
-            self._state = self._stepper.advance(self._motion, state, end)
+            self._state = self._advance(state, end, held)
         self._held = held
+
+    def _advance(self, state: State, end: float, held: Held, watch: Watch | None = None) -> State:
+        """Integrate; an error says what acts at the end, as one of these may have grown too large."""
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                return self._stepper.advance(self._motion, state, end, watch)
+        except IntegrationError as error:
+            acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
+            spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.is_sprung
+            raise IntegrationError(
+                f"{error}, under {force[0]:.3g} N, {force[1]:.3g} N m, {spring}drives of"
+                f" {np.abs(held.qd).max():.3g} rad/s and {np.abs(held.qdd).max():.3g} rad/s2: one of"
+                " these is too large, or the robot is unstable"
+            ) from error
 
     def _hold(self, drives: Drives, load: Load) -> State:
         """Set what acts from now on; return the state without matrices that are of another spring."""
@@ -207,8 +222,8 @@ class ElasticRobot:
         for time, load in zip(times, loads, strict=True):
             state = self._hold(drives, load)
             follow = partial(forward.follow, drives=drives, load=load, since=state.time)
-            self._state = self._stepper.advance(self._motion, state, time, follow)
-            self._held = Held.at(time, drives, load.at(time - state.time))
+            held = Held.at(time, drives, load.at(time - state.time))
+            self._state, self._held = self._advance(state, time, held, follow), held
             theta = self.chain.theta(self._held.q, self._now().x)
             jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
             by_x.append(forward.x)

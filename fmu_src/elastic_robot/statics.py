@@ -32,17 +32,19 @@ def equilibrium(
         x [rad], (m,).
 
     Raises:
-        EquilibriumError: If Newton's method finds none, because the robot buckles under the load.
+        EquilibriumError: If Newton's method finds none, because the robot buckles under the load, or
+            one beyond the setting `most_deflection`.
     """
     if dynamics.chain.elastic_count == 0:
         return np.zeros(0)
     sprung = acting.is_sprung
-    rest = (
-        SpringStatics(dynamics, curve, q, acting).rest()
-        if sprung
-        else _free_rest(dynamics, curve, q, acting)
-    )
-    if rest is None:
+    with np.errstate(over="ignore", invalid="ignore"):
+        rest = (
+            SpringStatics(dynamics, curve, q, acting).rest()
+            if sprung
+            else _free_rest(dynamics, curve, q, acting)
+        )
+    if rest is None or not np.abs(rest).max() <= SETTINGS.most_deflection:
         spring = (
             f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"
             f" {np.round(acting.anchor, 6).tolist()} m"

@@ -28,6 +28,15 @@ class StepLength:
         """Length of the shortest step [s]; the integration is given up below it."""
         return self.settings.shortest_step * self.settings.longest_step
 
+    def most_tries(self, length: float) -> float:
+        """Return the number of tries after which an integration over a time [s] is given up."""
+        settings = self.settings
+        most = (
+            settings.most_tries + settings.most_tries_per_longest * length / settings.longest_step
+        )
+        finer = settings.usual_local_error / self.tolerance
+        return float(most * max(1.0, finer**_ERROR_EXPONENT))
+
     def towards(self, left: float, wanted: float) -> float:
         """Return the length of a step that has so much time left to its target [s].
 

@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.settings import SETTINGS
+from elastic_robot.table_file import parse_table, read_table
 
 
 class HeldCommand(NamedTuple):
@@ -57,7 +58,8 @@ class Trajectory:
         qdd: Accelerations [rad/s^2], (k, n), or None; given if and only if qd is.
 
     Raises:
-        TrajectoryError: If sizes do not agree, a value is not finite or time does not rise.
+        TrajectoryError: If sizes do not agree, a value is not finite or beyond the setting
+            `most_sample`, or samples are closer than `closest_samples`.
     """
 
     def __init__(
@@ -68,17 +70,19 @@ class Trajectory:
         qdd: np.ndarray | None = None,
     ) -> None:
         _require_samples(time, q, qd, qdd)
+        # Since the start, whose own size would leave no digits to a late trajectory's seconds.
+        seconds = time - time[0]
         if qd is not None and qdd is not None:
-            position = _quintic_hermite(time, q, qd, qdd)
+            position = _quintic_hermite(seconds, q, qd, qdd)
         else:
-            position = CubicSpline(time, q, bc_type="clamped")
+            position = CubicSpline(seconds, q, bc_type="clamped")
         # One polynomial for q, q' and q'' side by side: evaluated in one call.
         derivatives = [position.c, position.derivative(1).c, position.derivative(2).c]
         padded = [np.pad(c, ((len(position.c) - len(c), 0), (0, 0), (0, 0))) for c in derivatives]
         self._polynomial = PPoly(np.concatenate(padded, axis=2), position.x)
         self._joint_count = q.shape[1]
         self._jumps = _jumps_of_third_derivative(position)
-        self._kinks: tuple[float, list[float]] = (inf, [])
+        self._kinks: dict[tuple[float, float], list[float]] = {}
         self.start = float(time[0])
         self.end = float(time[-1])
 
@@ -86,25 +90,32 @@ class Trajectory:
         """Return q, q', q'' at rising times (k,), (3, k, n).
 
         Raises:
-            TrajectoryError: If a time is outside the samples by more than the setting `time_slack`.
+            TrajectoryError: If a time is outside the samples by more than `Settings.slack_at`.
         """
-        lowest, highest = times[0], times[-1]
-        slack = SETTINGS.time_slack
-        if not (self.start - slack <= lowest and highest <= self.end + slack):
-            asked = lowest if lowest < self.start else highest
+        return self._at(times - self.start)
+
+    def _at(self, seconds: np.ndarray) -> np.ndarray:
+        lowest, highest = seconds[0], seconds[-1]
+        last = self.end - self.start
+        slack = SETTINGS.slack_at(max(abs(self.start), abs(self.end)))
+        if not (-slack <= lowest and highest <= last + slack):
+            asked = self.start + (lowest if lowest < 0.0 else highest)
             raise TrajectoryError(
                 f"time: expected {self.start:.9g} to {self.end:.9g} s, the trajectory's, got"
                 f" {asked:.9g} s"
             )
-        if lowest < self.start or highest > self.end:
-            times = np.clip(times, self.start, self.end)
+        times = seconds if lowest >= 0.0 and highest <= last else np.clip(seconds, 0.0, last)
         values: np.ndarray = self._polynomial(times)
         return values.reshape(len(times), 3, self._joint_count).swapaxes(0, 1)
+
+    def since(self, time: float) -> TrajectorySince:
+        """Return the same motion over the seconds since a time."""
+        return TrajectorySince(self, self.start - time)
 
     @cached_property
     def digest(self) -> str:
         """Hash of the motion, 16 hexadecimal digits."""
-        parts = (self._polynomial.x, self._polynomial.c)
+        parts = (np.array(self.start), self._polynomial.x, self._polynomial.c)
         digest = hashlib.sha256(b"".join(part.tobytes() for part in parts))
         return digest.hexdigest()[:16]
 
@@ -113,11 +124,36 @@ class Trajectory:
 
         Jumps up to `jump` [rad/s^3] do not count; infinity if there is none.
         """
-        if self._kinks[0] != jump:
-            inner = self._polynomial.x[1:-1]
-            self._kinks = jump, [*inner[self._jumps > jump].tolist(), inf]
-        kinks = self._kinks[1]
+        return self._next_kink(time, jump, self.start)
+
+    def _next_kink(self, time: float, jump: float, start: float) -> float:
+        """Return the next jump where the first sample's time is `start`."""
+        kinks = self._kinks.get((jump, start))
+        if kinks is None:
+            inner = self._polynomial.x[1:-1] + start
+            kinks = [*inner[self._jumps > jump].tolist(), inf]
+            self._kinks = {(jump, start): kinks}
         return kinks[bisect_right(kinks, time)]
+
+
+class TrajectorySince(NamedTuple):
+    """A trajectory over the seconds since some time.
+
+    Attributes:
+        trajectory: The motion.
+        start: Seconds from that time to its first sample.
+    """
+
+    trajectory: Trajectory
+    start: float
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """As `Trajectory.at`."""
+        return self.trajectory._at(times - self.start)
+
+    def next_kink(self, time: float, jump: float) -> float:
+        """As `Trajectory.next_kink`."""
+        return self.trajectory._next_kink(time, jump, self.start)
 
 
 def _jumps_of_third_derivative(position: PPoly) -> np.ndarray:
@@ -140,20 +176,25 @@ def _require_samples(
         raise TrajectoryError(
             f"trajectory: expected qd and qdd, or none of them, got {alone} alone"
         )
+    most = SETTINGS.most_sample
     for name, values in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd)):
         if values is None:
             continue
         if (name != "time" and values.shape != q.shape) or len(values) != len(time):
             raise TrajectoryError(f"trajectory: {name} has shape {values.shape}, time {time.shape}")
-        bad = np.argwhere(~np.isfinite(values.reshape(len(time), -1)))
+        # NaN is not at most anything.
+        bad = np.flatnonzero(~(np.abs(values.reshape(len(time), -1)) <= most).all(axis=1))
         if len(bad):
-            raise TrajectoryError(f"trajectory: {name} is not finite in sample {bad[0][0] + 1}")
-    steps = np.diff(time)
-    if np.any(steps <= 0.0):
-        k = int(np.argmax(steps <= 0.0))
+            raise TrajectoryError(
+                f"trajectory: {name}: expected finite numbers of at most {most:g}, got another in"
+                f" sample {bad[0] + 1}"
+            )
+    steps, closest = np.diff(time), SETTINGS.closest_samples
+    if np.any(steps < closest):
+        k = int(np.argmax(steps < closest))
         raise TrajectoryError(
-            f"trajectory: expected rising times, got {time[k]:.9g} s, then {time[k + 1]:.9g} s at"
-            f" sample {k + 2}"
+            f"trajectory: expected rising times, at least {closest:g} s apart, got {time[k]:.9g} s, then"
+            f" {time[k + 1]:.9g} s at sample {k + 2}"
         )
 
 
@@ -182,45 +223,42 @@ def read_trajectory(path: Path, joint_count: int) -> Trajectory:
         TrajectoryError: With the file, what was expected and what was got.
     """
     try:
-        columns, data = _read_table(path)
-    except FileNotFoundError as cause:
-        raise TrajectoryError(f"trajectory {path} does not exist") from cause
-    except (OSError, ValueError, KeyError) as cause:
-        raise TrajectoryError(f"trajectory {path} cannot be read: {cause}") from cause
+        return _trajectory_of(*read_table(path), joint_count)
+    except (ValueError, TrajectoryError) as cause:
+        reason = str(cause).removeprefix("trajectory: ")
+        raise TrajectoryError(f"trajectory {path}: {reason}") from cause
+    except MemoryError as cause:
+        raise TrajectoryError(f"trajectory {path}: it does not fit into memory") from cause
+
+
+def parse_trajectory(content: bytes, is_npz: bool, joint_count: int) -> Trajectory:
+    """Return the trajectory of a file's content.
+
+    Args:
+        content: All bytes of the file.
+        is_npz: Its name ends in .npz; otherwise the content decides.
+        joint_count: Number of joints.
+
+    Raises:
+        TrajectoryError: With what was expected and what was got.
+        ValueError: The same, of the table itself.
+    """
+    return _trajectory_of(*parse_table(content, is_npz), joint_count)
+
+
+def _trajectory_of(columns: list[str], data: np.ndarray, joint_count: int) -> Trajectory:
+    def column(name: str) -> int:
+        if columns.count(name) != 1:
+            got = ", ".join(columns)
+            raise TrajectoryError(f"trajectory: expected one column '{name}', got {got}")
+        return columns.index(name)
 
     def block(prefix: str) -> np.ndarray | None:
         names = [f"{prefix}{i}" for i in range(1, joint_count + 1)]
-        found = [name for name in names if name in columns]
-        if prefix != "q" and not found:
+        if prefix != "q" and not any(name in columns for name in names):
             return None
-        missing = [name for name in names if name not in columns]
-        if missing:
-            raise TrajectoryError(
-                f"trajectory {path}: expected a column {missing[0]!r}, got {', '.join(columns)}"
-            )
-        return data[:, [columns.index(name) for name in names]]
+        return data[:, [column(name) for name in names]]
 
-    if "time" not in columns:
-        raise TrajectoryError(
-            f"trajectory {path}: expected a column 'time', got {', '.join(columns)}"
-        )
-    q = block("q")
+    time, q = data[:, column("time")], block("q")
     assert q is not None
-    try:
-        return Trajectory(data[:, columns.index("time")], q, block("qd"), block("qdd"))
-    except TrajectoryError as cause:
-        raise TrajectoryError(f"{path}: {cause}") from cause
-
-
-def _read_table(path: Path) -> tuple[list[str], np.ndarray]:
-    if path.suffix == ".npz":
-        with np.load(path, allow_pickle=False) as archive:
-            return [str(name) for name in archive["columns"]], np.asarray(
-                archive["data"], dtype=float
-            )
-    with path.open(encoding="utf-8") as stream:
-        columns = [name.strip() for name in stream.readline().split(",")]
-        data = np.loadtxt(stream, delimiter=",", ndmin=2)
-    if data.shape[1] != len(columns):
-        raise ValueError(f"{len(columns)} column names over {data.shape[1]} columns")
-    return columns, data
+    return Trajectory(time, q, block("qd"), block("qdd"))

@@ -1,21 +1,52 @@
 #include "component.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "../native/fmi/log_categories.h"
 
 /* Masters format messages like printf. */
 void er_component_tell(const er_component *c, fmi2Status status, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
-    if (c->host.logger == NULL)
+    if (c->host.logger == NULL || !c->log)
         return;
     er_escape(text, escaped);
     c->host.logger(c->host.componentEnvironment, c->name, status,
-                   status == fmi2Fatal ? "logStatusFatal" : "logStatusError", escaped);
+                   status == fmi2Fatal ? ER_LOG_FATAL : ER_LOG_ERROR, escaped);
 }
 
-/* Takes PythonFMU's messages.  What it calls fatal is a Python exception, which the slave has told as an
- * error before; it is kept until the call ends and it is known whether the instance goes on. */
+fmi2Status er_component_refuse(const er_component *c, const char *text)
+{
+    fprintf(stderr, "%s: %s\n", c->name, text);
+    fflush(stderr);
+    er_component_tell(c, fmi2Error, text);
+    return fmi2Error;
+}
+
+bool er_component_given(const er_component *c, size_t count, const void *first, const void *second)
+{
+    if (count == 0 || (first != NULL && second != NULL))
+        return true;
+    er_component_refuse(c, "expected the address of every array and result, got NULL");
+    return false;
+}
+
+/* The slave's sentences are formatted like printf already. */
+static void unescape(char *text)
+{
+    char *to = text;
+    for (; *text != '\0'; text++) {
+        *to++ = *text;
+        if (text[0] == '%' && text[1] == '%')
+            text++;
+    }
+    *to = '\0';
+}
+
+/* Takes PythonFMU's messages.  What it calls fatal is a Python exception; it is kept until the call ends and
+ * it is known whether the instance goes on. */
 static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                   fmi2String category, fmi2String message, ...)
 {
@@ -24,10 +55,11 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
     if (status == fmi2Fatal) {
         const char *reason = strchr(message, '\n'); /* before it, PythonFMU's function */
         er_fail(&c->cause, "%s", reason != NULL ? reason + 1 : message);
+        unescape(c->cause.text);
         return;
     }
     c->told = c->told || status == fmi2Error;
-    if (c->host.logger != NULL)
+    if (c->host.logger != NULL && c->log)
         c->host.logger(c->host.componentEnvironment, c->name, status,
                        category != NULL ? category : "logAll", message);
 }
@@ -58,6 +90,11 @@ bool er_component_begin(er_component *c)
     c->told = false;
     c->cause.text[0] = '\0';
     return true;
+}
+
+fmi2Status er_component_none(const er_component *c)
+{
+    return c == NULL ? fmi2Error : fmi2Fatal;
 }
 
 fmi2Status er_component_end(er_component *c, fmi2Status status)

@@ -11,6 +11,7 @@ typedef struct {
     fmi2Component inner;
     fmi2CallbackFunctions host;
     fmi2CallbackFunctions relayed;
+    bool log;         /* the host wants messages */
     bool told;        /* the present call has logged an error */
     bool lost;        /* a reset failed: PythonFMU's instance is no more */
     er_failure cause; /* of the last exception, as PythonFMU words it */
@@ -22,11 +23,20 @@ er_component *er_component_create(fmi2String name, const fmi2CallbackFunctions *
 
 void er_component_free(er_component *c);
 
-/* Gives the host's log a sentence. */
+/* Gives the host's log a sentence, where it is on. */
 void er_component_tell(const er_component *c, fmi2Status status, const char *text);
+
+/* Tells the host's log and stderr a sentence; fmi2Error. */
+fmi2Status er_component_refuse(const er_component *c, const char *text);
+
+/* Whether there is an array where there is something to put into it; if not, the host is told. */
+bool er_component_given(const er_component *c, size_t count, const void *first, const void *second);
 
 /* Before a call of PythonFMU's library: whether there is an instance to call. */
 bool er_component_begin(er_component *c);
+
+/* What a call without such an instance is answered. */
+fmi2Status er_component_none(const er_component *c);
 
 /* After it: the status for the host.  A Python exception, fmi2Fatal there, is fmi2Error. */
 fmi2Status er_component_end(er_component *c, fmi2Status status);
@@ -35,10 +45,11 @@ fmi2Status er_component_end(er_component *c, fmi2Status status);
     er_component *c = instance;                                                                     \
     return er_component_begin(c)                                                                    \
                ? er_component_end(c, c->functions->function(c->inner, __VA_ARGS__))                 \
-               : fmi2Fatal
+               : er_component_none(c)
 
 #define ER_PASS_ON_ALONE(instance, function)                                                        \
     er_component *c = instance;                                                                     \
-    return er_component_begin(c) ? er_component_end(c, c->functions->function(c->inner)) : fmi2Fatal
+    return er_component_begin(c) ? er_component_end(c, c->functions->function(c->inner))            \
+                                 : er_component_none(c)
 
 #endif

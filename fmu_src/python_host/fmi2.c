@@ -8,7 +8,9 @@
 #include <string.h>
 
 #include "component.h"
+#include "../native/fmi/log_categories.h"
 #include "../native/io/uri.h"
+#include "../native/io/utf8.h"
 
 /* Among the resources: the name of the slave's module, and the FMU's GUID. */
 #define SLAVE_FILE "slavemodule.txt"
@@ -37,9 +39,11 @@ static bool has(const char *location, const char *name, const char *text)
     return read && (text == NULL || strcmp(line, text) == 0);
 }
 
-static bool is_asked_rightly(fmi2Type type, const char *guid, const char *location,
-                             er_failure *failure)
+static bool is_asked_rightly(const char *name, fmi2Type type, const char *guid,
+                             const char *location, er_failure *failure)
 {
+    if (!er_is_utf8(name))
+        return er_fail(failure, "instance name: expected UTF-8, got other bytes");
     if (type != fmi2CoSimulation)
         return er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
     if (!has(location, SLAVE_FILE, NULL))
@@ -72,15 +76,21 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     char *folder = NULL;
     if (c == NULL)
         return NULL;
+    c->log = true; /* the reason of a failure is told in any case */
     c->functions = er_inner_functions(&c->cause);
     if (c->functions == NULL)
         return give_up(c, fmi2Fatal);
-    if (is_asked_rightly(type, guid, location, &c->cause))
+    if (is_asked_rightly(c->name, type, guid, location, &c->cause))
         folder = er_path_from_uri(location, ""); /* PythonFMU takes a path as well */
+    if (folder != NULL && !er_is_utf8(folder)) {
+        free(folder);
+        folder = NULL;
+        er_fail(&c->cause, "resources: expected a folder whose name is UTF-8, got other bytes");
+    }
     if (folder == NULL)
         return give_up(c, fmi2Error);
     folder[strlen(folder) - 1] = '\0';
-    /* With its log on, so that the reason of a failure is known. */
+    /* With its log on, so that the reason of a failure is known, now and later. */
     c->inner = c->functions->fmi2Instantiate(c->name, type, guid, folder, &c->relayed, visible,
                                              fmi2True);
     free(folder);
@@ -89,7 +99,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         er_component_free(c);
         return NULL;
     }
-    c->functions->fmi2SetDebugLogging(c->inner, logging, 0, NULL);
+    c->log = logging != fmi2False;
     return c;
 }
 
@@ -106,7 +116,14 @@ void fmi2FreeInstance(fmi2Component instance)
 fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
-    ER_PASS_ON(instance, fmi2SetDebugLogging, logging, count, categories);
+    er_component *c = instance;
+    er_log_choice choice = er_log_chosen(categories, count);
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (choice == ER_LOG_UNKNOWN)
+        return er_component_refuse(c, ER_LOG_REFUSAL);
+    c->log = choice == ER_LOG_OURS && logging != fmi2False;
+    return fmi2OK;
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean has_tolerance,
@@ -136,7 +153,7 @@ fmi2Status fmi2Reset(fmi2Component instance)
     er_component *c = instance;
     fmi2Status status;
     if (!er_component_begin(c))
-        return fmi2Fatal;
+        return er_component_none(c);
     status = c->functions->fmi2Reset(c->inner);
     if (status == fmi2Fatal) {
         c->lost = true;
@@ -155,28 +172,54 @@ fmi2Status fmi2CancelStep(fmi2Component instance)
     ER_PASS_ON_ALONE(instance, fmi2CancelStep);
 }
 
+/* Whether some texts are UTF-8; with others PythonFMU frees its instance twice. */
+static bool are_texts(const er_component *c, const fmi2String texts[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (texts[i] != NULL && !er_is_utf8(texts[i])) {
+            er_component_refuse(c, "string: expected UTF-8, got other bytes");
+            return false;
+        }
+    return true;
+}
+
 /* Functions of the same form for each type of value. */
-#define VALUES(type)                                                                                \
+#define VALUES(type, good)                                                                          \
     fmi2Status fmi2Get##type(fmi2Component instance, const fmi2ValueReference references[],         \
                              size_t count, fmi2##type values[])                                     \
     {                                                                                               \
-        ER_PASS_ON(instance, fmi2Get##type, references, count, values);                                \
+        er_component *c = instance;                                                                 \
+        if (!er_component_begin(c))                                                                 \
+            return er_component_none(c);                                                            \
+        if (!er_component_given(c, count, references, values))                                      \
+            return fmi2Error;                                                                       \
+        return er_component_end(c, c->functions->fmi2Get##type(c->inner, references, count, values));  \
     }                                                                                               \
     fmi2Status fmi2Set##type(fmi2Component instance, const fmi2ValueReference references[],         \
                              size_t count, const fmi2##type values[])                               \
     {                                                                                               \
-        ER_PASS_ON(instance, fmi2Set##type, references, count, values);                                \
+        er_component *c = instance;                                                                 \
+        if (!er_component_begin(c))                                                                 \
+            return er_component_none(c);                                                            \
+        if (!er_component_given(c, count, references, values) || !(good))                           \
+            return fmi2Error;                                                                       \
+        return er_component_end(c, c->functions->fmi2Set##type(c->inner, references, count, values));  \
     }                                                                                               \
     fmi2Status fmi2Get##type##Status(fmi2Component instance, const fmi2StatusKind kind,             \
                                      fmi2##type *value)                                             \
     {                                                                                               \
-        ER_PASS_ON(instance, fmi2Get##type##Status, kind, value);                                      \
+        er_component *c = instance;                                                                 \
+        if (!er_component_begin(c))                                                                 \
+            return er_component_none(c);                                                            \
+        if (!er_component_given(c, 1, value, value))                                                \
+            return fmi2Error;                                                                       \
+        return er_component_end(c, c->functions->fmi2Get##type##Status(c->inner, kind, value));     \
     }
 
-VALUES(Real)
-VALUES(Integer)
-VALUES(Boolean)
-VALUES(String)
+VALUES(Real, true)
+VALUES(Integer, true)
+VALUES(Boolean, true)
+VALUES(String, are_texts(c, values, count))
 
 fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value)
 {

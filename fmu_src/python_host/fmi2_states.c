@@ -7,7 +7,7 @@
 static bool lacks(const er_component *c, fmi2FMUstate state)
 {
     if (state == NULL)
-        er_component_tell(c, fmi2Error, "state: expected one that this FMU has saved, got none");
+        er_component_refuse(c, "state: expected one that this FMU has saved, got none");
     return state == NULL;
 }
 
@@ -28,9 +28,25 @@ fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state)
     fmi2FMUstate made = NULL;
     fmi2Status status;
     if (!er_component_begin(c))
-        return fmi2Fatal;
+        return er_component_none(c);
+    if (!er_component_given(c, 1, state, state))
+        return fmi2Error;
     status = c->functions->fmi2GetFMUstate(c->inner, &made);
     return replace(c, status, made, state);
+}
+
+/* Whether the slave takes a state, which it checks when it is set; it is then as before. */
+static fmi2Status try_state(er_component *c, fmi2FMUstate made)
+{
+    fmi2FMUstate present = NULL;
+    fmi2Status status = c->functions->fmi2GetFMUstate(c->inner, &present);
+    if (status != fmi2OK)
+        return status;
+    status = c->functions->fmi2SetFMUstate(c->inner, made);
+    if (status == fmi2OK)
+        status = c->functions->fmi2SetFMUstate(c->inner, present);
+    c->functions->fmi2FreeFMUstate(c->inner, &present);
+    return status;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size,
@@ -40,8 +56,15 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[
     fmi2FMUstate made = NULL;
     fmi2Status status;
     if (!er_component_begin(c))
-        return fmi2Fatal;
+        return er_component_none(c);
+    if (!er_component_given(c, 1, state, state) || !er_component_given(c, size, bytes, bytes))
+        return fmi2Error;
     status = c->functions->fmi2DeSerializeFMUstate(c->inner, bytes, size, &made);
+    if (status == fmi2OK) {
+        status = try_state(c, made);
+        if (status != fmi2OK)
+            c->functions->fmi2FreeFMUstate(c->inner, &made);
+    }
     return replace(c, status, made, state);
 }
 
@@ -50,7 +73,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state)
     er_component *c = instance;
     fmi2Status status;
     if (!er_component_begin(c))
-        return fmi2Fatal;
+        return er_component_none(c);
     if (state == NULL || *state == NULL)
         return fmi2OK;
     status = c->functions->fmi2FreeFMUstate(c->inner, state);
@@ -62,7 +85,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state)
 {
     er_component *c = instance;
     if (!er_component_begin(c))
-        return fmi2Fatal;
+        return er_component_none(c);
     if (lacks(c, state))
         return fmi2Error;
     return er_component_end(c, c->functions->fmi2SetFMUstate(c->inner, state));
@@ -72,8 +95,8 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state
 {
     er_component *c = instance;
     if (!er_component_begin(c))
-        return fmi2Fatal;
-    if (lacks(c, state))
+        return er_component_none(c);
+    if (lacks(c, state) || !er_component_given(c, 1, size, size))
         return fmi2Error;
     return er_component_end(c, c->functions->fmi2SerializedFMUstateSize(c->inner, state, size));
 }
@@ -86,9 +109,9 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi
     fmi2Status status = fmi2SerializedFMUstateSize(instance, state, &needed);
     if (status != fmi2OK)
         return status;
-    if (size < needed) {
-        er_component_tell(c, fmi2Error, "buffer: expected at least the state's size, got less");
+    if (!er_component_given(c, size, bytes, bytes))
         return fmi2Error;
-    }
+    if (size < needed)
+        return er_component_refuse(c, "buffer: expected at least the state's size, got less");
     return er_component_end(c, c->functions->fmi2SerializeFMUstate(c->inner, state, bytes, needed));
 }

@@ -13,6 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 from emulators import EMULATORS
+from native_fmu import build_master
 from places import HOSTS, TESTS
 
 from build_fmu import main
@@ -56,6 +57,7 @@ def run_c(c_host, fmu, folder, script, **environment: str) -> subprocess.Complet
         env=environment,
         capture_output=True,
         text=True,
+        errors="replace",
         timeout=120,
     )
 
@@ -79,6 +81,14 @@ def test_a_c_host_in_an_empty_environment_gets_the_poses_of_the_model(
 def test_three_threads_of_a_c_host_get_the_same_poses(fmu, c_host, tmp_path):
     done = run_c(c_host, fmu, tmp_path, "threads", ELASTIC_ROBOT_PYTHON=sys.executable)
     assert done.returncode == 0, done.stderr
+
+
+def test_random_calls_of_a_c_host_change_nothing_where_they_are_refused(fmu, tmp_path):
+    """The calls that the native FMU is put through; damaged states, NULL, no texts."""
+    fuzz = build_master("fuzz2", tmp_path / "fuzz2")
+    done = run_c(fuzz, fmu, tmp_path / "fmu", "500", ELASTIC_ROBOT_PYTHON=sys.executable)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.startswith("500 calls")
 
 
 @pytest.mark.skipif(sys.prefix == sys.base_prefix, reason="needs a virtual environment")
@@ -266,13 +276,12 @@ def test_the_windows_library_runs_in_wine(tmp_path):
     done = run()
     assert (done.returncode, done.stdout) == (0, "step 3\n"), done.stderr
     reached = (tmp_path / "log").read_text().splitlines()
-    assert [line.split()[0] for line in reached][:4] == [
+    assert [line.split()[0] for line in reached][:3] == [
         "fmi2Instantiate",
-        "fmi2SetDebugLogging",
         "fmi2DoStep",
         "fmi2FreeInstance",
     ]
-    assert reached[2] == "fmi2DoStep 0.5 0.25 1"
+    assert reached[1] == "fmi2DoStep 0.5 0.25 1"
     elsewhere = folder / "python"
     elsewhere.mkdir()
     (tmp_path / "python3.dll").rename(elsewhere / "python3.dll")

@@ -33,7 +33,7 @@ def library() -> ctypes.CDLL:
     lib.probe_create.restype = ctypes.c_void_p
     lib.probe_failure.restype = ctypes.c_char_p
     lib.probe_next_kink.restype = ctypes.c_double
-    for name in ("reset", "step", "outputs", "run", "drives", "read"):
+    for name in ("reset", "step", "outputs", "run", "drives", "read", "parse"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
@@ -145,6 +145,11 @@ class Core:
                 _load(load),
             )
         )
+
+    def parse(self, content: bytes, is_npz: bool) -> None:
+        """Take the motion of a file's content for the model's."""
+        size = ctypes.c_size_t(len(content))
+        self._require(self._lib.probe_parse(self._model, content, size, is_npz))
 
     def step(self, end: float, q: np.ndarray, load: np.ndarray) -> None:
         done = self._lib.probe_step(

@@ -37,7 +37,10 @@ class NativeFmu:
         self.folder = folder
         self.description = fmpy.read_model_description(str(folder))
         self.guid = self.description.guid
-        (self.library,) = (folder / "binaries" / (platform or host_platform().name)).iterdir()
+        libraries = folder / "binaries" / (platform or host_platform().name)
+        self.library = next(
+            libraries.glob("ElasticRobot.*")
+        )  # PythonFMU's beside it has a longer name
         self.resources = (folder / "resources").as_uri()
         variables = self.description.modelVariables
         self.references = {v.name: v.valueReference for v in variables}
@@ -98,14 +101,15 @@ def build_master(name: str, file: Path, *flags: str) -> Path:
     return file
 
 
-def run_master(fmu: NativeFmu, command: list[str], script: str) -> str:
+def run_master(fmu: NativeFmu, command: list[str], script: str, timeout: float = 120.0) -> str:
     """Run in an empty environment: no PATH, no locale, no library paths."""
     done = subprocess.run(
         [*command, str(fmu.library), fmu.guid, fmu.resources, script],
         env={},
         capture_output=True,
         text=True,
-        timeout=120,
+        errors="replace",
+        timeout=timeout,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stderr[-5000:]
     return done.stdout

@@ -12,6 +12,7 @@ from fmpy.fmi3 import FMU3Slave
 from native_fmu import POSTURE
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.compiler import host_platform
 from elastic_robot.description import Robot
 
 
@@ -32,6 +33,12 @@ class Pair:
         scalars = fmpy.read_model_description(str(self.folder2))
         self.scalars = {v.name: v.valueReference for v in scalars.modelVariables}
         self.guid2 = scalars.guid
+
+    @property
+    def library3(self) -> Path:
+        """The library of FMI 3.0 for this machine."""
+        platform = host_platform()
+        return self.folder3 / "binaries" / platform.machine / f"ElasticRobot{platform.suffix}"
 
     def fmi2(self) -> FMU2Slave:
         slave = FMU2Slave(

@@ -66,29 +66,3 @@ def test_csv_and_npz_give_the_same_and_ignore_other_columns(tmp_path):
     t = np.array([0.37])
     results = [read_trajectory(tmp_path / name, 1).at(t)[0] for name in ("t.npz", "t.csv")]
     assert np.array_equal(*results)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("time,q1\n0,0\n1,0\n1,1\n", "expected rising times, got 1 s, then 1 s at sample 3"),
-        ("time,q1\n0,0\n1,nan\n", "q is not finite in sample 2"),
-        ("time,q2\n0,0\n1,1\n", "expected a column 'q1', got time, q2"),
-        ("t,q1\n0,0\n1,1\n", "expected a column 'time', got t, q1"),
-        ("time,q1\n0,0\n", "expected at least 2 samples, got 1"),
-        ("time,q1,qd1\n0,0,0\n1,1,0\n", "got qd alone"),
-        ("time,q1\n0,abc\n", "cannot be read"),
-        ("time,q1\n0,0,0\n1,0,0\n", "2 column names over 3 columns"),
-    ],
-)
-def test_a_broken_file_is_named_with_what_is_wrong(tmp_path, text, message):
-    file = tmp_path / "broken.csv"
-    file.write_text(text)
-    with pytest.raises(TrajectoryError, match=message) as caught:
-        read_trajectory(file, 1)
-    assert str(file) in str(caught.value)
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(TrajectoryError, match="does not exist"):
-        read_trajectory(tmp_path / "none.csv", 1)

@@ -6,11 +6,19 @@
 
 #include "description.h"
 
+static unsigned long long drawn = 1;
+
 static inline unsigned draw(unsigned below)
 {
-    static unsigned long long seed = 1;
-    seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
-    return (unsigned)(seed >> 33) % below;
+    drawn = drawn * 6364136223846793005ULL + 1442695040888963407ULL;
+    return (unsigned)(drawn >> 33) % below;
+}
+
+/* Other numbers, where a program's last argument is there. */
+static inline void start_draw(int count, char **arguments, int place)
+{
+    if (count > place)
+        drawn = (unsigned long long)atol(arguments[place]);
 }
 
 static inline double draw_value(void)
@@ -19,10 +27,16 @@ static inline double draw_value(void)
     return draw(4) == 0 ? odd[draw(10)] : (draw(2000) - 1000.0) * pow(10.0, (int)draw(7) - 4);
 }
 
+/* Mostly what a robot may be given: N, rad, rad/s; a wild robot is no fault, but takes its time. */
+static inline double draw_input(void)
+{
+    return draw(16) == 0 ? draw_value() : 1e-3 * (draw(2001) - 1000.0);
+}
+
 /* Mostly a short step; a long one of a wild robot is no fault, but takes its time. */
 static inline double draw_step(void)
 {
-    double size = draw(8) == 0 ? draw_value() : 1e-4 * draw(100);
+    double size = draw(32) == 0 ? draw_value() : 1e-4 * draw(20);
     return size > 1.0 ? -size : size;
 }
 
@@ -51,12 +65,20 @@ static inline const variable *named(const char *name)
     exit(1);
 }
 
+/* A value reference, mostly of nothing. */
+static inline unsigned draw_reference(void)
+{
+    static const unsigned odd[] = {1u << 31, ~0u, ~0u - 1, 65536, 255, 256};
+    return draw(2) ? draw(200) : odd[draw(6)];
+}
+
 /* A value for a string variable. */
 static inline const char *draw_text(void)
 {
     static const char *const texts[] = {"linear", "backlash", "spline", "quasistatic", "dynamic", "",
-                                        "%n%s", "undeflected", "no_such_file.csv"};
-    return texts[draw(9)];
+                                        "%n%s", "undeflected", "no_such_file.csv",
+                                        "\xff\xc3", "Gr\xc3\xb6\xc3\x9f" "e.csv"};
+    return texts[draw(11)];
 }
 
 /* A variable of a causality, or of any. */

@@ -1,108 +1,272 @@
-/* Random calls of FMI 2.0 in any order: fuzz2 LIBRARY GUID RESOURCES-URI CALLS. */
+/* Random calls of FMI 2.0 in any order: fuzz2 LIBRARY GUID RESOURCES-URI CALLS [SEED].
+ *
+ * Calls out of their time and with wrong arguments are among them: no instance, no arrays, references
+ * that do not exist, states that are damaged.  A refused call leaves the serialised state as it was.
+ */
 #include "draw.h"
 #include "master.h"
 
+typedef struct {
+    fmi2Component c;
+    fmi2FMUstate state;
+    double time;
+    long refused, steps;
+} session;
+
+/* The bytes of the present state; a state of one's own makes no difference. */
+static size_t snapshot(fmi2Component c, char **bytes)
+{
+    fmi2FMUstate state = NULL;
+    size_t size = 0;
+    CHECK(ffmi2GetFMUstate(c, &state) == fmi2OK);
+    CHECK(ffmi2SerializedFMUstateSize(c, state, &size) == fmi2OK);
+    *bytes = malloc(size);
+    CHECK(*bytes != NULL && ffmi2SerializeFMUstate(c, state, *bytes, size) == fmi2OK);
+    CHECK(ffmi2FreeFMUstate(c, &state) == fmi2OK && state == NULL);
+    return size;
+}
+
 /* A spring as it may be; its entries are the variables behind the first. */
-static void set_spring(fmi2Component c)
+static fmi2Status set_spring(fmi2Component c)
 {
     fmi2ValueReference references[6];
     double entries[6];
     draw_stiffness(entries);
     for (unsigned k = 0; k < 6; k++)
         references[k] = named("anchor.kxx")->reference + k;
-    ffmi2SetReal(c, references, 6, entries);
+    return ffmi2SetReal(c, references, 6, entries);
 }
 
-/* Random calls with random arguments, in any order: a status each time, and finite outputs. */
-static void make_calls(long calls)
+enum { MOST = 8 };
+
+/* Arrays of the size that is told and not a byte more. */
+typedef struct {
+    size_t count;
+    fmi2ValueReference *references;
+    double *values;
+} request;
+
+static request draw_request(const char *causality)
 {
-    fmi2Component c = new_instance();
-    fmi2FMUstate state = NULL;
-    double time = 0.0;
-    for (long call = 0; call < calls; call++) {
-        fmi2ValueReference references[8], inputs[4];
-        double values[8], seeds[4];
-        unsigned count = draw(8) + 1;
-        for (unsigned i = 0; i < count; i++) {
-            references[i] = draw(20) == 0 ? draw(200) : draw_variable(NULL, false)->reference;
-            values[i] = draw_value();
-        }
-        for (unsigned i = 0; i < 4; i++) {
-            inputs[i] = draw_variable(draw(20) == 0 ? NULL : "input", false)->reference;
-            seeds[i] = draw_value();
-        }
-        switch (draw(40)) {
-        case 22:
-            if (draw(20) == 0)
-                ffmi2Terminate(c);
-            break;
-        case 0: ffmi2SetReal(c, references, count, values); break;
-        case 1: case 2: case 3: ffmi2SetReal(c, inputs, 1, seeds); break;
-        case 4: case 5: case 6:
-            if (ffmi2GetReal(c, references, count, values) == fmi2OK)
-                for (unsigned i = 0; i < count; i++)
-                    CHECK(isfinite(values[i]));
-            break;
-        case 7: {
-            fmi2ValueReference reference = draw_variable(NULL, draw(3) > 0)->reference;
-            const char *text = draw_text();
-            ffmi2SetString(c, &reference, 1, &text);
-            ffmi2GetString(c, &reference, 1, &text);
-            break;
-        }
-        case 8: ffmi2SetupExperiment(c, draw(2), draw_value(), time = draw_value(), 0, 0.0); break;
-        case 9: case 10: ffmi2EnterInitializationMode(c); break;
-        case 11: case 12: ffmi2ExitInitializationMode(c); break;
-        case 13: ffmi2GetFMUstate(c, &state); break;
-        case 14: ffmi2SetFMUstate(c, state); break;
-        case 15:
-            if (draw(8) == 0) {
-                ffmi2Reset(c);
-                time = 0.0;
-            }
-            break;
-        case 16: {
-            static unsigned char bytes[100000];
-            size_t size = 0;
-            if (state != NULL && ffmi2SerializedFMUstateSize(c, state, &size) == fmi2OK) {
-                CHECK(size <= sizeof bytes);
-                ffmi2SerializeFMUstate(c, state, (fmi2Byte *)bytes, size);
-                if (draw(2))
-                    bytes[draw((unsigned)size)] ^= (unsigned char)draw(256);
-                ffmi2DeSerializeFMUstate(c, (fmi2Byte *)bytes, size - draw(2), &state);
-            }
-            break;
-        }
-        case 17:
-            ffmi2GetDirectionalDerivative(c, references, count, inputs, 2, seeds, values);
-            break;
-        case 18: ffmi2FreeFMUstate(c, &state); break;
-        case 23: case 24: case 25: set_spring(c); break;
-        case 19: ffmi2GetInteger(c, references, draw(2), NULL); break;
-        case 20: ffmi2SetBoolean(c, references, draw(2), NULL); break;
-        case 21:
-            if (draw(50) == 0) {
-                ffmi2FreeInstance(c);
-                c = new_instance();
-                ffmi2FreeFMUstate(c, &state);
-                time = 0.0;
-            }
-            break;
-        default: {
-            double size = draw_step();
-            if (ffmi2DoStep(c, time, size, fmi2True) == fmi2OK)
-                time += size;
-        }
-        }
+    request r = {draw(MOST), NULL, NULL};
+    r.references = malloc(r.count * sizeof *r.references);
+    r.values = malloc(r.count * sizeof *r.values);
+    CHECK(r.count == 0 || (r.references != NULL && r.values != NULL));
+    for (size_t i = 0; i < r.count; i++) {
+        const variable *v = draw_variable(causality, false);
+        if (strncmp(v->name, "anchor.k", 8) == 0 && draw(16) != 0)
+            v = named("force.x"); /* six random entries are no spring */
+        r.references[i] = draw(20) == 0 ? draw_reference() : v->reference;
+        r.values[i] = causality == NULL ? draw_value() : draw_input();
     }
-    ffmi2FreeFMUstate(c, &state);
-    ffmi2FreeInstance(c);
-    printf("%ld calls, %ld messages\n", calls, messages);
+    return r;
+}
+
+static void drop(request r)
+{
+    free(r.references);
+    free(r.values);
+}
+
+static fmi2Status set(fmi2Component c, const char *causality)
+{
+    request r = draw_request(causality);
+    fmi2Status status = draw(40) == 0 ? ffmi2SetReal(c, r.references, r.count, NULL)
+                                      : ffmi2SetReal(c, r.references, r.count, r.values);
+    drop(r);
+    return status;
+}
+
+static fmi2Status get(fmi2Component c)
+{
+    request r = draw_request(NULL);
+    fmi2Status status = draw(40) == 0 ? ffmi2GetReal(c, NULL, r.count, r.values)
+                                      : ffmi2GetReal(c, r.references, r.count, r.values);
+    for (size_t i = 0; status == fmi2OK && i < r.count; i++)
+        CHECK(isfinite(r.values[i]));
+    drop(r);
+    return status;
+}
+
+static fmi2Status differentiate(fmi2Component c)
+{
+    request unknowns = draw_request("output"), knowns = draw_request("input");
+    fmi2Status status = ffmi2GetDirectionalDerivative(c, unknowns.references, unknowns.count,
+                                                      knowns.references, knowns.count,
+                                                      draw(40) == 0 ? NULL : knowns.values,
+                                                      unknowns.values);
+    drop(unknowns);
+    drop(knowns);
+    return status;
+}
+
+static fmi2Status set_strings(fmi2Component c)
+{
+    fmi2ValueReference references[3];
+    const char *texts[3];
+    size_t count = draw(4);
+    for (size_t i = 0; i < count; i++) {
+        references[i] = draw_variable(NULL, draw(10) > 0)->reference;
+        texts[i] = draw(20) == 0 ? NULL : draw_text();
+    }
+    return ffmi2SetString(c, references, count, texts);
+}
+
+static fmi2Status get_strings(fmi2Component c)
+{
+    fmi2ValueReference reference = draw_variable(NULL, draw(10) > 0)->reference;
+    const char *text = "";
+    fmi2Status status = ffmi2GetString(c, &reference, draw(2), &text);
+    CHECK(status != fmi2OK || strlen(text) < 100000);
+    return status;
+}
+
+static fmi2Status turn_log(fmi2Component c)
+{
+    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
+                                        NULL};
+    const char *categories[2] = {names[draw(6)], names[draw(6)]};
+    return ffmi2SetDebugLogging(c, draw(8) != 0, draw(3), categories);
+}
+
+/* Right or damaged bytes, into a new place or into that of a state that is there. */
+static fmi2Status unpack(session *s)
+{
+    fmi2FMUstate other = NULL, *place = draw(2) ? &s->state : &other;
+    const fmi2FMUstate kept = s->state;
+    fmi2Status status;
+    size_t size = 0;
+    char *bytes;
+    if (s->state == NULL || ffmi2SerializedFMUstateSize(s->c, s->state, &size) != fmi2OK)
+        return fmi2OK;
+    bytes = malloc(size + 1);
+    CHECK(bytes != NULL && ffmi2SerializeFMUstate(s->c, s->state, bytes, size) == fmi2OK);
+    if (draw(10) == 0)
+        CHECK(ffmi2SerializeFMUstate(s->c, s->state, bytes, size - 1) != fmi2OK);
+    switch (draw(4)) {
+    case 0:
+        bytes[draw((unsigned)size)] ^= (char)(1 + draw(255));
+        CHECK((status = ffmi2DeSerializeFMUstate(s->c, bytes, size, place)) != fmi2OK);
+        CHECK(s->state == kept && other == NULL);
+        break;
+    case 1:
+        bytes[size] = 0;
+        status = ffmi2DeSerializeFMUstate(s->c, bytes, draw(2) ? size + 1 : draw((unsigned)size), place);
+        CHECK(status != fmi2OK && s->state == kept && other == NULL);
+        break;
+    default: CHECK((status = ffmi2DeSerializeFMUstate(s->c, bytes, size, place)) == fmi2OK);
+    }
+    free(bytes);
+    ffmi2FreeFMUstate(s->c, &other);
+    return status;
+}
+
+static fmi2Status step(session *s)
+{
+    double size = draw_step();
+    fmi2Status status = ffmi2DoStep(s->c, s->time, size, fmi2True);
+    if (status == fmi2OK) {
+        s->time += size;
+        s->steps++;
+    }
+    return status;
+}
+
+static fmi2Status set_up(session *s)
+{
+    double start = draw_input(), tolerance = draw(2) ? 1e-6 : draw_value();
+    fmi2Status status = ffmi2SetupExperiment(s->c, draw(2), tolerance, start, draw(2), draw_value());
+    if (status == fmi2OK)
+        s->time = start;
+    return status;
+}
+
+/* What should be refused in every phase, whatever the arguments. */
+static fmi2Status misuse(session *s)
+{
+    fmi2ValueReference reference = draw_reference();
+    fmi2Boolean truth = fmi2True;
+    fmi2Integer number = 1;
+    fmi2Status status = fmi2Error;
+    size_t size = 0;
+    double value = 0.0;
+    switch (draw(12)) {
+    case 0: status = ffmi2GetInteger(s->c, &reference, 1, &number); break;
+    case 1: status = ffmi2SetBoolean(s->c, &reference, 1, &truth); break;
+    case 2: status = ffmi2GetFMUstate(s->c, NULL); break;
+    case 3: status = ffmi2SetFMUstate(s->c, NULL); break;
+    case 4: status = ffmi2SerializedFMUstateSize(s->c, NULL, &size); break;
+    case 5: status = ffmi2DeSerializeFMUstate(s->c, NULL, 100, &s->state); break;
+    case 6: status = ffmi2DoStep(NULL, s->time, 0.001, fmi2True); break;
+    case 7: status = ffmi2GetReal(NULL, &reference, 1, &value); break;
+    case 8: status = ffmi2SetFMUstate(NULL, s->state); break;
+    case 9: status = ffmi2Reset(NULL); break;
+    case 10: status = ffmi2CancelStep(s->c); break;
+    case 11: ffmi2FreeInstance(NULL); break;
+    }
+    CHECK(status == fmi2Error);
+    return status;
+}
+
+static fmi2Status call_once(session *s)
+{
+    fmi2Status status = fmi2OK;
+    double value;
+    switch (draw(64)) {
+    case 0: return draw(8) == 0 ? set(s->c, NULL) : fmi2OK;
+    case 1: case 2: case 3: return set(s->c, "input");
+    case 4: case 5: case 6: return get(s->c);
+    case 7: return set_strings(s->c);
+    case 8: return get_strings(s->c);
+    case 9: return set_up(s);
+    case 10: case 11: case 12: return ffmi2EnterInitializationMode(s->c);
+    case 13: case 14: case 15: return ffmi2ExitInitializationMode(s->c);
+    case 16: return ffmi2GetFMUstate(s->c, &s->state);
+    case 17: return s->state == NULL ? fmi2OK : ffmi2SetFMUstate(s->c, s->state);
+    case 18: case 19: return unpack(s);
+    case 20: return ffmi2FreeFMUstate(s->c, &s->state);
+    case 21: return differentiate(s->c);
+    case 22: return set_spring(s->c);
+    case 23: return turn_log(s->c);
+    case 24: case 25: return misuse(s);
+    case 26: return ffmi2GetRealStatus(s->c, draw(4), &value);
+    case 27: return draw(10) == 0 ? ffmi2Terminate(s->c) : fmi2OK;
+    case 28: case 29:
+        if (draw(4) == 0 && (status = ffmi2Reset(s->c)) == fmi2OK)
+            s->time = 0.0;
+        return status;
+    case 30:
+        if (draw(10) == 0) {
+            ffmi2FreeInstance(s->c);
+            s->c = new_instance();
+            s->time = 0.0;
+        }
+        return fmi2OK;
+    default: return step(s);
+    }
 }
 
 int main(int count, char **arguments)
 {
+    session s = {NULL, NULL, 0.0, 0, 0};
+    long calls;
     start_master(count, arguments);
-    make_calls(atol(arguments[4]));
+    start_draw(count, arguments, 5);
+    s.c = new_instance();
+    calls = atol(arguments[4]);
+    for (long call = 0; call < calls; call++) {
+        char *before = NULL, *after = NULL;
+        /* Before every tenth call only, as it costs more than most. */
+        size_t size = draw(10) == 0 ? snapshot(s.c, &before) : 0;
+        fmi2Status status = call_once(&s);
+        s.refused += status == fmi2Error;
+        if (before != NULL && status == fmi2Error)
+            CHECK(snapshot(s.c, &after) == size && memcmp(before, after, size) == 0);
+        free(before);
+        free(after);
+    }
+    ffmi2FreeFMUstate(s.c, &s.state);
+    ffmi2FreeInstance(s.c);
+    printf("%ld calls, %ld refused, %ld steps\n", calls, s.refused, s.steps);
     return 0;
 }

@@ -218,6 +218,25 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance,
     return er_model_reset(model, time, &command, &load, &failure);
 }
 
+/* Takes the motion of a file's content for that of the model. */
+bool probe_parse(er_model *model, const char *content, size_t size, bool is_npz)
+{
+    char *copy = malloc(size + 1);
+    er_trajectory parsed;
+    bool good;
+    memcpy(copy, content, size);
+    copy[size] = '\0';
+    good = er_trajectory_parse(&parsed, copy, size, is_npz, model->robot.joints,
+                               &model->robot.settings, &failure);
+    free(copy);
+    if (!good)
+        return false;
+    er_trajectory_free(&model->trajectory);
+    model->trajectory = parsed;
+    model->hint = 0;
+    return true;
+}
+
 bool probe_step(er_model *model, double end, const double *q, const double *load_values)
 {
     const er_load load = load_of(load_values);
@@ -267,6 +286,7 @@ bool probe_drives(er_model *model, int count, const double *times, double *motio
     memset(&drives, 0, sizeof drives);
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
+    drives.start = model->trajectory.start;
     for (int i = 0; i < count; i++) {
         if (!er_drives_cover(&drives, times[i], model->robot.settings.time_slack, &failure))
             return false;
@@ -282,5 +302,6 @@ double probe_next_kink(er_model *model, double time, double end, double jump)
     memset(&drives, 0, sizeof drives);
     drives.trajectory = &model->trajectory;
     drives.hint = &model->hint;
+    drives.start = model->trajectory.start;
     return er_drives_next_kink(&drives, time, end, jump);
 }

@@ -101,6 +101,7 @@ int main(int count, char **arguments)
 #define GET(name) name##TYPE *name##_ = (name##TYPE *)(void *)GetProcAddress(library, #name)
     GET(fmi2Instantiate);
     GET(fmi2SetupExperiment);
+    GET(fmi2EnterInitializationMode);
     GET(fmi2ExitInitializationMode);
     GET(fmi2DoStep);
     GET(fmi2GetReal);
@@ -108,6 +109,7 @@ int main(int count, char **arguments)
     if (robot == NULL)
         return 2;
     fmi2SetupExperiment_(robot, 0, 0.0, 0.0, 0, 0.0);
+    fmi2EnterInitializationMode_(robot);
     fmi2ExitInitializationMode_(robot);
     for (int k = 0; k < 100; k++)
         if (fmi2DoStep_(robot, 0.004 * k, 0.004, 1) != fmi2OK)

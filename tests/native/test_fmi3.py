@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 
 import fmpy
 import numpy as np
@@ -11,15 +10,13 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 from native_derivatives import random_stiffness
-from native_fmu import POSTURE, SANITIZERS, compiler
+from native_fmu import POSTURE
 from native_pair import Pair, make_pair
-from places import DOCS, TESTS
+from places import DOCS
 from random_robots import make_robot
 
 from coupling.fmu_export.arrays import array_variables
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.compiler import SOURCES
-from coupling.fmu_export.native_standards import STANDARDS
 from elastic_robot.fmi.interface import blocks
 
 STEP = 0.004  # [s]
@@ -212,22 +209,3 @@ def test_directional_derivatives_are_those_of_fmi2_by_element(pair):
     knowns = [pair.references[name] for name in names]
     assert three.getDirectionalDerivative(unknowns, knowns, seed, 6) == expected
     assert np.all(np.abs(expected) > 0.0)
-
-
-def test_sanitizers_find_nothing_in_random_calls(pair, tmp_path):
-    """Address and undefined behaviour; buffers of exactly the size that the FMU is told."""
-    files = [TESTS / "native" / "fuzz3.c", *STANDARDS["3"].sources()]
-    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'fmi'}"]
-    host = tmp_path / "fuzz3"
-    subprocess.run([compiler(), *flags, "-o", host, *files, "-lm"], check=True)
-    resources = pair.folder3 / "resources"
-    for folder, calls in ((f"{resources}/", "1000"), (str(resources), "20")):
-        done = subprocess.run(
-            [host, pair.description.guid, folder, calls],
-            env={},
-            capture_output=True,
-            text=True,
-            timeout=120,
-        )
-        assert done.returncode == 0, done.stderr
-        assert done.stdout.startswith(f"{calls} calls")

@@ -37,13 +37,13 @@ def test_robots_that_the_core_cannot_hold_are_refused(example):
 def test_the_core_takes_its_settings_from_its_data(example):
     """A step with hardly any steps to take, and a gear that carries less than a raised limit."""
     push, posture = [0.0, 1e-3, 0.0, 0.0, 0.0, 0.0], [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
-    hasty = with_settings(example, most_steps=1.0, most_steps_per_longest=1e-9)
+    hasty = with_settings(example, most_tries=1.0, most_tries_per_longest=1e-9)
     kick = [0.0, 0.0, -2000.0, 0.0, 0.0, 0.0]
     usual = Core(example)
     for core in (usual, hasty):
         core.reset("backlash", 0.0, posture, np.zeros(6))
     usual.step(0.1, posture, kick)
-    with pytest.raises(CoreError, match="needs more than 1 steps"):
+    with pytest.raises(CoreError, match="needs more than 1 tries"):
         hasty.step(0.1, posture, kick)
     rests = []
     for core in (Core(example), with_settings(example, neutral_torque=1.0)):

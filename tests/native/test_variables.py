@@ -105,20 +105,6 @@ def test_paths_of_any_characters_are_taken(example, tmp_path):
     assert np.isfinite(fmu.get(slave, "tcp.x")[0])
 
 
-def test_a_motion_that_cannot_be_integrated_is_given_up(native, capfd):
-    """A force of 1e12 N turns the arm over within nanoseconds: an error soon, and the state kept."""
-    slave = native.started()
-    before = native.get(slave, *TCP)
-    native.set(slave, {"force.z": 1e12})
-    with pytest.raises(fmpy.fmi1.FMICallException):
-        slave.doStep(0.0, 0.1)
-    assert "it is unstable or the load is not physical" in capfd.readouterr().err
-    native.set(slave, {"force.z": 0.0})
-    slave.doStep(0.0, 0.001)
-    after = native.get(slave, *TCP)
-    np.testing.assert_allclose(after, before, rtol=0, atol=1e-12)
-
-
 def test_kinds_agree_on_random_robots(tmp_path):
     """Dynamic, a trajectory, a wrench and changed parameters: the native FMU and the Python model.
 

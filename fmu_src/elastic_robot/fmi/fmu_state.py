@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic_robot.errors import StateError
+from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.parameters import Parameters
 from elastic_robot.snapshot import Snapshot
 from elastic_robot.trajectory import Trajectory
 
-_HEADER = b"elastic-robot FMU state 1\n"
+_HEADER = b"elastic-robot FMU state 2\n"
 _DIGEST = hashlib.sha256().digest_size
 _MODEL = "model."
 
@@ -28,9 +29,10 @@ class FmuState:
 
     Attributes:
         fingerprint: Fingerprint of the FMU that it belongs to.
+        start: Start of the experiment [s]; the model's time is that since then.
         time: Start of the next step [s].
         tolerance: Error allowed at the TCP over a path [m].
-        stepped: Initialisation is over.
+        phase: Where the instance is in its life.
         parameters_changed: `values` has parameters that the model takes with the next step.
         values: Values of all real variables.
         strings: Values of the string variables.
@@ -41,9 +43,10 @@ class FmuState:
     """
 
     fingerprint: str
+    start: float
     time: float
     tolerance: float
-    stepped: bool
+    phase: Phase
     parameters_changed: bool
     values: np.ndarray
     strings: tuple[str, ...]
@@ -55,8 +58,8 @@ class FmuState:
         """Return the state as bytes; equal states give equal bytes."""
         arrays = {
             "fingerprint": np.array(self.fingerprint),
-            "clock": np.array([self.time, self.tolerance]),
-            "flags": np.array([self.stepped, self.parameters_changed]),
+            "clock": np.array([self.start, self.time, self.tolerance]),
+            "flags": np.array([self.phase, self.parameters_changed]),
             "values": self.values,
             "strings": np.array(self.strings),
             "trajectory": np.array(self.trajectory_digest),
@@ -116,14 +119,15 @@ class PackedState:
             for name, value in arrays.items()
             if name.startswith(_MODEL)
         }
-        time, tolerance = arrays["clock"].tolist()
-        stepped, parameters_changed = arrays["flags"].tolist()
+        start, time, tolerance = arrays["clock"].tolist()
+        phase, parameters_changed = arrays["flags"].tolist()
         return FmuState(
             fingerprint=found,
+            start=start,
             time=time,
             tolerance=tolerance,
-            stepped=stepped,
-            parameters_changed=parameters_changed,
+            phase=Phase(phase),
+            parameters_changed=bool(parameters_changed),
             values=arrays["values"],
             strings=tuple(arrays["strings"].tolist()),
             model=Snapshot.from_arrays(of_model, parameters) if of_model else None,

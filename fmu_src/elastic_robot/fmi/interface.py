@@ -29,6 +29,7 @@ TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 INITIAL_STATES = ("equilibrium", "undeflected")
+LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
 
 Names = tuple[str, ...]
 

@@ -1,5 +1,6 @@
 #include "model.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,6 +46,7 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
     if (model->memory.options.trajectory[0] != '\0') {
         drives.trajectory = &model->trajectory;
         drives.hint = &model->hint;
+        drives.start = model->trajectory.start - model->memory.origin;
     } else {
         drives.start = start;
         memcpy(drives.q, command->q, sizeof drives.q);
@@ -58,20 +60,12 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
 static bool hold(const er_model *model, const er_drives *drives, double time, const er_load *load,
                  double elapsed, er_held *held, er_failure *failure)
 {
-    if (!er_drives_cover(drives, time, model->robot.settings.time_slack, failure))
+    if (!er_drives_cover(drives, time, er_slack_at(&model->robot.settings, model->memory.origin + time), failure))
         return false;
     er_drives_at(drives, time, held->q, held->qd, held->qdd);
     held->load = *load;
     er_anchor_move(&held->load.anchor, elapsed);
     return true;
-}
-
-static bool exists(const char *path)
-{
-    FILE *file = er_open(path);
-    if (file != NULL)
-        fclose(file);
-    return file != NULL;
 }
 
 /* Reads a file, or one of this name among the resources if it is there only. */
@@ -80,9 +74,10 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
 {
     char packed[2 * ER_MAX_PATH];
     snprintf(packed, sizeof packed, "%s%s", model->resources, path);
-    if (model->resources[0] == '\0' || exists(path) || !exists(packed))
+    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
         snprintf(packed, sizeof packed, "%s", path);
-    return er_trajectory_read(trajectory, packed, model->robot.joints, failure);
+    return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
+                              failure);
 }
 
 /* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
@@ -133,7 +128,7 @@ static void derive(er_model *model)
     model->derived_parameters = *parameters;
 }
 
-bool er_model_reset(er_model *model, double time, const er_command *command, const er_load *load,
+bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure)
 {
     er_memory *memory = &model->memory;
@@ -143,15 +138,16 @@ bool er_model_reset(er_model *model, double time, const er_command *command, con
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
-    drives = drives_of(model, time, command);
-    if (!hold(model, &drives, time, load, 0.0, &memory->held, failure))
+    memory->origin = origin;
+    drives = drives_of(model, 0.0, command);
+    if (!hold(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
         !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
                         load, memory->state.x, failure))
         return false;
-    er_state_start(&memory->state, &model->robot, &model->curve, time);
+    er_state_start(&memory->state, &model->robot, &model->curve, 0.0);
     return true;
 }
 
@@ -167,12 +163,37 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
     return true;
 }
 
+/* Says what acted where a motion was given up: one of these may have grown too large. */
+static bool tell_acting(const er_model *model, const er_held *held, er_failure *failure)
+{
+    const er_failure reason = *failure;
+    const double *w = held->load.wrench, *k = held->load.anchor.stiffness;
+    double stiffness = 0.0, rate = 0.0, acceleration = 0.0;
+    char spring[64] = "";
+    for (int i = 0; i < ER_SYMMETRIC; i++)
+        stiffness = fmax(stiffness, fabs(k[i]));
+    for (int i = 0; i < model->robot.joints; i++) {
+        rate = fmax(rate, fabs(held->qd[i]));
+        acceleration = fmax(acceleration, fabs(held->qdd[i]));
+    }
+    if (stiffness > 0.0)
+        snprintf(spring, sizeof spring, "a spring of %.3g N/m, ", stiffness);
+    return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %sdrives of %.3g rad/s and %.3g rad/s2:"
+                   " one of these is too large, or the robot is unstable", reason.text,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, rate,
+                   acceleration);
+}
+
 static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
-                    er_failure *failure)
+                    const er_held *held, er_failure *failure)
 {
     const er_state before = model->memory.state;
     er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, *load,
                         before.time, false, er_anchor_holds(&load->anchor)};
+    double most = model->robot.settings.most_step;
+    if (!(end - before.time <= most))
+        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
+                       end - before.time);
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
@@ -180,7 +201,7 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
     if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
     model->memory.state = before;
-    return false;
+    return tell_acting(model, held, failure);
 }
 
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
@@ -191,7 +212,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
     if (!hold(model, &drives, end, load, end - model->memory.state.time, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
-                : move_to(model, end, &drives, load, failure)))
+                : move_to(model, end, &drives, load, &held, failure)))
         return false;
     model->memory.held = held;
     return true;

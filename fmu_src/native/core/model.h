@@ -36,6 +36,7 @@ typedef struct {
 typedef struct {
     er_options options;
     er_parameters parameters;
+    double origin; /* when the model's time is 0 [s]: late times have few digits for seconds */
     uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
     er_state state;
@@ -71,11 +72,12 @@ typedef struct {
 er_model *er_model_create(const er_robot *robot);
 void er_model_free(er_model *model);
 
-/* Starts at a time, at rest relative to the drives, with the memory's options and parameters. */
-bool er_model_reset(er_model *model, double time, const er_command *command, const er_load *load,
+/* Starts the model's time at `origin` [s], at rest relative to the drives, with the memory's options and
+ * parameters. */
+bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure);
 
-/* Moves on to a time under a load that begins now; the memory is as before if that fails. */
+/* Moves on to a time since the origin under a load that begins now; the memory is as before if that fails. */
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
                    er_failure *failure);
 

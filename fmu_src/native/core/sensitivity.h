@@ -11,7 +11,7 @@
 
 enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6 };
 enum {
-    ER_MAX_COLUMNS = ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
+    ER_MAX_DIRECTIONS = ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
 };
 
 /* The first of the anchor's columns, and of the stiffness of its spring. */
@@ -33,7 +33,7 @@ typedef struct er_sensitivity {
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */
-    double x[ER_MAX_COLUMNS][ER_MAX_ANGLES], v[ER_MAX_COLUMNS][ER_MAX_ANGLES];
+    double x[ER_MAX_DIRECTIONS][ER_MAX_ANGLES], v[ER_MAX_DIRECTIONS][ER_MAX_ANGLES];
     /* Of the present step. */
     er_links links;
     double response; /* of the accelerations to torques of 1 N m [rad/s^2] */

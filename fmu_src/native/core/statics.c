@@ -195,6 +195,15 @@ static bool iterate(search *s)
     return false;
 }
 
+/* Whether a robot can bend so far. */
+static bool can_bend(const search *s)
+{
+    for (int k = 0; k < s->m; k++)
+        if (!(fabs(s->x[k]) <= s->robot->settings.most_deflection))
+            return false;
+    return true;
+}
+
 static void list(char *text, size_t room, const char *format, int count, const double *values)
 {
     size_t length = 0;
@@ -215,11 +224,11 @@ bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double g
     if (s.m == 0)
         return true;
     if (er_anchor_holds(&load->anchor)) {
-        if (er_anchored_equilibrium(robot, curve, gravity, q, load, x))
+        if (er_anchored_equilibrium(robot, curve, gravity, q, load, x) && can_bend(&s))
             return true;
     } else {
         begin(&s);
-        if (iterate(&s))
+        if (iterate(&s) && can_bend(&s))
             return true;
     }
     list(posture, sizeof posture, "%.4g", robot->joints, q);

@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "collocation.h"
@@ -49,6 +50,12 @@ static void guess(const er_run *r, const er_state *state, double h, er_step *ste
         memset(step->acceleration, 0, (size_t)r->m * sizeof *step->acceleration);
 }
 
+/* Solves a step as one of the tries that are left. */
+static bool try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
+{
+    return r->work->tries-- >= 1.0 && er_solve_step(r, state, h, accuracy, step);
+}
+
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
 static bool land(const er_run *r, const er_state *state, const er_step *step,
                  const er_crossing *crossing)
@@ -63,7 +70,7 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
         double beyond, rate;
         interpolate(r->m, 0.0, h / from, (const er_lanes *)landed->acceleration,
                     landed->acceleration);
-        if (!er_solve_step(r, state, h, r->settings->landing_iteration * allowed, landed))
+        if (!try_step(r, state, h, r->settings->landing_iteration * allowed, landed))
             return false;
         beyond = crossing->outward * (landed->x[k] - crossing->boundary);
         rate = crossing->outward * landed->v[k];
@@ -104,8 +111,8 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     r->work->linearisation.length = 0.0; /* the slopes have changed */
 }
 
-/* One step, at most to `end`. */
-static bool take_step(const er_run *r, er_state *state, double end, er_failure *failure)
+/* One step, at most to `end`; false if none was found. */
+static bool take_step(const er_run *r, er_state *state, double end)
 {
     const er_settings *settings = r->settings;
     const er_means *means = r->means;
@@ -124,11 +131,10 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
     guess(r, state, h, step);
     for (;;) {
         double shorter;
-        if (h < settings->shortest_step * settings->longest_step && !reaches_target)
-            return er_fail(failure, "the motion at t = %.6g s needs steps below %.1g s; it is"
-                           " unstable or the load is not physical", state->time,
-                           settings->shortest_step * settings->longest_step);
-        if (!er_solve_step(r, state, h, means->iteration * tolerance, step)) {
+        if (r->work->tries < 1.0 ||
+            (h < settings->shortest_step * settings->longest_step && !reaches_target))
+            return false;
+        if (!try_step(r, state, h, means->iteration * tolerance, step)) {
             er_relinearise(r->work);
             h *= settings->cut_after_failure;
             guess(r, state, h, step);
@@ -161,6 +167,8 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
     else if (factor < settings->smallest_growth)
         proposal = h * fmin(1.0, factor);
     take_end(r, state, step);
+    if (reaches_target && target < end)
+        r->work->tries += settings->tries_per_sample;
     state->time = reaches_target ? target : state->time + h;
     state->step = fmin(proposal, settings->longest_step);
     memcpy(state->predictor, step->acceleration, (size_t)r->m * sizeof *state->predictor);
@@ -169,28 +177,59 @@ static bool take_step(const er_run *r, er_state *state, double end, er_failure *
     return true;
 }
 
+/* Tries after which an integration over a time [s] is given up; with a smaller tolerance steps are
+ * shorter. */
+static double most_tries(const er_settings *settings, double tolerance, double length)
+{
+    double finer = pow(settings->usual_local_error / tolerance, ERROR_EXPONENT);
+    return fmax(finer, 1.0) * (settings->most_tries +
+                               settings->most_tries_per_longest * length / settings->longest_step);
+}
+
+/* The first coordinate that has bent further than a robot can, or -1. */
+static int overbent(const er_run *r, const er_state *state)
+{
+    for (int k = 0; k < r->m; k++)
+        if (!(fabs(state->x[k]) <= r->settings->most_deflection))
+            return k;
+    return -1;
+}
+
+static bool give_up(const er_run *r, double elapsed, double length, double most, er_failure *failure)
+{
+    char needs[80];
+    if (r->work->tries < 1.0)
+        snprintf(needs, sizeof needs, "more than %.0f tries of a step", most);
+    else
+        snprintf(needs, sizeof needs, "steps below %.1g s",
+                 r->settings->shortest_step * r->settings->longest_step);
+    return er_fail(failure, "the motion, %.3g s into a step of %.6g s, needs %s", elapsed, length, needs);
+}
+
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure)
 {
     const er_settings *settings = &system->robot->settings;
     er_run r = {system, settings, means, work, system->robot->elastics};
-    const double start = state->time;
+    const double start = state->time, length = end - start;
     /* What is left after a crossing just before the end may be less than any step. */
     double longest = settings->longest_step;
     double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
-    double most =
-        settings->most_steps + settings->most_steps_per_longest * (end - start) / longest;
+    double most = most_tries(settings, means->tolerance, length);
+    work->tries = most;
     er_linearise_as(&r, &state->linearisation);
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
-    for (double steps = 0.0; end - state->time > negligible; steps++) {
-        if (steps > most)
-            return er_fail(failure, "the motion from t = %.9g s needs more than %.0f steps to"
-                           " %.9g s; it is unstable or the load is not physical", start,
-                           most, end);
-        if (!take_step(&r, state, end, failure))
-            return false;
+    while (end - state->time > negligible) {
+        int k;
+        if (!take_step(&r, state, end))
+            return give_up(&r, state->time - start, length, most, failure);
+        k = overbent(&r, state);
+        if (k >= 0)
+            return er_fail(failure, "the motion, %.3g s into a step of %.6g s, bends deflection[%d]"
+                           " beyond %.3g rad", state->time - start, length, k + 1,
+                           settings->most_deflection);
     }
     state->time = end;
     state->linearisation = work->linearisation;

@@ -83,6 +83,7 @@ typedef struct {
     ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
     ER_ALIGNED er_factor factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
+    double tries; /* of a step that are left before the integration is given up */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 

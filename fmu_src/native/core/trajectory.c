@@ -1,5 +1,7 @@
 #include "trajectory.h"
 
+#include <math.h>
+
 /* The interval that holds a time: the largest k with time[k] <= time, at most the last but one.
  * From the hint on in strides that double, then by halves. */
 static size_t interval(const er_trajectory *t, double time, size_t *hint)
@@ -29,15 +31,14 @@ static size_t interval(const er_trajectory *t, double time, size_t *hint)
 bool er_drives_cover(const er_drives *drives, double time, double slack, er_failure *failure)
 {
     const er_trajectory *t = drives->trajectory;
-    double start, end;
+    double s = time - drives->start, last;
     if (t == NULL)
         return true;
-    start = t->time[0];
-    end = t->time[t->samples - 1];
-    if (time >= start - slack && time <= end + slack)
+    last = t->time[t->samples - 1];
+    if (s >= -slack && s <= last + slack)
         return true;
-    return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", start, end,
-                   time);
+    return er_fail(failure, "time: expected %.9g to %.9g s, the trajectory's, got %.9g s", t->start,
+                   t->start + last, t->start + s);
 }
 
 /* Weights of rise, rates and accelerations at both ends of an interval, for the value of its quintic or
@@ -83,11 +84,10 @@ static void along_quintic(int n, const double *left, const double *right, double
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd)
 {
     const er_trajectory *t = drives->trajectory;
-    const double *left, *right;
-    double h;
+    const double *row;
+    double s = time - drives->start, h;
     size_t k;
     if (t == NULL) {
-        double s = time - drives->start;
         for (int i = 0; i < drives->joints; i++) {
             q[i] = drives->q[i] + (drives->qd[i] + 0.5 * drives->qdd[i] * s) * s;
             qd[i] = drives->qd[i] + drives->qdd[i] * s;
@@ -95,15 +95,14 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
         }
         return;
     }
-    if (time < t->time[0])
-        time = t->time[0];
-    if (time > t->time[t->samples - 1])
-        time = t->time[t->samples - 1];
-    k = interval(t, time, drives->hint);
-    left = t->row + k * er_trajectory_width(t);
-    right = left + er_trajectory_width(t);
-    h = right[0] - left[0];
-    along_quintic(t->joints, left + 1, right + 1, h, (time - left[0]) / h, q, qd, qdd);
+    if (s < 0.0)
+        s = 0.0;
+    if (s > t->time[t->samples - 1])
+        s = t->time[t->samples - 1];
+    k = interval(t, s, drives->hint);
+    row = t->row + k * er_trajectory_width(t) + 1;
+    h = t->time[k + 1] - t->time[k];
+    along_quintic(t->joints, row, row + er_trajectory_width(t), h, (s - t->time[k]) / h, q, qd, qdd);
 }
 
 double er_drives_next_kink(const er_drives *drives, double time, double end, double jump)
@@ -111,13 +110,13 @@ double er_drives_next_kink(const er_drives *drives, double time, double end, dou
     const er_trajectory *t = drives->trajectory;
     if (t == NULL)
         return end;
-    if (time < t->time[0])
-        time = t->time[0];
-    for (size_t k = interval(t, time, drives->hint) + 1; k + 1 < t->samples; k++) {
-        if (t->time[k] >= end)
+    for (size_t k = interval(t, fmax(time - drives->start, 0.0), drives->hint) + 1; k + 1 < t->samples;
+         k++) {
+        double at = t->time[k] + drives->start;
+        if (at >= end)
             break;
-        if (t->jump[k] > jump)
-            return t->time[k];
+        if (t->jump[k] > jump && at > time) /* the difference rounds: `time` may be this sample's */
+            return at;
     }
     return end;
 }

@@ -24,8 +24,9 @@ typedef struct {
 typedef struct {
     int joints;
     size_t samples;
-    double *time; /* rising [s] */
-    double *row;  /* time again, q1.., qd1.., qdd1..: [sample][1 + 3 joints] */
+    double start; /* time of the first sample [s] */
+    double *time; /* since then, rising [s] */
+    double *row;  /* its own time, q1.., qd1.., qdd1..: [sample][1 + 3 joints] */
     double *jump; /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
     uint64_t fingerprint; /* hash of the samples that it was built from */
 } er_trajectory;
@@ -37,11 +38,16 @@ static inline size_t er_trajectory_width(const er_trajectory *t)
 }
 
 /* Builds the motion; takes the samples' data, and frees them if that fails. */
-bool er_trajectory_build(er_trajectory *trajectory, er_samples *samples, er_failure *failure);
+bool er_trajectory_build(er_trajectory *trajectory, er_samples *samples, const er_settings *settings,
+                         er_failure *failure);
 
 /* Reads CSV with a header line, or NPZ with arrays `columns` and `data`. */
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,
-                        er_failure *failure);
+                        const er_settings *settings, er_failure *failure);
+
+/* The same of a file's content, with a zero byte behind it.  `is_npz`: its name ends in .npz. */
+bool er_trajectory_parse(er_trajectory *trajectory, const char *content, size_t size, bool is_npz,
+                         int joints, const er_settings *settings, er_failure *failure);
 
 void er_trajectory_free(er_trajectory *trajectory);
 
@@ -49,7 +55,7 @@ void er_trajectory_free(er_trajectory *trajectory);
 typedef struct {
     const er_trajectory *trajectory; /* NULL: held command */
     size_t *hint;                    /* where the last time was found */
-    double start;                    /* of the command [s] */
+    double start;                    /* of the command, or the trajectory [s] */
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
     int joints;
 } er_drives;

@@ -15,38 +15,45 @@ static const double *sample_row(const er_samples *s, size_t k)
     return s->data + k * (size_t)column_count(s);
 }
 
-/* Whether there is a number that is not finite, which times zero is not zero; in sums beside each other. */
-static bool has_infinite(const double *values, size_t count)
+/* The largest size of a number; infinite where one is NaN.  In maxima beside each other. */
+static double largest(const double *values, size_t count)
 {
-    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    double most[4] = {0.0, 0.0, 0.0, 0.0}, sum[4] = {0.0, 0.0, 0.0, 0.0}, all = 0.0;
     size_t k = 0;
     for (; k + 4 <= count; k += 4)
-        for (int i = 0; i < 4; i++)
-            sum[i] += 0.0 * values[k + i];
-    for (; k < count; k++)
+        for (int i = 0; i < 4; i++) {
+            double size = fabs(values[k + i]);
+            most[i] = size > most[i] ? size : most[i];
+            sum[i] += 0.0 * size;
+        }
+    for (; k < count; k++) {
+        most[0] = fmax(most[0], fabs(values[k]));
         sum[0] += 0.0 * values[k];
-    return !(sum[0] + sum[1] + sum[2] + sum[3] == 0.0);
+    }
+    for (int i = 0; i < 4; i++)
+        all = sum[i] == 0.0 ? fmax(all, most[i]) : INFINITY;
+    return sum[0] + sum[1] + sum[2] + sum[3] == 0.0 ? all : INFINITY;
 }
 
-static bool require_samples(const er_samples *s, er_failure *failure)
+static bool require_samples(const er_samples *s, const er_settings *settings, er_failure *failure)
 {
-    bool finite;
+    static const char *const names[] = {"q", "qd", "qdd"};
+    bool sane;
     if (s->samples < 2)
         return er_fail(failure, "expected at least 2 samples, got %lu",
                        (unsigned long)s->samples);
-    finite = !has_infinite(s->data, s->samples * (size_t)column_count(s));
+    sane = largest(s->data, s->samples * (size_t)column_count(s)) <= settings->most_sample;
     for (size_t k = 0; k < s->samples; k++) {
         const double *row = sample_row(s, k);
-        for (int c = 0; !finite && c < column_count(s); c++)
-            if (!isfinite(row[c])) {
-                const char *names[] = {"q", "qd", "qdd"};
-                return er_fail(failure, "%s is not finite in sample %lu",
-                               c == 0 ? "time" : names[(c - 1) / s->joints],
-                               (unsigned long)k + 1);
-            }
-        if (k > 0 && !(row[0] > sample_row(s, k - 1)[0]))
-            return er_fail(failure, "expected rising times, got %.9g s, then %.9g s at sample %lu",
-                           sample_row(s, k - 1)[0], row[0], (unsigned long)k + 1);
+        for (int c = 0; !sane && c < column_count(s); c++)
+            if (!(fabs(row[c]) <= settings->most_sample)) /* NaN is not at most anything */
+                return er_fail(failure, "%s: expected finite numbers of at most %g, got another in"
+                               " sample %lu", c == 0 ? "time" : names[(c - 1) / s->joints],
+                               settings->most_sample, (unsigned long)k + 1);
+        if (k > 0 && row[0] - sample_row(s, k - 1)[0] < settings->closest_samples)
+            return er_fail(failure, "expected rising times, at least %g s apart, got %.9g s, then %.9g s at"
+                           " sample %lu", settings->closest_samples, sample_row(s, k - 1)[0], row[0],
+                           (unsigned long)k + 1);
     }
     return true;
 }
@@ -103,7 +110,7 @@ static void third_derivatives(const er_trajectory *t, size_t k, double *restrict
 {
     int n = t->joints;
     const double *left = t->row + k * er_trajectory_width(t) + 1, *right = left + er_trajectory_width(t);
-    double h = right[-1] - left[-1], per_h3 = 1.0 / (h * h * h);
+    double h = t->time[k + 1] - t->time[k], per_h3 = 1.0 / (h * h * h);
     for (int i = 0; i < n; i++) {
         double v = left[n + i], a = left[2 * n + i];
         double rise = right[i] - left[i] - h * v - 0.5 * h * h * a;
@@ -157,17 +164,18 @@ static uint64_t fingerprint_of(const er_samples *s)
     return all | 1;
 }
 
-static bool build(er_trajectory *t, er_samples *s, er_failure *failure)
+static bool build(er_trajectory *t, er_samples *s, const er_settings *settings, er_failure *failure)
 {
-    if (!require_samples(s, failure))
+    if (!require_samples(s, settings, failure))
         return false;
     t->joints = s->joints;
     t->samples = s->samples;
     t->fingerprint = fingerprint_of(s);
     t->jump = malloc(s->samples * sizeof *t->jump);
     t->time = malloc(s->samples * sizeof *t->time);
+    t->start = sample_row(s, 0)[0];
     for (size_t k = 0; t->time != NULL && k < s->samples; k++)
-        t->time[k] = sample_row(s, k)[0];
+        t->time[k] = sample_row(s, k)[0] - t->start;
     if (s->rates) {
         t->row = s->data;
         s->data = NULL;
@@ -178,11 +186,12 @@ static bool build(er_trajectory *t, er_samples *s, er_failure *failure)
     return true;
 }
 
-bool er_trajectory_build(er_trajectory *t, er_samples *s, er_failure *failure)
+bool er_trajectory_build(er_trajectory *t, er_samples *s, const er_settings *settings,
+                         er_failure *failure)
 {
     bool good;
     memset(t, 0, sizeof *t);
-    good = build(t, s, failure);
+    good = build(t, s, settings, failure);
     free(s->data);
     s->data = NULL;
     if (!good)

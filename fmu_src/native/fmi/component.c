@@ -6,6 +6,7 @@
 
 #include "instance_state.h"
 #include "instance_variables.h"
+#include "log_categories.h"
 
 er_component *er_component_create(const char *name, er_log log, er_instance *robot,
                                   const er_failure *failure)
@@ -60,11 +61,21 @@ bool er_component_may(const er_component *c, er_call call)
     return c != NULL && (refusal == NULL || er_component_refuse(c, refusal));
 }
 
-bool er_component_log(er_component *c, bool on)
+bool er_component_given(er_component *c, size_t count, const void *first, const void *second)
 {
+    return count == 0 || (first != NULL && second != NULL) ||
+           er_component_refuse(c, "expected the address of every array and result, got NULL");
+}
+
+bool er_component_log(er_component *c, bool on, bool unnamed, const char *const *categories,
+                      size_t count)
+{
+    er_log_choice choice = er_log_chosen(categories, count);
     if (!er_component_may(c, ER_CALL_ANY))
         return false;
-    c->log.on = on;
+    if (choice == ER_LOG_UNKNOWN)
+        return er_component_refuse(c, ER_LOG_REFUSAL);
+    c->log.on = choice == ER_LOG_OURS ? on : unnamed;
     return true;
 }
 
@@ -101,7 +112,7 @@ bool er_component_step(er_component *c, double start, double size)
 
 bool er_component_terminate(er_component *c)
 {
-    return enter_phase(c, ER_CALL_ANY, ER_TERMINATED);
+    return enter_phase(c, ER_CALL_TERMINATE, ER_TERMINATED);
 }
 
 bool er_component_reset(er_component *c)
@@ -112,10 +123,10 @@ bool er_component_reset(er_component *c)
     return true;
 }
 
-bool er_component_get_strings(er_component *c, const unsigned *references, size_t count,
-                              const char **values)
+bool er_component_get_strings(er_component *c, er_call call, const unsigned *references,
+                              size_t count, const char **values)
 {
-    bool good = er_component_may(c, ER_CALL_ANY);
+    bool good = er_component_may(c, call) && er_component_given(c, count, references, values);
     for (size_t i = 0; good && i < count; i++)
         good = er_component_told(c, er_instance_get_string(c->robot, references[i], &values[i]));
     return good;
@@ -124,27 +135,28 @@ bool er_component_get_strings(er_component *c, const unsigned *references, size_
 bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
                               const char *const *values)
 {
-    bool good = er_component_may(c, count > 0 ? ER_CALL_SET_STRING : ER_CALL_ANY);
-    for (size_t i = 0; good && i < count; i++)
-        good = er_component_told(c, er_instance_set_string(c->robot, references[i], values[i]));
-    return good;
+    return er_component_may(c, count > 0 ? ER_CALL_SET_FIXED : ER_CALL_SET) &&
+           er_component_given(c, count, references, values) &&
+           er_component_told(c, er_instance_set_strings(c->robot, references, count, values));
 }
 
-bool er_component_none_of(er_component *c, const char *kind, const char *others,
+bool er_component_none_of(er_component *c, er_call call, const char *kind, const char *others,
                           const unsigned *references, size_t count)
 {
     er_failure failure;
-    if (c == NULL || count == 0)
-        return c != NULL;
+    if (!er_component_may(c, call) || !er_component_given(c, count, references, references))
+        return false;
+    if (count == 0)
+        return true;
     er_fail(&failure, "%s variable %u is asked for; this FMU has %s variables only", kind,
             references[0], others);
     return er_component_refuse(c, failure.text);
 }
 
-/* Memory of a saved state: the one that there is, or a new one. */
-static er_saved_state *require_memory(er_component *c, void *state)
+/* Memory of another state. */
+static er_saved_state *new_state(er_component *c)
 {
-    er_saved_state *saved = state != NULL ? state : calloc(1, sizeof *saved);
+    er_saved_state *saved = calloc(1, sizeof *saved);
     if (saved == NULL)
         er_component_refuse(c, "the state does not fit into memory");
     return saved;
@@ -159,7 +171,10 @@ static bool require_state(er_component *c, const void *state)
 
 bool er_component_get_state(er_component *c, void **state)
 {
-    er_saved_state *saved = c == NULL ? NULL : require_memory(c, *state);
+    er_saved_state *saved;
+    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state))
+        return false;
+    saved = *state != NULL ? *state : new_state(c);
     if (saved == NULL)
         return false;
     er_instance_save(c->robot, saved);
@@ -185,7 +200,7 @@ bool er_component_free_state(er_component *c, void **state)
 
 bool er_component_state_size(er_component *c, const void *state, size_t *size)
 {
-    if (!require_state(c, state))
+    if (!require_state(c, state) || !er_component_given(c, 1, size, size))
         return false;
     *size = ER_SERIALISED_SIZE;
     return true;
@@ -193,7 +208,7 @@ bool er_component_state_size(er_component *c, const void *state, size_t *size)
 
 bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size)
 {
-    if (!require_state(c, state))
+    if (!require_state(c, state) || !er_component_given(c, size, bytes, bytes))
         return false;
     if (size < ER_SERIALISED_SIZE)
         return er_component_refuse(c, "buffer: expected at least the state's size, got less");
@@ -201,14 +216,21 @@ bool er_component_serialise(er_component *c, const void *state, void *bytes, siz
     return true;
 }
 
+/* A state that is there already is replaced by a good one only. */
 bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state)
 {
-    er_saved_state *saved = c == NULL ? NULL : require_memory(c, *state);
-    bool good = saved != NULL &&
-                er_component_told(c, er_deserialise(c->robot, bytes, size, saved));
-    if (good)
-        *state = saved;
-    else if (saved != NULL && saved != *state)
+    er_saved_state *saved;
+    if (!er_component_may(c, ER_CALL_ANY) || !er_component_given(c, 1, state, state) ||
+        !er_component_given(c, size, bytes, bytes))
+        return false;
+    saved = new_state(c);
+    if (saved == NULL)
+        return false;
+    if (!er_component_told(c, er_deserialise(c->robot, bytes, size, saved))) {
         free(saved);
-    return good;
+        return false;
+    }
+    free(*state);
+    *state = saved;
+    return true;
 }

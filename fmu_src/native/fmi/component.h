@@ -41,20 +41,25 @@ bool er_component_told(const er_component *c, bool good);
 /* Whether there is an instance that may be called so now. */
 bool er_component_may(const er_component *c, er_call call);
 
-bool er_component_log(er_component *c, bool on);
+/* Refuses missing arrays where there is something to put into them. */
+bool er_component_given(er_component *c, size_t count, const void *first, const void *second);
+
+/* Turns the log on or off where the categories are those of its messages; else it becomes `unnamed`. */
+bool er_component_log(er_component *c, bool on, bool unnamed, const char *const *categories,
+                      size_t count);
 bool er_component_setup(er_component *c, double start, double tolerance);
 bool er_component_enter(er_component *c);
 bool er_component_exit(er_component *c);
 bool er_component_step(er_component *c, double start, double size);
 bool er_component_terminate(er_component *c);
 bool er_component_reset(er_component *c);
-bool er_component_get_strings(er_component *c, const unsigned *references, size_t count,
-                              const char **values);
+bool er_component_get_strings(er_component *c, er_call call, const unsigned *references,
+                              size_t count, const char **values);
 bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,
                               const char *const *values);
 
 /* Refuses variables of a kind that this FMU does not have. */
-bool er_component_none_of(er_component *c, const char *kind, const char *others,
+bool er_component_none_of(er_component *c, er_call call, const char *kind, const char *others,
                           const unsigned *references, size_t count);
 
 bool er_component_get_state(er_component *c, void **state);

@@ -71,9 +71,7 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
-    (void)count;
-    (void)categories;
-    return status(er_component_log(c, logging != fmi2False));
+    return status(er_component_log(c, logging != fmi2False, false, categories, count));
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
@@ -108,7 +106,8 @@ fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference referenc
                        fmi2Real values[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_GET) &&
+                  er_component_given(c, count, references, values) &&
                   er_component_told(c, er_instance_get_reals(c->robot, references, count, values)));
 }
 
@@ -117,13 +116,14 @@ fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference referenc
 {
     er_component *c = instance;
     return status(er_component_may(c, ER_CALL_SET) &&
+                  er_component_given(c, count, references, values) &&
                   er_component_told(c, er_instance_set_reals(c->robot, references, count, values)));
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
                          fmi2String values[])
 {
-    return status(er_component_get_strings(c, references, count, values));
+    return status(er_component_get_strings(c, ER_CALL_GET, references, count, values));
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
@@ -137,13 +137,15 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
                              fmi2##Type values[])                                                   \
     {                                                                                               \
         (void)values;                                                                               \
-        return status(er_component_none_of(c, kind, "real and string", references, count));         \
+        return status(                                                                              \
+            er_component_none_of(c, ER_CALL_GET, kind, "real and string", references, count));      \
     }                                                                                               \
     fmi2Status fmi2Set##Type(fmi2Component c, const fmi2ValueReference references[], size_t count,  \
                              const fmi2##Type values[])                                             \
     {                                                                                               \
         (void)values;                                                                               \
-        return status(er_component_none_of(c, kind, "real and string", references, count));         \
+        return status(                                                                              \
+            er_component_none_of(c, ER_CALL_SET, kind, "real and string", references, count));      \
     }
 
 NO_VARIABLES(Integer, "integer")
@@ -186,7 +188,9 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                         const fmi2Real seed[], fmi2Real sensitivity[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_DERIVE) &&
+                  er_component_given(c, unknown_count, unknowns, sensitivity) &&
+                  er_component_given(c, known_count, knowns, seed) &&
                   er_component_told(c, er_instance_derivative(c->robot, unknowns, unknown_count,
                                                               knowns, known_count, seed,
                                                               sensitivity)));
@@ -199,7 +203,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     (void)references;
     (void)order;
     (void)values;
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_SET) &&
                   (count == 0 ||
                    er_component_refuse(c, "input derivatives are set; inputs are held")));
 }
@@ -210,7 +214,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)references;
     (void)order;
     (void)values;
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_RESULT) &&
                   (count == 0 ||
                    er_component_refuse(c, "output derivatives are asked for; there are none")));
 }
@@ -228,24 +232,27 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 }
 
 /* What only a step that is still under way would answer. */
-static fmi2Status pending(const er_component *c)
+static fmi2Status pending(er_component *c, const void *value)
 {
-    return er_component_may(c, ER_CALL_ANY) ? fmi2Discard : fmi2Error;
+    return er_component_may(c, ER_CALL_RESULT) && er_component_given(c, 1, value, value)
+               ? fmi2Discard : fmi2Error;
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
+    fmi2Status answer = pending(c, value);
     (void)kind;
-    if (c != NULL)
+    if (answer == fmi2Discard)
         *value = fmi2OK;
-    return pending(c);
+    return answer;
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
 {
     const er_component *c = instance;
-    if (c == NULL || kind != fmi2LastSuccessfulTime)
-        return pending(c);
+    fmi2Status answer = pending(instance, value);
+    if (answer != fmi2Discard || kind != fmi2LastSuccessfulTime)
+        return answer;
     *value = c->robot->progress.time;
     return fmi2OK;
 }
@@ -253,21 +260,20 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
 {
     (void)kind;
-    (void)value;
-    return pending(c);
+    return pending(c, value);
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
+    fmi2Status answer = pending(c, value);
     (void)kind;
-    if (c != NULL)
+    if (answer == fmi2Discard)
         *value = fmi2False;
-    return pending(c);
+    return answer;
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)kind;
-    (void)value;
-    return pending(c);
+    return pending(c, value);
 }

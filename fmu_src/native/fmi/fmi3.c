@@ -77,9 +77,8 @@ void fmi3FreeInstance(fmi3Instance c)
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
                                const fmi3String categories[])
 {
-    (void)count;
-    (void)categories;
-    return status(er_component_log(c, logging));
+    return status(er_component_log(c, logging, c != NULL && ((er_component *)c)->log.on, categories,
+                                   count));
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
@@ -184,7 +183,8 @@ static bool set(er_component *c, const fmi3ValueReference references[], size_t c
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           fmi3Float64 values[], size_t value_count)
 {
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_GET_START) &&
+                  er_component_given(c, count, references, values) &&
                   er_component_told(c, get(c, references, count, values, value_count)));
 }
 
@@ -192,6 +192,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
                           const fmi3Float64 values[], size_t value_count)
 {
     return status(er_component_may(c, ER_CALL_SET) &&
+                  er_component_given(c, count, references, values) &&
                   er_component_told(c, set(c, references, count, values, value_count)));
 }
 
@@ -208,7 +209,7 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], 
                          fmi3String values[], size_t value_count)
 {
     return status(require_strings(c, count, value_count) &&
-                  er_component_get_strings(c, references, count, values));
+                  er_component_get_strings(c, ER_CALL_GET_START, references, count, values));
 }
 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
@@ -266,7 +267,9 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t seed_count, fmi3Float64 sensitivity[],
                                         size_t sensitivity_count)
 {
-    return status(er_component_may(c, ER_CALL_ANY) &&
+    return status(er_component_may(c, ER_CALL_DERIVE) &&
+                  er_component_given(c, unknown_count, unknowns, sensitivity) &&
+                  er_component_given(c, known_count, knowns, seed) &&
                   er_component_told(c, derive(c, unknowns, unknown_count, knowns, known_count, seed,
                                               seed_count, sensitivity, sensitivity_count)));
 }
@@ -276,13 +279,15 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
                       fmi3Boolean *early, fmi3Float64 *last_time)
 {
     er_component *c = instance;
-    bool good = er_component_step(c, time, size);
+    bool good = c != NULL && er_component_given(c, 1, event, terminate) &&
+                er_component_given(c, 1, early, last_time);
     (void)no_set_state;
-    if (c != NULL) {
-        *event = fmi3False;
-        *terminate = fmi3False;
-        *early = fmi3False;
-        *last_time = c->robot->progress.time;
-    }
+    if (!good)
+        return fmi3Error;
+    good = er_component_step(c, time, size);
+    *event = fmi3False;
+    *terminate = fmi3False;
+    *early = fmi3False;
+    *last_time = c->robot->progress.time;
     return status(good);
 }

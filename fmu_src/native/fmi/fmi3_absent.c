@@ -7,16 +7,18 @@
 
 #define VARIABLES fmi3Instance c, const fmi3ValueReference references[], size_t count
 
-#define NONE(Name, Type, parameters)                                                                \
+#define GET_NONE(Type, parameters) NONE(Get, ER_CALL_GET_START, Type, parameters)
+#define SET_NONE(Type, parameters) NONE(Set, ER_CALL_SET, Type, parameters)
+#define NONE(Name, call, Type, parameters)                                                          \
     fmi3Status fmi3##Name##Type parameters                                                          \
     {                                                                                               \
-        return er_component_none_of(c, #Type, "Float64 and String", references, count) ? fmi3OK     \
-                                                                                       : fmi3Error; \
+        return er_component_none_of(c, call, #Type, "Float64 and String", references, count)        \
+                   ? fmi3OK : fmi3Error;                                                            \
     }
 
 #define NO_VARIABLES(Type)                                                                          \
-    NONE(Get, Type, (VARIABLES, fmi3##Type values[], size_t value_count))                           \
-    NONE(Set, Type, (VARIABLES, const fmi3##Type values[], size_t value_count))
+    GET_NONE(Type, (VARIABLES, fmi3##Type values[], size_t value_count))                           \
+    SET_NONE(Type, (VARIABLES, const fmi3##Type values[], size_t value_count))
 
 NO_VARIABLES(Float32)
 NO_VARIABLES(Int8)
@@ -28,10 +30,10 @@ NO_VARIABLES(UInt32)
 NO_VARIABLES(Int64)
 NO_VARIABLES(UInt64)
 NO_VARIABLES(Boolean)
-NONE(Get, Binary, (VARIABLES, size_t sizes[], fmi3Binary values[], size_t value_count))
-NONE(Set, Binary, (VARIABLES, const size_t sizes[], const fmi3Binary values[], size_t value_count))
-NONE(Get, Clock, (VARIABLES, fmi3Clock values[]))
-NONE(Set, Clock, (VARIABLES, const fmi3Clock values[]))
+GET_NONE(Binary, (VARIABLES, size_t sizes[], fmi3Binary values[], size_t value_count))
+SET_NONE(Binary, (VARIABLES, const size_t sizes[], const fmi3Binary values[], size_t value_count))
+GET_NONE(Clock, (VARIABLES, fmi3Clock values[]))
+SET_NONE(Clock, (VARIABLES, const fmi3Clock values[]))
 
 #define ABSENT(Name, parameters, found)                                                             \
     fmi3Status fmi3##Name parameters                                                                \

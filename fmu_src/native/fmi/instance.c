@@ -1,6 +1,5 @@
 #include "instance.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,12 +11,12 @@
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)
 {
     size_t size;
-    char *text = er_read_file(file, &size);
+    er_failure reason;
+    char *text = er_read_file(file, &size, &reason);
     er_lines lines;
     bool good;
     if (text == NULL)
-        return er_fail(&instance->failure, "the robot's data %s cannot be read: %s", file,
-                       strerror(errno));
+        return er_fail(&instance->failure, "the robot's data %.500s: %.500s", file, reason.text);
     er_lines_start(&lines, text, &instance->failure);
     good = er_robot_parse(robot, &lines) &&
            er_interface_parse(&instance->interface, robot, &lines);
@@ -127,16 +126,20 @@ static bool require_parameters(er_instance *instance)
 bool er_instance_initialise(er_instance *instance)
 {
     er_model *model = instance->model;
+    er_memory before;
     if (instance->progress.computed)
         return true;
     if (!require_parameters(instance) ||
         !er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
+    before = model->memory;
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
-                        &instance->inputs.load, &instance->failure))
+                        &instance->inputs.load, &instance->failure)) {
+        model->memory = before;
         return false;
-    keep_step_start(instance, &model->memory.state, instance->progress.time, false);
+    }
+    keep_step_start(instance, &model->memory.state, 0.0, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
     instance->fresh = 0;
@@ -190,23 +193,34 @@ static bool move_with_new_parameters(er_instance *instance, double end)
     return false;
 }
 
+/* A step's end since the start: in the model's time while the master's cannot tell. */
+static double step_end(const er_model *model, double start, double size)
+{
+    double origin = model->memory.origin, told = (start - origin) + size;
+    double own = model->memory.state.time + size;
+    double rounding = er_time_rounding(&model->robot.settings, fmax(fabs(origin), fabs(start)));
+    return fabs(told - own) <= rounding ? own : told;
+}
+
 bool er_instance_step(er_instance *instance, double start, double size)
 {
     er_progress *progress = &instance->progress;
     char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
-    double end = start + size;
+    double end;
     if (!isfinite(size) || size < 0.0)
         return er_fail(&instance->failure, "step size: expected a finite number >= 0, got %s s",
                        er_shown(size, number));
-    if (!(fabs(start - progress->time) <= instance->model->robot.settings.time_slack))
+    if (!(fabs(start - progress->time) <=
+          er_slack_at(&instance->model->robot.settings, progress->time)))
         return er_fail(&instance->failure, "step start: expected the last step's end, %s s, got %s s",
                        er_shown(progress->time, other), er_shown(start, number));
     if (size == 0.0)
         return true;
+    end = step_end(instance->model, start, size);
     if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
                                        : move(instance, end)))
         return false;
-    progress->time = end;
+    progress->time = start + size;
     instance->fresh = 0;
     return true;
 }

@@ -32,7 +32,7 @@ typedef struct {
     er_state state;
     er_command command; /* of the step */
     er_load load;       /* of the step, at its beginning */
-    double end;         /* [s] */
+    double end;         /* [s], in the model's time */
     bool stepped;       /* false: the present state is the initial one, computed from these inputs */
 } er_step_start;
 

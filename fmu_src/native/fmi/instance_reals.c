@@ -64,11 +64,11 @@ static bool require_real(er_instance *instance, unsigned reference)
 bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
                            double *values)
 {
-    for (size_t i = 0; i < count; i++) {
-        er_block block;
+    for (size_t i = 0; i < count; i++)
         if (!require_real(instance, references[i]))
             return false;
-        block = (er_block)instance->interface.block[references[i]];
+    for (size_t i = 0; i < count; i++) {
+        er_block block = (er_block)instance->interface.block[references[i]];
         if (er_is_output(block)) {
             if (!require_block(instance, block))
                 return false;

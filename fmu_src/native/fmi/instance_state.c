@@ -5,7 +5,7 @@
 #include "../io/hash.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740004)
+#define STATE_MARK UINT64_C(0x45526f626f740005)
 
 void er_instance_save(const er_instance *instance, er_saved_state *saved)
 {
@@ -17,14 +17,20 @@ void er_instance_save(const er_instance *instance, er_saved_state *saved)
     saved->memory = instance->model->memory;
 }
 
-bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
+static bool require_own(er_instance *instance, const er_saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
-    if (saved->fingerprint != instance->fingerprint)
-        return er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
-                       " robot, got %016llx", (unsigned long long)instance->fingerprint,
-                       (unsigned long long)saved->fingerprint);
+    return saved->fingerprint == instance->fingerprint ||
+           er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
+                   " robot, got %016llx", (unsigned long long)instance->fingerprint,
+                   (unsigned long long)saved->fingerprint);
+}
+
+bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
+{
+    if (!require_own(instance, saved))
+        return false;
     if (!er_model_restore(instance->model, &saved->memory, saved->progress.computed,
                           &instance->failure))
         return false;
@@ -54,5 +60,5 @@ bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_sa
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))
         return er_fail(&instance->failure, "state: expected an unchanged copy, got %lu damaged bytes",
                        (unsigned long)size);
-    return true;
+    return require_own(instance, saved);
 }

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "instance_variables.h"
+#include "../io/utf8.h"
 
 static bool require_string(er_instance *instance, unsigned reference, unsigned *which)
 {
@@ -38,9 +39,8 @@ static int choose(er_instance *instance, const er_string *string, const char *va
     return -1;
 }
 
-static bool set_trajectory(er_instance *instance, const char *value)
+static bool set_trajectory(er_instance *instance, er_options *options, const char *value)
 {
-    er_options *options = &instance->model->memory.options;
     if (strlen(value) >= ER_MAX_PATH)
         return er_fail(&instance->failure, "%s: expected less than %d characters, got %lu",
                        instance->interface.string[ER_TRAJECTORY].name, ER_MAX_PATH,
@@ -50,24 +50,40 @@ static bool set_trajectory(er_instance *instance, const char *value)
     return true;
 }
 
-bool er_instance_set_string(er_instance *instance, unsigned reference, const char *value)
+static bool set_string(er_instance *instance, er_options *options, unsigned reference,
+                       const char *value)
 {
-    er_options *options = &instance->model->memory.options;
     unsigned which;
     int chosen = 0;
     if (!require_string(instance, reference, &which))
         return false;
     if (value == NULL)
-        return er_fail(&instance->failure, "string: expected a text, got nothing");
-    if (which == ER_TRAJECTORY ? !set_trajectory(instance, value)
-                               : (chosen = choose(instance, &instance->interface.string[which],
-                                                  value)) < 0)
-        return false;
+        return er_fail(&instance->failure, "%s: expected a text, got NULL",
+                       instance->interface.string[which].name);
+    if (!er_is_utf8(value))
+        return er_fail(&instance->failure, "%s: expected UTF-8, got other bytes",
+                       instance->interface.string[which].name);
+    if (which == ER_TRAJECTORY)
+        return set_trajectory(instance, options, value);
+    chosen = choose(instance, &instance->interface.string[which], value);
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = (er_curve_kind)chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
     case ER_INITIAL_STATE: options->undeflected = chosen == 1; break;
     }
+    return chosen >= 0;
+}
+
+bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
+                             const char *const *values)
+{
+    er_options options = instance->model->memory.options;
+    for (size_t i = 0; i < count; i++)
+        if (!set_string(instance, &options, references[i], values[i]))
+            return false;
+    if (count == 0)
+        return true;
+    instance->model->memory.options = options;
     instance->progress.computed = false;
     instance->fresh = 0;
     return true;

@@ -11,6 +11,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
                            const double *values);
 
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
-bool er_instance_set_string(er_instance *instance, unsigned reference, const char *value);
+bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
+                             const char *const *values);
 
 #endif

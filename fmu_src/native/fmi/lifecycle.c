@@ -6,20 +6,36 @@
 #define BEFORE (IN(ER_INSTANTIATED) | IN(ER_INITIALISING))
 #define ALIVE (BEFORE | IN(ER_RUNNING))
 #define ALWAYS (ALIVE | IN(ER_TERMINATED))
+#define BEGUN (ALWAYS & ~IN(ER_INSTANTIATED))
 
-/* The standards, and what masters do beyond them: some never enter initialisation mode, enter it before
- * they set up the experiment or read values before it.  A refused step ends nothing. */
+/* The table of FMI 2.0, section 4.2.4, and the states of FMI 3.0, sections 2.3 and 4.2.  A refused call
+ * ends nothing. */
 static const struct {
     unsigned phases;     /* in which the call may be made */
     const char *refusal; /* elsewhere, but for the terminated instance */
 } calls[] = {
-    [ER_CALL_SETUP] = {BEFORE, "expected the experiment's setup before initialisation ends, got it"
-                               " after"},
-    [ER_CALL_ENTER] = {BEFORE, "expected a reset before initialisation is entered again, got none"},
-    [ER_CALL_EXIT] = {ALIVE, NULL},
-    [ER_CALL_STEP] = {IN(ER_RUNNING), "expected initialisation's end before a step, got the step first"},
+    [ER_CALL_SETUP] = {IN(ER_INSTANTIATED),
+                       "expected the experiment's setup before initialisation is entered, got it"
+                       " after"},
+    [ER_CALL_ENTER] = {IN(ER_INSTANTIATED),
+                       "expected a reset before initialisation is entered again, got none"},
+    [ER_CALL_EXIT] = {IN(ER_INITIALISING),
+                      "expected initialisation to be entered before its end, and to end once, got"
+                      " its end"},
+    [ER_CALL_STEP] = {IN(ER_RUNNING),
+                      "expected initialisation's end before a step, got the step first"},
+    [ER_CALL_TERMINATE] = {IN(ER_RUNNING),
+                           "expected initialisation's end before termination, got the termination"
+                           " first"},
     [ER_CALL_SET] = {ALIVE, NULL},
-    [ER_CALL_SET_STRING] = {BEFORE, "strings are fixed; set them before initialisation ends"},
+    [ER_CALL_SET_FIXED] = {BEFORE, "strings are fixed; set them before initialisation ends"},
+    [ER_CALL_GET] = {BEGUN, "expected initialisation to be entered before values are read, got it"
+                            " after"},
+    [ER_CALL_GET_START] = {ALWAYS, NULL},
+    [ER_CALL_DERIVE] = {BEGUN, "expected initialisation to be entered before derivatives are asked for,"
+                               " got it after"},
+    [ER_CALL_RESULT] = {IN(ER_RUNNING) | IN(ER_TERMINATED),
+                        "expected initialisation's end before a step is asked about, got it after"},
     [ER_CALL_ANY] = {ALWAYS, NULL},
 };
 

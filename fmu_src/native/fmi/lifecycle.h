@@ -1,4 +1,5 @@
-/* Which call may be made when: the states of an instance and one table for FMI 2.0 and FMI 3.0. */
+/* Which call may be made when: the states of an instance and one table for FMI 2.0 and FMI 3.0.
+ * elastic_robot/fmi/lifecycle.py is the same in Python. */
 #ifndef ER_LIFECYCLE_H
 #define ER_LIFECYCLE_H
 
@@ -11,13 +12,18 @@ typedef enum {
 
 /* Calls that have the same rights. */
 typedef enum {
-    ER_CALL_SETUP,      /* fmi2SetupExperiment */
-    ER_CALL_ENTER,      /* EnterInitializationMode */
-    ER_CALL_EXIT,       /* ExitInitializationMode */
-    ER_CALL_STEP,       /* DoStep */
-    ER_CALL_SET,        /* SetReal, SetFloat64 */
-    ER_CALL_SET_STRING, /* SetString, of fixed parameters only */
-    ER_CALL_ANY         /* Get.., FMU states, derivatives, logging, Terminate, Reset */
+    ER_CALL_SETUP,     /* SetupExperiment of FMI 2.0 */
+    ER_CALL_ENTER,     /* EnterInitializationMode */
+    ER_CALL_EXIT,      /* ExitInitializationMode */
+    ER_CALL_STEP,      /* DoStep */
+    ER_CALL_TERMINATE, /* Terminate */
+    ER_CALL_SET,       /* SetReal, SetFloat64: inputs and tunable parameters */
+    ER_CALL_SET_FIXED, /* SetString: fixed parameters */
+    ER_CALL_GET,       /* Get.. of FMI 2.0 */
+    ER_CALL_GET_START, /* Get.. of FMI 3.0, start values too */
+    ER_CALL_DERIVE,    /* GetDirectionalDerivative */
+    ER_CALL_RESULT,    /* of the last step: its status, derivatives of outputs by time */
+    ER_CALL_ANY        /* FMU states, SetDebugLogging, Reset */
 } er_call;
 
 /* Why a call is refused in a phase; NULL if it is not. */

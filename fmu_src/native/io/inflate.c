@@ -36,9 +36,14 @@ static unsigned take_bits(stream *s, int count)
     return value;
 }
 
-static void build_code(code *c, const unsigned char *length, int symbols)
+typedef enum { COMPLETE, SINGLE, NO_CODE } build;
+
+/* Of a single bit, or empty, a code may be where it need not be used; otherwise lengths must tell apart
+ * just as many symbols as there are. */
+static build build_code(code *c, const unsigned char *length, int symbols)
 {
     short first[MOST_BITS + 2];
+    int left = 1, used = 0;
     memset(c->count, 0, sizeof c->count);
     for (int k = 0; k < symbols; k++)
         c->count[length[k]]++;
@@ -49,6 +54,15 @@ static void build_code(code *c, const unsigned char *length, int symbols)
     for (int k = 0; k < symbols; k++)
         if (length[k] != 0)
             c->symbol[first[length[k]]++] = (short)k;
+    for (int bits = 1; bits <= MOST_BITS; bits++) {
+        left = 2 * left - c->count[bits];
+        used += c->count[bits];
+        if (left < 0)
+            return NO_CODE;
+    }
+    if (left == 0)
+        return COMPLETE;
+    return used == 0 || (used == 1 && c->count[1] == 1) ? SINGLE : NO_CODE;
 }
 
 static int take_symbol(stream *s, const code *c)
@@ -144,7 +158,7 @@ static void copy_dynamic(stream *s)
         s->broken = true;
     for (int i = 0; i < length_count; i++)
         length[order[i]] = (unsigned char)take_bits(s, 3);
-    build_code(&lengths, length, 19);
+    s->broken |= build_code(&lengths, length, 19) != COMPLETE;
     while (k < literal_count + distance_count && !s->broken) {
         int symbol = take_symbol(s, &lengths), repeat = 1;
         unsigned char value = (unsigned char)symbol;
@@ -163,10 +177,12 @@ static void copy_dynamic(stream *s)
         while (repeat-- > 0 && !s->broken)
             length[k++] = value;
     }
-    if (s->broken)
+    if (s->broken || length[END_OF_BLOCK] == 0 ||
+        build_code(&literals, length, literal_count) == NO_CODE ||
+        build_code(&distances, length + literal_count, distance_count) == NO_CODE) {
+        s->broken = true;
         return;
-    build_code(&literals, length, literal_count);
-    build_code(&distances, length + literal_count, distance_count);
+    }
     copy_coded(s, &literals, &distances);
 }
 
@@ -183,5 +199,5 @@ bool er_inflate(const unsigned char *in, size_t in_size, unsigned char *out, siz
         default: s.broken = true;
         }
     }
-    return !s.broken && s.out_at == out_size;
+    return !s.broken && s.out_at == out_size && s.in_at == in_size;
 }

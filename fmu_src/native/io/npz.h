@@ -4,7 +4,7 @@
 
 #include "table_file.h"
 
-/* Reads the arrays `columns` (text) and `data` (double, two axes) of an archive in memory. */
+/* Reads the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory. */
 bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size,
                   er_failure *failure);
 

@@ -1,6 +1,5 @@
 #include "table_file.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,15 +7,12 @@
 #include "number.h"
 #include "text_file.h"
 
-/* What a message may show of a file that may be anything. */
-static char printable(char c)
-{
-    return c >= ' ' && c <= '~' ? c : '?';
-}
+/* Longest number that is read: all that can tell two doubles apart. */
+#define MOST_DIGITS 800
 
 static const char *skip_blanks(const char *c)
 {
-    while (*c == ' ' || *c == '\t' || *c == '\r')
+    while (er_is_blank(*c))
         c++;
     return c;
 }
@@ -31,22 +27,24 @@ static const char *line_end(const char *c)
 /* Names between commas, without blanks around them; cut to the buffer. */
 static bool read_names(er_data_table *table, const char *c, const char *end, er_failure *failure)
 {
-    table->columns = 0;
-    for (;;) {
+    for (table->columns = 0;; c++) {
+        const char *from, *to;
         char *name;
         size_t length = 0;
-        if (table->columns == ER_MAX_COLUMNS)
-            return er_fail(failure, "expected at most %d columns, got more", ER_MAX_COLUMNS);
+        if (table->columns == ER_MAX_TABLE_COLUMNS)
+            return er_fail(failure, "expected at most %d columns, got more", ER_MAX_TABLE_COLUMNS);
+        for (from = c; c < end && *c != ','; c++)
+            continue;
+        for (to = c; from < to && er_is_blank(*from); from++)
+            continue;
+        while (from < to && er_is_blank(to[-1]))
+            to--;
         name = table->name[table->columns++];
-        for (c = skip_blanks(c); c < end && *c != ','; c++)
-            if (length + 1 < ER_MAX_NAME)
-                name[length++] = printable(*c);
-        while (length > 0 && (name[length - 1] == ' ' || name[length - 1] == '?'))
-            length--; /* a carriage return shows as '?' */
+        for (; from + length < to && length + 1 < ER_MAX_NAME; length++)
+            name[length] = er_printable(from[length]);
         name[length] = '\0';
-        if (c >= end)
+        if (c == end)
             return true;
-        c++;
     }
 }
 
@@ -54,13 +52,13 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
                      double *row, er_failure *failure)
 {
     for (int k = 0;; k++) {
+        const char *from = c = skip_blanks(c);
         double value;
-        c = skip_blanks(c);
-        if (!er_read_number(&c, &value)) {
+        if (!er_read_number(&c, &value) || c - from > MOST_DIGITS) {
             char got[40];
             size_t length = 0;
-            for (; c < end && *c != ',' && length + 1 < sizeof got; c++)
-                got[length++] = printable(*c);
+            for (c = from; c < end && *c != ',' && length + 1 < sizeof got; c++)
+                got[length++] = er_printable(*c);
             got[length] = '\0';
             return er_fail(failure, "line %d: expected a finite number, got '%s'", line, got);
         }
@@ -75,24 +73,31 @@ static bool read_row(const er_data_table *table, const char *c, const char *end,
         }
         if (*c != ',')
             return er_fail(failure, "line %d: expected a comma between two numbers, got '%c'",
-                           line, printable(*c));
+                           line, er_printable(*c));
         c++;
     }
 }
 
-static bool parse_csv(er_data_table *table, const char *text, er_failure *failure)
+static bool parse_csv(er_data_table *table, const char *text, size_t size, er_failure *failure)
 {
-    const char *c = text, *end;
+    const char *c = text, *end, *zero = memchr(text, '\0', size);
     size_t room = 1, width;
     int line = 1;
+    if (zero != NULL) {
+        for (const char *k = text; k < zero; k++)
+            line += *k == '\n';
+        return er_fail(failure, "expected text, got a zero byte in line %d", line);
+    }
     if (strncmp(c, "\xEF\xBB\xBF", 3) == 0) /* byte order mark of some editors */
         c += 3;
     end = line_end(c);
     if (!read_names(table, c, end, failure))
         return false;
     width = (size_t)table->columns;
+    /* No row is shorter than a digit and a comma or the line's end for each column. */
     for (const char *k = end; *k != '\0'; k++)
         room += *k == '\n';
+    room = room < size / (2 * width) + 1 ? room : size / (2 * width) + 1;
     table->data = malloc(room * width * sizeof *table->data);
     if (table->data == NULL)
         return er_fail(failure, "it does not fit into memory");
@@ -102,6 +107,8 @@ static bool parse_csv(er_data_table *table, const char *text, er_failure *failur
         line++;
         if (c == end || *c == '#')
             continue;
+        if (table->rows == room)
+            return er_fail(failure, "line %d: %d column names over fewer columns", line, table->columns);
         if (!read_row(table, c, end, line, table->data + table->rows * width, failure))
             return false;
         table->rows++;
@@ -109,26 +116,31 @@ static bool parse_csv(er_data_table *table, const char *text, er_failure *failur
     return true;
 }
 
-bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
+bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
+                    er_failure *failure)
 {
-    size_t size;
-    char *content = er_read_file(path, &size);
     bool good;
     memset(table, 0, sizeof *table);
-    if (content == NULL)
-        return errno == ENOENT ? er_fail(failure, "does not exist")
-                               : er_fail(failure, "cannot be read: %s", strerror(errno));
-    if (size > 4 && memcmp(content, "PK\3\4", 4) == 0)
+    if (size == 0)
+        return er_fail(failure, "expected a table, got an empty file");
+    if (is_npz || (size > 4 && memcmp(content, "PK\3\4", 4) == 0))
         good = er_npz_parse(table, (const unsigned char *)content, size, failure);
     else
-        good = parse_csv(table, content, failure);
-    free(content);
-    if (!good) {
-        er_failure inner = *failure;
+        good = parse_csv(table, content, size, failure);
+    if (!good)
         er_table_free(table);
-        return er_fail(failure, "cannot be read: %.1000s", inner.text);
-    }
-    return true;
+    return good;
+}
+
+bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
+{
+    size_t size, length = strlen(path);
+    char *content = er_read_file(path, &size, failure);
+    bool good = content != NULL &&
+                er_table_parse(table, content, size,
+                               length >= 4 && strcmp(path + length - 4, ".npz") == 0, failure);
+    free(content);
+    return good;
 }
 
 void er_table_free(er_data_table *table)
@@ -137,10 +149,12 @@ void er_table_free(er_data_table *table)
     table->data = NULL;
 }
 
-int er_table_column(const er_data_table *table, const char *name)
+int er_table_column(const er_data_table *table, const char *name, int *count)
 {
+    int found = -1;
+    *count = 0;
     for (int k = 0; k < table->columns; k++)
-        if (strcmp(table->name[k], name) == 0)
-            return k;
-    return -1;
+        if (strcmp(table->name[k], name) == 0 && (*count)++ == 0)
+            found = k;
+    return found;
 }

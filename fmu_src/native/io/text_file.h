@@ -3,12 +3,18 @@
 #define ER_TEXT_FILE_H
 
 #include <stddef.h>
-#include <stdio.h>
+#include <stdint.h>
 
-/* fopen for a path in UTF-8, on Windows too. */
-FILE *er_open(const char *path);
+#include "failure.h"
 
-/* Returns the content with a zero byte behind it, to be freed; NULL with errno set if there is none. */
-char *er_read_file(const char *path, size_t *size);
+/* A larger file is refused [bytes]. */
+#define ER_MOST_BYTES (UINT64_C(1) << 30)
+
+/* Whether there is something of a name in UTF-8, a file or else. */
+bool er_exists(const char *path);
+
+/* Returns the content of a file, its name in UTF-8, with a zero byte behind it, to be freed; NULL with the
+ * reason if there is none. */
+char *er_read_file(const char *path, size_t *size, er_failure *failure);
 
 #endif

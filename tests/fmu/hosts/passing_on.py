@@ -71,11 +71,10 @@ assert not heard
 assert reached() == []
 
 robot = instantiate()
-first, logging = reached()
+(first,) = reached()
 folder = Path(first.split()[4])
 assert folder.samefile(Path(sys.argv[2]).parent / "resources"), first
 assert first == f"fmi2Instantiate robot 1 {{right}} {folder} 0 1", first
-assert logging == "fmi2SetDebugLogging 1 0 ", logging
 inner = ctypes.CDLL(sys.argv[2])
 answer = c_int.in_dll(inner, "inner_answer")
 message_status = c_int.in_dll(inner, "inner_message_status")
@@ -83,9 +82,8 @@ message = (ctypes.c_char * 300).in_dll(inner, "inner_message")
 
 two, real, text = c_size_t(2), new(c_double, 0.5), new(c_char_p, b"text")
 vrs, others = new(c_uint, 7), new(c_uint, 8)
-number, category = new(c_int, 6), new(c_char_p, b"logAll")
+number = new(c_int, 6)
 CALLS = {
-    "fmi2SetDebugLogging 0 2 logAll": (0, two, category),
     "fmi2SetupExperiment 1 0.25 3 1 4": (1, c_double(0.25), c_double(3), 1, c_double(4)),
     "fmi2EnterInitializationMode": (),
     "fmi2ExitInitializationMode": (),
@@ -128,6 +126,36 @@ for line, arguments in CALLS.items():
         assert heard == [(77, 3, b"logStatusError", b"Error('100 %%s')")], heard
         heard.clear()
     reached()
+# What the slave has formatted like printf already is told as it is.
+message.value = b"Fatal py exception encountered: [doStep]\nrobot: 100 %%"
+assert library.fmi2Terminate(robot) == 3
+assert heard.pop() == (77, 3, b"logStatusError", b"robot: 100 %%")
+# The log is the host's to turn on and off.
+off, on = c_int(0), c_int(1)
+for names, status, told in (
+    ((), 0, 0),
+    ((b"logStatusError",), 0, 1),
+    ((b"logStatusWarning",), 0, 0),
+    ((b"logAll", b"logStatusWarning"), 0, 1),
+    ((b"logStatusDiscard", b"logNothing"), 3, 2),
+    ((None,), 3, 2),
+):
+    categories = (c_char_p * len(names))(*names)
+    assert (
+        library.fmi2SetDebugLogging(robot, c_int(bool(names)), c_size_t(len(names)), categories)
+        == status
+    )
+    library.fmi2Terminate(robot)
+    assert len(heard) == told, (names, heard)
+    heard.clear()
+assert library.fmi2SetDebugLogging(robot, off, c_size_t(0), None) == 0
+assert library.fmi2SetDebugLogging(robot, on, c_size_t(0), None) == 0
+reached()
+# Texts that Python would not read are not passed on.
+for bad in (b"\xff", b"mot\xc3", b"\xc0\x80", b"\xed\xa0\x80", b"\xf5\x80\x80\x80"):
+    assert library.fmi2SetString(robot, vrs, c_size_t(1), new(c_char_p, bad)) == 3
+    assert heard.pop()[3] == b"string: expected UTF-8, got other bytes"
+assert reached() == []
 # Other messages come through as they are; those without a category get one.
 answer.value, message_status.value, message.value = 0, 3, b"100 %%"
 assert library.fmi2Terminate(robot) == 0
@@ -144,7 +172,7 @@ assert library.fmi2SerializedFMUstateSize(robot, state, byref(size)) == 0
 buffer = ctypes.create_string_buffer(size.value + 20)
 assert library.fmi2SerializeFMUstate(robot, state, buffer, c_size_t(size.value + 20)) == 0
 assert buffer.raw == b"state" + bytes(20)
-assert library.fmi2DeSerializeFMUstate(robot, b"state", size, byref(other)) == 0
+assert library.fmi2DeSerializeFMUstate(robot, b"state", size, byref(other)) == 0  # tried as well
 assert library.fmi2FreeFMUstate(robot, byref(state)) == 0
 assert state.value is None
 assert library.fmi2FreeFMUstate(robot, byref(state)) == 0
@@ -157,6 +185,10 @@ assert reached() == [
     "fmi2SerializedFMUstateSize 2",
     "fmi2SerializeFMUstate 2 5",
     "fmi2DeSerializeFMUstate state",
+    "fmi2GetFMUstate",
+    "fmi2SetFMUstate 3",
+    "fmi2SetFMUstate 4",
+    "fmi2FreeFMUstate 4",
     "fmi2FreeFMUstate 2",
 ]
 assert library.fmi2SetFMUstate(robot, None) == 3
@@ -194,5 +226,5 @@ answer.value, message.value = 0, b""
 robot = instantiate(logging=0)
 library.fmi2FreeInstance(robot)
 library.fmi2FreeInstance(None)
-assert library.fmi2Terminate(None) == 4
-assert reached()[-2:] == ["fmi2SetDebugLogging 0 0 ", "fmi2FreeInstance 1"]
+assert library.fmi2Terminate(None) == 3
+assert reached()[-1] == "fmi2FreeInstance 1"

@@ -1,0 +1,24 @@
+/* Members of a zip archive in memory, stored or deflated (PKWARE, APPNOTE.TXT). */
+#ifndef ER_ZIP_H
+#define ER_ZIP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "failure.h"
+
+/* The content of a member, to be freed, with its checksum verified; NULL with the reason if it is not
+ * there or broken.  Nothing is allocated that the archive's own size does not bear out. */
+unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
+                             size_t *content_size, er_failure *failure);
+
+/* An unsigned number of some bytes, the least significant first. */
+static inline uint64_t er_little(const unsigned char *at, int bytes)
+{
+    uint64_t value = 0;
+    while (bytes-- > 0)
+        value = value << 8 | at[bytes];
+    return value;
+}
+
+#endif

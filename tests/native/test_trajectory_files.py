@@ -1,0 +1,124 @@
+"""Which trajectory files are read and which are refused, by the model in Python and the C core alike."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from native_core import Core, CoreError
+from native_fmu import SANITIZERS, compiler
+from places import TESTS
+from random_robots import make_robot
+from trajectory_files import COLUMNS, DATA, INTEGERS, PLACES, READ, REFUSED, damaged_files, npz
+
+from coupling.fmu_export.compiler import SOURCES
+from elastic_robot.errors import TrajectoryError
+from elastic_robot.trajectory import parse_trajectory, read_trajectory
+
+TIMES = np.array([0.0, 0.1, 0.5, 0.8, 1.0])
+
+
+@pytest.fixture(scope="module")
+def core() -> Core:
+    return Core(make_robot(1, 1))
+
+
+def _in_c(core: Core, file: Path) -> np.ndarray:
+    core.reset("linear", 0.0, np.zeros(1), np.zeros(6), path=file, quasistatic=True)
+    return core.drives(TIMES, 1)
+
+
+def _refusals(core: Core, file: Path) -> list[str]:
+    with pytest.raises(TrajectoryError) as python:
+        read_trajectory(file, 1)
+    with pytest.raises(CoreError) as native:
+        _in_c(core, file)
+    return [str(python.value), str(native.value)]
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_is_read_is_one_motion(core, tmp_path, name):
+    file, plain = tmp_path / name, tmp_path / "plain.csv"
+    plain.write_bytes(READ["plain.csv"])
+    expected = read_trajectory(plain, 1).at(TIMES)
+    file.write_bytes(READ[name])
+    np.testing.assert_array_equal(read_trajectory(file, 1).at(TIMES), expected)
+    np.testing.assert_allclose(_in_c(core, file), expected, rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(expected[0, [0, 2, 4], 0], DATA[:, 1])
+
+
+@pytest.mark.parametrize("name", INTEGERS)
+def test_whole_numbers_are_numbers(core, tmp_path, name):
+    file = tmp_path / name
+    file.write_bytes(INTEGERS[name])
+    expected = read_trajectory(file, 1).at(TIMES)
+    np.testing.assert_allclose(_in_c(core, file), expected, rtol=0, atol=1e-11)
+    assert expected[0, -1, 0] == 2.0
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_refused_is_told_with_file_and_reason(core, tmp_path, name):
+    file, (content, reason) = tmp_path / name, REFUSED[name]
+    file.write_bytes(content)
+    for said in _refusals(core, file):
+        assert said.startswith(f"trajectory {file}: ")
+        assert reason in said
+        assert "\n" not in said
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_what_is_no_file_is_told_at_once(core, tmp_path, name):
+    file, (make, reason) = tmp_path / name, PLACES[name]
+    make(file)
+    assert _refusals(core, file) == [f"trajectory {file}: {reason}"] * 2
+
+
+def test_an_archive_cut_anywhere_is_refused(core):
+    content = npz(compressed=True)
+    for length in range(len(content)):
+        with pytest.raises((ValueError, TrajectoryError)):
+            parse_trajectory(content[:length], True, 1)
+        with pytest.raises(CoreError):
+            core.parse(content[:length], True)
+
+
+def test_damaged_files_have_one_verdict_and_one_motion(core):
+    """Where both read a damaged file they read the same numbers."""
+    refused = 0
+    for content, is_npz in damaged_files(seed=1, count=4000):
+        try:
+            expected = parse_trajectory(content, is_npz, 1)
+        except (ValueError, TrajectoryError) as error:
+            refused += 1
+            try:
+                core.parse(content, is_npz)
+            except CoreError:
+                continue
+            pytest.fail(f"Python alone refuses {content!r}: {error}")
+        core.parse(content, is_npz)
+        times = np.linspace(expected.start, expected.end, 5)
+        motion = expected.at(times)
+        tolerance = 1e-9 * np.abs(motion).max(axis=(1, 2), keepdims=True)
+        assert np.all(np.abs(core.drives(times, 1) - motion) <= tolerance), content
+    assert 1000 < refused < 3900
+
+
+def test_sanitizers_find_nothing_in_damaged_files(tmp_path):
+    program, folder = tmp_path / "fuzz_files", tmp_path / "files"
+    folder.mkdir()
+    rates = np.column_stack([DATA, np.ones((3, 2))])
+    sound = {**READ, **INTEGERS, "rates.npz": npz([*COLUMNS, "qd1", "qdd1"], rates)}
+    for name, content in sound.items():
+        (folder / name).write_bytes(content)
+    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'core'}"]
+    reading = [SOURCES / "core" / "trajectory.c", *sorted((SOURCES / "io").glob("*.c"))]
+    sources = [TESTS / "native" / "fuzz_files.c", *reading]
+    subprocess.run([compiler(), *flags, "-o", program, *sources, "-lm"], check=True)
+    command = [program, "20000", *sorted(folder.iterdir())]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    times, refused = (int(word) for word in done.stdout.split() if word.isdigit())
+    assert times == 20000
+    assert 0.3 * times < refused < times
