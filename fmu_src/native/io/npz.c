@@ -9,7 +9,8 @@
 
 /* One array: its bytes and what the header says of them. */
 typedef struct {
-    unsigned char *content; /* the whole .npy, to be freed */
+    const unsigned char *content; /* the whole .npy */
+    unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
     const unsigned char *data;
     size_t bytes;
     er_npy_header header;
@@ -19,7 +20,7 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
                        array *a, er_failure *failure)
 {
     size_t content_size = 0, prefix, length;
-    a->content = er_zip_member(archive, size, file, &content_size, failure);
+    a->content = er_zip_member(archive, size, file, &content_size, &a->unpacked, failure);
     if (a->content == NULL)
         return false;
     if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 ||
@@ -169,7 +170,7 @@ bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t siz
                 take_names(table, &columns, failure) &&
                 open_array(archive, size, "data", "data.npy", &data, failure) &&
                 take_data(table, &data, failure);
-    free(columns.content);
-    free(data.content);
+    free(columns.unpacked);
+    free(data.unpacked);
     return good;
 }

@@ -129,35 +129,37 @@ static const unsigned char *packed_bytes(slice zip, const entry *e)
     return zip.bytes + start;
 }
 
-unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
-                             size_t *content_size, er_failure *failure)
+const unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
+                                   size_t *content_size, unsigned char **unpacked,
+                                   er_failure *failure)
 {
     slice zip = {archive, size};
     entry e;
-    const unsigned char *packed;
-    unsigned char *content;
-    bool good;
+    const unsigned char *content;
+    *unpacked = NULL;
     if (!find_entry(zip, name, &e, failure))
         return NULL;
-    packed = packed_bytes(zip, &e);
-    content = packed != NULL ? malloc((size_t)e.full + 1) : NULL;
+    content = packed_bytes(zip, &e);
     if (content == NULL) {
-        er_fail(failure, packed == NULL ? "the archive's member %s is broken"
-                                        : "the archive's member %s does not fit into memory", name);
+        er_fail(failure, "the archive's member %s is broken", name);
         return NULL;
     }
-    if (e.method == STORED) {
-        memcpy(content, packed, (size_t)e.full);
-        good = true;
-    } else {
-        good = er_inflate(packed, (size_t)e.packed, content, (size_t)e.full) ||
-               er_fail(failure, "the archive's member %s is broken", name);
+    if (e.method == DEFLATED) {
+        *unpacked = malloc((size_t)e.full + 1);
+        if (*unpacked == NULL) {
+            er_fail(failure, "the archive's member %s does not fit into memory", name);
+            return NULL;
+        }
+        if (!er_inflate(content, (size_t)e.packed, *unpacked, (size_t)e.full)) {
+            er_fail(failure, "the archive's member %s is broken", name);
+            return NULL;
+        }
+        content = *unpacked;
     }
-    good = good && (checksum_of(content, (size_t)e.full) == e.checksum ||
-                    er_fail(failure, "the archive's member %s is damaged: its checksum is another", name));
+    if (checksum_of(content, (size_t)e.full) != e.checksum) {
+        er_fail(failure, "the archive's member %s is damaged: its checksum is another", name);
+        return NULL;
+    }
     *content_size = (size_t)e.full;
-    if (good)
-        return content;
-    free(content);
-    return NULL;
+    return content;
 }
