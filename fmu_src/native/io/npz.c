@@ -135,7 +135,16 @@ static bool is_own(const er_npy_header *header)
            header->big == (bytes[0] != 0);
 }
 
-static bool take_data(er_data_table *table, const array *a, er_failure *failure)
+/* Puts the table at the start of the memory that it was read into, which is the table's then. */
+static void take_over(er_data_table *table, array *a, void *memory)
+{
+    memmove(memory, a->data, a->bytes);
+    table->data = memory;
+    if (memory == a->unpacked)
+        a->unpacked = NULL;
+}
+
+static bool take_data(er_data_table *table, array *a, void *spare, er_failure *failure)
 {
     size_t rows = (size_t)a->header.shape[0], columns = (size_t)a->header.shape[1];
     if (!is_number(&a->header) || a->header.axes != 2)
@@ -148,13 +157,13 @@ static bool take_data(er_data_table *table, const array *a, er_failure *failure)
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
+    if (is_own(&a->header) && (a->unpacked != NULL || spare != NULL)) {
+        take_over(table, a, a->unpacked != NULL ? a->unpacked : spare);
+        return true;
+    }
     table->data = malloc(rows * columns * sizeof *table->data);
     if (table->data == NULL)
         return er_fail(failure, "it does not fit into memory");
-    if (is_own(&a->header)) {
-        memcpy(table->data, a->data, rows * columns * sizeof *table->data);
-        return true;
-    }
     for (size_t i = 0; i < rows; i++)
         for (size_t j = 0; j < columns; j++)
             table->data[i * columns + j] =
@@ -162,14 +171,14 @@ static bool take_data(er_data_table *table, const array *a, er_failure *failure)
     return true;
 }
 
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size,
+bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
                   er_failure *failure)
 {
     array columns = {0}, data = {0};
     bool good = open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
                 take_names(table, &columns, failure) &&
                 open_array(archive, size, "data", "data.npy", &data, failure) &&
-                take_data(table, &data, failure);
+                take_data(table, &data, spare, failure);
     free(columns.unpacked);
     free(data.unpacked);
     return good;
