@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour, one is make milling.
-PAGES = figures inverse robin study comparison milling two-robots sheet-fem masters-table performance real-time inverse-time
+PAGES = figures inverse robin study comparison milling two-robots sheet-fem commands masters-table performance real-time inverse-time
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
@@ -33,8 +33,7 @@ fuzz: .venv/installed
 
 # Debian: apt-get install qemu-user libc6-arm64-cross wine
 emulators: .venv/installed
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check -e .[native]
-	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_emulators.py tests/fmu/test_python_host.py -k "emulator or wine or platforms"
+	ELASTIC_ROBOT_EMULATORS=1 .venv/bin/pytest -q tests/native/test_emulators.py tests/fmu/test_python_host.py tests/fmu/test_wheel.py -k "emulator or wine or platforms"
 
 docs: run $(PAGES)
 

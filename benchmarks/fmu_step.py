@@ -161,7 +161,9 @@ def main() -> None:
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]
             table.add_row(f"{kind} FMU, FMPy", *row)
         trivial = rigid(ROBOT)
-        folder = Path(fmpy.extract(str(build_fmu(trivial, folder / "rigid.fmu"))))
+        folder = Path(
+            fmpy.extract(str(build_fmu(trivial, folder / "rigid.fmu", BuildOptions("python"))))
+        )
         rigid_fmu, rigid_model = over_the_model(folder)
     console.print(table)
     state, step = costs["state", 0.0], costs["step", 4e-3]

@@ -37,7 +37,7 @@ from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath
-from coupling.robot.robot_fmu import SIGNALS, save_trajectory
+from coupling.robot.robot_fmu import SCALARS, save_trajectory
 from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.robot import ElasticRobot
@@ -137,7 +137,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         save_trajectory(folder / "command.npz", command)
         unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu")
         driver = load(folder / "fmu")
-        inputs, outputs = SIGNALS["2"].wrench, SIGNALS["2"].pose
+        inputs, outputs = SCALARS.wrench, SCALARS.pose
 
         def native(mode: Mode) -> float:
             settings = {

@@ -17,7 +17,7 @@ from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
 from coupling.fmu.driver import Job
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.robot.robot_fmu import SIGNALS
+from coupling.robot.robot_fmu import SCALARS
 from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
@@ -91,7 +91,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
                 np.savez(folder / "path.npz", **samples)
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
-            inputs, outputs = SIGNALS["2"].wrench, SIGNALS["2"].pose
+            inputs, outputs = SCALARS.wrench, SCALARS.pose
             loads = np.zeros((len(times), len(inputs)))
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
             fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError, one_of
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, Vector3
-from coupling.fmu_export.build import KINDS, fastest_kind
+from coupling.fmu_export.build import DEFAULT_KIND, KINDS
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
 from coupling.robot.cell import Placement
 from coupling.solve.fixed_point import Tolerance
@@ -93,7 +93,7 @@ class RobotTable(_MemberTable):
     """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
 
     mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
-    fmu: Annotated[str, _one_of(KINDS), Field(default_factory=fastest_kind)]
+    fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
 
 
 class SupportTable(_MemberTable):

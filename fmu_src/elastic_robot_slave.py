@@ -36,20 +36,27 @@ except ImportError as error:
 
 import elastic_robot
 from elastic_robot.chain import build_chain
+from elastic_robot.commands import Command, CommandedMotion, Past
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi import lifecycle
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.fmi.interface import MODEL_NAME, TOLERANCE, blocks
+from elastic_robot.fmi.interface import (
+    DERIVATIVES,
+    MODEL_NAME,
+    OF_DERIVATIVES,
+    TOLERANCE,
+    blocks,
+)
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.settings import SETTINGS
-from elastic_robot.tool_load import NO_SPRING, ContactSpring, Load, symmetric
-from elastic_robot.trajectory import HeldCommand, Trajectory, read_trajectory
+from elastic_robot.tool_load import NO_RATE, NO_SPRING, ContactSpring, Load, symmetric
+from elastic_robot.trajectory import Trajectory, read_trajectory
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
@@ -105,6 +112,8 @@ class ElasticRobotSlave(Fmi2Slave):
         # None: to be computed from the present inputs and parameters.
         self._model: ElasticRobot | None = None
         self._trajectory: Trajectory | None = None
+        # What the last step leaves to a moving robot that follows the inputs.
+        self._past: Past | None = None
         # The model's own time is that since the start: late times have few digits for seconds.
         self._start = self._time = 0.0
         self._tolerance = TOLERANCE
@@ -112,10 +121,12 @@ class ElasticRobotSlave(Fmi2Slave):
         self._parameters_changed = False
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
-        self._wrench = self._reals.block("wrench")
+        self._wrench, self._wrench_rate = map(self._reals.block, ("wrench", "wrench_rate"))
         anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
         self._anchor = tuple(self._reals.block(key) for key in anchor)
         self._commands = tuple(self._reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+        # Rates of qdd_cmd; nan where the master has told none.
+        self._jerk = np.full(len(self._robot.joints), np.nan)
 
     def _refusal(self, error: BaseException) -> _RefusedError:
         text = f"{self.instance_name}: {error}"
@@ -169,11 +180,15 @@ class ElasticRobotSlave(Fmi2Slave):
 
     @_allowed(lifecycle.STEP)
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Move on by a communication step; inputs are held over it."""
+        """Move on by a communication step; inputs are those at its start."""
         self._require_step(current_time, step_size)
         if step_size > 0.0:
             model = self._initialised()
-            self._step(model, self._end(model, current_time, step_size), self._load())
+            end = self._end(model, current_time, step_size)
+            drives = self._drives(model.time, end)
+            self._step(model, end, drives, self._load())
+            if isinstance(drives, CommandedMotion) and self._strings["mode"] == "dynamic":
+                self._past = drives.past(end, self._past)
             self._time = current_time + step_size
             self._computed.clear()
         return True
@@ -192,14 +207,14 @@ class ElasticRobotSlave(Fmi2Slave):
         rounding = SETTINGS.time_rounding(max(abs(self._start), abs(current_time)))
         return own if abs(told - own) <= rounding else told
 
-    def _step(self, model: ElasticRobot, end: float, load: Load) -> None:
+    def _step(self, model: ElasticRobot, end: float, drives: Drives, load: Load) -> None:
         if not self._parameters_changed:
-            model.step(end, self._drives(model.time), load)
+            model.step(end, drives, load)
             return
         before = model.snapshot
         model.parameters = self._checked_parameters()
         try:
-            model.step(end, self._drives(model.time), load)
+            model.step(end, drives, load)
         except ElasticRobotError:
             model.snapshot = before
             raise
@@ -222,11 +237,21 @@ class ElasticRobotSlave(Fmi2Slave):
         """Set inputs and parameters."""
         if not vrs:
             return
-        if self._reals.set(vrs, values).has_parameters:
+        if vrs[0] >= OF_DERIVATIVES:  # python_host's fmi2SetRealInputDerivatives
+            self._set_derivatives([vr - OF_DERIVATIVES for vr in vrs], values)
+        elif self._reals.set(vrs, values).has_parameters:
             self._parameters_changed = True
         if self._phase < lifecycle.Phase.RUNNING:
             self._model = None
             self._computed.clear()
+
+    def _set_derivatives(self, vrs: list[int], values: list[float]) -> None:
+        """Take first derivatives of inputs; those without a place here have no effect."""
+        for (key, k), value in zip(self._reals.inputs(vrs, values), values, strict=True):
+            if key == "qdd_cmd":
+                self._jerk[k] = value
+            elif key in DERIVATIVES:
+                self._reals.block(DERIVATIVES[key])[k] = value
 
     @_allowed(lifecycle.SET)
     def set_string(self, vrs: list[int], values: list[str | None]) -> None:
@@ -280,7 +305,8 @@ class ElasticRobotSlave(Fmi2Slave):
         model.parameters = self._checked_parameters()
         self._trajectory = self._read_trajectory(strings)
         undeflected = strings["initial_state"] == "undeflected"
-        model.reset(0.0, self._drives(0.0), self._load(), undeflected)
+        self._past = None
+        model.reset(0.0, self._drives(0.0, 0.0), self._load(), undeflected)
         self._computed.clear()
         self._parameters_changed = False
         self._model = model
@@ -298,19 +324,24 @@ class ElasticRobotSlave(Fmi2Slave):
         file = packed if os.path.exists(packed) and not os.path.exists(path) else path
         return read_trajectory(file, len(self._robot.joints))
 
-    def _drives(self, time: float) -> Drives:
-        """Return the drives in the model's time, from which on a command is held."""
+    def _drives(self, start: float, end: float) -> Drives:
+        """Return the drives over a step, in the model's time."""
         if self._trajectory is not None:
             return self._trajectory.since(self._start)
-        return HeldCommand(time, *self._commands)
+        q, qd, qdd = (block.copy() for block in self._commands)
+        command = Command(q, qd, qdd, self._jerk.copy())
+        return CommandedMotion.after(self._past, command, start, end - start)
 
     def _load(self) -> Load:
         """Return what acts on the tool; without stiffness the anchor is nowhere."""
-        wrench, (position, velocity, entries) = self._wrench.copy(), self._anchor
+        wrench, rate = self._wrench.copy(), NO_RATE
+        if self._wrench_rate.any():
+            rate = self._wrench_rate.copy()
+        position, velocity, entries = self._anchor
         if not entries.any():
-            return Load(wrench, NO_SPRING)
+            return Load(wrench, NO_SPRING, rate)
         spring = ContactSpring(position.copy(), velocity.copy(), symmetric(entries))
-        return Load(wrench, spring)
+        return Load(wrench, spring, rate)
 
     def _checked_parameters(self) -> Parameters:
         reals = self._reals
@@ -339,8 +370,10 @@ class ElasticRobotSlave(Fmi2Slave):
             phase=self._phase,
             parameters_changed=self._parameters_changed,
             values=self._reals.values.copy(),
+            jerk=self._jerk.copy(),
             strings=tuple(self._strings.values.values()),
             model=None if self._model is None else self._model.snapshot,
+            past=self._past,
             trajectory=trajectory,
             trajectory_digest="" if trajectory is None else trajectory.digest,
         )
@@ -370,6 +403,7 @@ class ElasticRobotSlave(Fmi2Slave):
         self._start, self._time, self._tolerance = state.start, state.time, state.tolerance
         self._phase, self._parameters_changed = state.phase, state.parameters_changed
         self._reals.values[:] = state.values
+        self._past, self._jerk = state.past, state.jerk.copy()
         self._computed.clear()
 
     @staticmethod

@@ -11,8 +11,20 @@ from rich.console import Console
 from coupling.case import load_case
 from coupling.cli.arguments import CaseFile
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import BuildOptions, build_fmu, platform_names, remark
+from coupling.fmu_export.build import (
+    DEFAULT_KIND,
+    BuildOptions,
+    build_fmu,
+    platform_names,
+    remarks,
+)
+from coupling.fmu_export.core_library import is_ready, platforms_named
 from coupling.run.ssp import write_ssp
+
+Platforms = Annotated[
+    str | None,
+    typer.Option(help="linux64,win64,... or all, as native is unless given; python: this one."),
+]
 
 
 def build(
@@ -20,17 +32,20 @@ def build(
     output: Annotated[Path, typer.Option("-o", "--output", help="The FMU.")] = Path(
         "ElasticRobot.fmu"
     ),
-    kind: Annotated[str, typer.Option(help="python, or native: in C, needs nothing.")] = "python",
-    platforms: Annotated[
-        str, typer.Option(help="To compile for: linux64,win64,... or all; this machine.")
-    ] = "",
+    kind: Annotated[
+        str, typer.Option(help="native: in C, needs nothing; or python, the readable reference.")
+    ] = DEFAULT_KIND,
+    platforms: Platforms = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
+    arrays: Annotated[
+        bool, typer.Option("--arrays", help="One array for what belongs together, in FMI 3.")
+    ] = False,
 ) -> None:
     """Build the FMU of a robot."""
-    options = BuildOptions(kind, platform_names(platforms), sources, fmi)
-    file = build_fmu(load_robot(find_robot(robot)), output, options)
-    for line in filter(None, (f"{file}: built", remark(file))):
+    described = load_robot(find_robot(robot))
+    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays)
+    for line in remarks(build_fmu(described, output, options)):
         Console().print(line, soft_wrap=True)
 
 
@@ -39,7 +54,21 @@ def ssp(
     output: Annotated[Path, typer.Option("-o", "--output", help="The archive.")] = Path(
         "system.ssp"
     ),
+    platforms: Platforms = None,
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
-    file = write_ssp(load_case(case), output)
+    loaded = load_case(case)
+    file = write_ssp(loaded, output, _asked_for(platforms, loaded.fmu))
     Console().print(f"{file}: built")
+
+
+def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
+    """Return the platforms to build for, and say which libraries have to be compiled first."""
+    if kind != "native":
+        return platform_names(platforms or "")
+    names = platform_names("all" if platforms is None else platforms)
+    waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
+    if waiting:
+        text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
+        Console().print(text, soft_wrap=True)
+    return names

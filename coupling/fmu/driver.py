@@ -116,6 +116,7 @@ class Driver(ABC):
         description: Its model description.
 
     Attributes:
+        variables: Names of its variables.
         version: Version of FMI, "2" or "3".
         slave_type: FMPy's class.
         setter, getter: Names of the standard's functions that set and get reals.
@@ -131,6 +132,7 @@ class Driver(ABC):
     def __init__(self, folder: Path, description: ModelDescription) -> None:
         self._description = description
         self._references = {v.name: v.valueReference for v in description.modelVariables}
+        self.variables = frozenset(self._references)
         self._slave = self.slave_type(
             guid=description.guid,
             unzipDirectory=str(folder),

@@ -1,8 +1,8 @@
 """A Python process beside this one in which an FMU runs, which may crash its host.
 
 The process runs `coupling.fmu.worker_main`.  Both sides speak pickles over its standard streams:
-("ready", version of FMI) or ("error", text) out; then jobs in, and for each of them any number of
-("progress", done, total) and one ("result", value) or ("error", text) out.
+("ready", names of the variables) or ("error", text) out; then jobs in, and for each of them any number
+of ("progress", done, total) and one ("result", value) or ("error", text) out.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class WorkerProcess:
         folder: Folder with the unpacked FMU.
 
     Attributes:
-        version: Version of FMI, "2" or "3".
+        variables: Names of the FMU's variables.
 
     Raises:
         FmuError: If the FMU cannot be loaded.
@@ -61,9 +61,10 @@ class WorkerProcess:
             env={**os.environ, **one_thread},
         )
         try:
-            kind, self.version = self._answer()
+            kind, content = self._answer()
             if kind == "error":
-                raise FmuError(self.version)
+                raise FmuError(content)
+            self.variables: frozenset[str] = content
         except FmuError:
             self.close()
             raise

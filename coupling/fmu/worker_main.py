@@ -25,7 +25,7 @@ def serve(folder: Path, jobs: BinaryIO, answers: BinaryIO) -> None:
     except FmuError as error:
         tell("error", str(error))
         return
-    tell("ready", driver.version)
+    tell("ready", driver.variables)
     while True:
         try:
             job = pickle.load(jobs)

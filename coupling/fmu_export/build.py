@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 from coupling.errors import BuildError, one_of
-from coupling.fmu_export.compiler import PLATFORMS, compiles_here
+from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
-from coupling.fmu_export.native_standards import STANDARDS
+from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, Standard
 from coupling.fmu_export.python_fmu import build_python_fmu
 from coupling.fmu_export.python_host import without_host
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import MODEL_NAME
+
+# Kind of FMU that is built unless another one is asked for.
+DEFAULT_KIND = "native"
 
 
 @dataclass(frozen=True)
@@ -23,12 +27,15 @@ class BuildOptions:
 
     Attributes:
         kind: One of KINDS.
-        platforms: Names of the platforms that libraries are compiled for; none: this machine.
+        platforms: Names of the platforms that it has libraries for; none: this machine, and with
+            kind python those that PythonFMU brings.
         sources: Whether the C sources of a native FMU are packed as well.
         fmi: Version of FMI, one of STANDARDS; 3 is for a native FMU.
+        arrays: Whether reals that belong together are one array, in FMI 3.
 
     Raises:
-        BuildError: If the kind or the version is not known, or the options do not fit the kind.
+        BuildError: If the kind or the version is not known, or the options do not fit the kind or the
+            version.
 
     Example:
         >>> BuildOptions("native", fmi="4")
@@ -36,10 +43,11 @@ class BuildOptions:
         coupling.errors.BuildError: FMI version: expected one of 2, 3, got '4'
     """
 
-    kind: str = "python"
+    kind: str = DEFAULT_KIND
     platforms: tuple[str, ...] = ()
     sources: bool = False
     fmi: str = "2"
+    arrays: bool = False
 
     def __post_init__(self) -> None:
         for what, name, known in (
@@ -50,8 +58,15 @@ class BuildOptions:
                 raise BuildError(f"{what}: {one_of(known, name)}")
         if self.kind == "python" and (self.sources or self.fmi != "2"):
             raise BuildError(
-                "kind: expected native with sources or FMI 3, got python: add --kind native"
+                "kind: expected native with sources or FMI 3, got python: leave out --kind python"
             )
+        if self.arrays and self.fmi != "3":
+            raise BuildError(f"arrays: expected FMI 3, got FMI {self.fmi}: add --fmi 3")
+
+    @property
+    def standard(self) -> Standard:
+        """What the version of FMI asks of a native FMU."""
+        return FMI3_ARRAYS if self.arrays else STANDARDS[self.fmi]
 
 
 # What writes an FMU of each kind.
@@ -60,14 +75,9 @@ KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path
         robot, file, resources, options.platforms
     ),
     "native": lambda robot, file, resources, options: build_native_fmu(
-        robot, file, resources, options.platforms, options.sources, STANDARDS[options.fmi]
+        robot, file, resources, options.platforms, options.sources, options.standard
     ),
 }
-
-
-def fastest_kind() -> str:
-    """Return the fastest kind that can be built here: native where there is a C compiler."""
-    return "native" if compiles_here() else "python"
 
 
 def build_fmu(
@@ -96,15 +106,22 @@ def build_fmu(
     return KINDS[options.kind](robot, file, resources, options)
 
 
-def remark(file: Path) -> str:
-    """Return a sentence on an FMU's libraries, empty where there is nothing to say."""
+def remarks(file: Path) -> list[str]:
+    """Return sentences on an FMU's libraries: the platforms they are for, and what they lack."""
     alone = without_host(file, MODEL_NAME)
-    if not alone:
-        return ""
-    return (
-        f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
-        " (docs/fmu.md; --platforms)"
-    )
+    said = [f"{file}: built for {', '.join(_platforms_inside(file))}"]
+    if alone:
+        said.append(
+            f"{', '.join(alone)}: PythonFMU's library alone, as python_host was not compiled for it"
+            " (docs/fmu.md; --platforms)"
+        )
+    return said
+
+
+def _platforms_inside(file: Path) -> list[str]:
+    with zipfile.ZipFile(file) as archive:
+        folders = {name.split("/")[1] for name in archive.namelist() if "binaries/" in name}
+    return [p.name for p in PLATFORMS.values() if {p.name, p.machine} & folders]
 
 
 def platform_names(text: str) -> tuple[str, ...]:

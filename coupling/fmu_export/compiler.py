@@ -1,11 +1,13 @@
 """Compiles C to libraries: with the host's compiler, or with Zig's for any platform.
 
 Zig's compiler comes from PyPI (`pip install ziglang`) and carries the C libraries of all platforms, so
-that a Windows or macOS library can be built on Linux.
+that a Windows or macOS library can be built on Linux.  The wheel's build hook runs this where there is
+nothing but filelock: no NumPy, not this distribution.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib.util
 import os
@@ -18,12 +20,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import elastic_robot
+from filelock import FileLock
+
 from coupling.errors import BuildError
 
-# What goes into FMUs beside the model: in the checkout, or as a wheel has it (pyproject.toml).
+# What goes into FMUs beside the model: as a wheel has it (pyproject.toml), or in the checkout.
 _SHIPPED = Path(__file__).parent / "fmu_src"
-FMU_SOURCES = _SHIPPED if _SHIPPED.is_dir() else Path(elastic_robot.__file__).parent.parent
+FMU_SOURCES = _SHIPPED if _SHIPPED.is_dir() else Path(__file__).parents[2] / "fmu_src"
 SOURCES = FMU_SOURCES / "native"
 # Contracted multiply-adds are as exact as rounded ones, and nobody asks for errno; anything that drops
 # checks of NaN is not used.
@@ -88,8 +91,11 @@ def compile_library(
     definitions: Sequence[str] = (),
     cache: Path | None = None,
     libraries: Sequence[str] = ("m",),
+    compiler: Sequence[str] = (),
 ) -> Path:
     """Return a shared library of C sources, from the cache if it was compiled before.
+
+    Of several that ask for the same one at once the first compiles it, and the others wait.
 
     Args:
         target: The platform it is for.
@@ -97,46 +103,74 @@ def compile_library(
         definitions: Further flags, such as -DNAME.
         cache: Folder for libraries; `elastic-robot` in the user's cache folder unless given.
         libraries: Libraries of the system, linked where it is not Windows.
+        compiler: Command of the compiler; `host_compiler` unless given.
 
     Raises:
         CompilerError: If there is no compiler for the platform, or it fails; with what it says.
     """
-    compiler = _compiler(target)
-    flags = [*FLAGS, *definitions]
-    folders = sorted({source.parent for source in sources} | {SOURCES})
-    if target.suffix == ".dll":
-        flags.remove("-fPIC")
-    file = (
-        cache or _cache()
-    ).resolve() / f"{_key(compiler, flags, sources, folders)}{target.suffix}"
+    compiler = compiler or host_compiler(target)
+    file = library_file(target, sources, compiler, definitions, cache)
     if file.is_file():
         return file
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        built = Path(folder, file.name)
-        command = [*compiler, *flags, *[f"-I{f.resolve()}" for f in folders], "-o", str(built)]
-        command += [
-            *(str(source.resolve()) for source in sources),
-            *([] if target.suffix == ".dll" else [f"-l{name}" for name in libraries]),
-        ]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise CompilerError(f"{' '.join(compiler)} failed for {target.name}:\n{done.stderr}")
-        os.replace(built, file)
+    command = [*compiler, *_flags(target, definitions)]
+    command += [f"-I{folder.resolve()}" for folder in _header_folders(sources)]
+    command += [str(source.resolve()) for source in sources]
+    command += [] if target.suffix == ".dll" else [f"-l{name}" for name in libraries]
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with FileLock(file.with_suffix(".lock")):
+            if not file.is_file():
+                _compile(command, file, f"{' '.join(compiler)} failed for {target.name}")
+    except OSError as cause:
+        raise CompilerError(
+            f"{file.parent}: cannot be written: {cause.strerror or cause}"
+        ) from cause
     return file
+
+
+def _compile(command: Sequence[str], file: Path, failed: str) -> None:
+    """Write a library; it stands in its place only when it is complete."""
+    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+        # Libraries for Windows and macOS state the name that they are linked as: it is always the same.
+        built = Path(folder, f"library{file.suffix}")
+        asked = [*command, "-o", built.name]
+        done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise CompilerError(f"{failed}:\n{done.stderr}")
+        os.replace(built, file)
+
+
+def library_file(
+    target: Platform,
+    sources: Sequence[Path],
+    compiler: Sequence[str],
+    definitions: Sequence[str] = (),
+    cache: Path | None = None,
+) -> Path:
+    """Return where `compile_library` keeps a library: named by a hash of all that decides what it is."""
+    flags = _flags(target, definitions)
+    named = ["python" if part == sys.executable else part for part in compiler]
+    asked = repr((named, flags)).encode()
+    digest = hashlib.sha256(asked + _version(tuple(compiler)))
+    headers = sorted({h for folder in _header_folders(sources) for h in folder.glob("**/*.h")})
+    for file in [*sources, *headers]:
+        digest.update(file.name.encode())
+        digest.update(file.read_bytes())
+    return (cache or _cache()).resolve() / f"{digest.hexdigest()[:24]}{target.suffix}"
+
+
+def _flags(target: Platform, definitions: Sequence[str]) -> list[str]:
+    needless = {"-fPIC"} if target.suffix == ".dll" else set()
+    return [flag for flag in (*FLAGS, *definitions) if flag not in needless]
+
+
+def _header_folders(sources: Sequence[Path]) -> list[Path]:
+    return sorted({source.parent for source in sources} | {SOURCES})
 
 
 def core_sources() -> list[Path]:
     """Return the C files of the model, without the FMI functions."""
     return [source for source in sorted(SOURCES.rglob("*.c")) if not source.stem.startswith("fmi")]
-
-
-def compiles_here() -> bool:
-    """Whether there is a C compiler for this machine; none is started to find out."""
-    try:
-        return bool(_compiler(host_platform()))
-    except CompilerError:
-        return False
 
 
 def zig() -> list[str] | None:
@@ -146,34 +180,45 @@ def zig() -> list[str] | None:
     return [sys.executable, "-m", "ziglang", "cc"]
 
 
-def _compiler(target: Platform) -> list[str]:
-    if target == host_platform():
-        own = os.environ.get("CC", "").split()
-        known = [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
-        if own or known:
-            return own or known[0]
+def host_compiler(target: Platform) -> list[str]:
+    """Return the host's own compiler for this machine, and Zig's for others or where it has none.
+
+    Raises:
+        CompilerError: If there is none.
+    """
+    return _own_compiler(target) or portable_compiler(target)
+
+
+def portable_compiler(target: Platform) -> list[str]:
+    """Return Zig's compiler, whose libraries are the same wherever they are made, else the host's own.
+
+    Raises:
+        CompilerError: If there is none.
+    """
     found = zig()
-    if found is None:
+    if found is not None:
+        return [*found, "-target", target.target]
+    own = _own_compiler(target)
+    if own is None:
         raise CompilerError(
-            f"there is no C compiler for {target.name}: install cc, gcc or clang (for this machine"
-            " only) or the package ziglang (pip install ziglang)"
+            f"there is no C compiler for {target.name}: install the package ziglang (pip install"
+            " ziglang), or cc, gcc or clang for this machine only"
         )
-    return [*found, "-target", target.target]
+    return own
 
 
-def _key(
-    compiler: Sequence[str], flags: Sequence[str], sources: Sequence[Path], folders: Sequence[Path]
-) -> str:
-    """Hash of all that decides what the library will be."""
+def _own_compiler(target: Platform) -> list[str] | None:
+    if target != host_platform():
+        return None
+    known = [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
+    return os.environ.get("CC", "").split() or next(iter(known), None)
+
+
+@functools.cache
+def _version(compiler: tuple[str, ...]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:  # Zig leaves files where it is started
         asked = [*compiler, "--version"]
-        version = subprocess.run(asked, cwd=folder, capture_output=True, check=False).stdout
-    digest = hashlib.sha256(repr((list(compiler), list(flags))).encode() + version)
-    headers = sorted({header for folder in folders for header in folder.glob("**/*.h")})
-    for file in [*sources, *headers]:
-        digest.update(file.name.encode())
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:24]
+        return subprocess.run(asked, cwd=folder, capture_output=True, check=False).stdout
 
 
 def _cache() -> Path:

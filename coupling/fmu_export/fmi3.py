@@ -1,7 +1,4 @@
-"""modelDescription.xml of an FMI 3.0 co-simulation FMU, from blocks of variables.
-
-It has arrays where FMI 2.0 has a variable for each element.
-"""
+"""modelDescription.xml of an FMI 3.0 co-simulation FMU, from blocks of variables."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export import model_description as md
-from coupling.fmu_export.arrays import ArrayVariable, array_variables
+from coupling.fmu_export.grouping import Group, Groups
 from elastic_robot.fmi.interface import Block, Variable
 
 _FLAGS = (
@@ -29,12 +26,15 @@ _FLAGS = (
 )
 
 
-def fmi3_description(about: md.About, blocks: Mapping[str, Block], token: str) -> bytes:
+def fmi3_description(
+    about: md.About, blocks: Mapping[str, Block], groups: Groups, token: str
+) -> bytes:
     """Return modelDescription.xml.
 
     Args:
         about: Description of the FMU.
-        blocks: Its variables as FMI 2.0 has them.
+        blocks: Its variables, element by element.
+        groups: The same, as masters are to see them.
         token: Instantiation token; ties the description to the binary.
     """
     root = md.root_element(about, "3.0", "instantiationToken", token)
@@ -43,9 +43,8 @@ def fmi3_description(about: md.About, blocks: Mapping[str, Block], token: str) -
     md.add_log_categories(root, "fmi3")
     md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
-    arrays = array_variables(blocks)
     for name, block in blocks.items():
-        for variable in arrays[name]:
+        for variable in groups[name]:
             variables.append(_variable(block, variable))
     SubElement(
         variables,
@@ -59,7 +58,7 @@ def fmi3_description(about: md.About, blocks: Mapping[str, Block], token: str) -
             "unit": "s",
         },
     )
-    _add_structure(root, blocks, arrays)
+    _add_structure(root, blocks, groups)
     return md.xml_text(root)
 
 
@@ -73,18 +72,18 @@ def build_description(model_name: str, source_files: Iterable[str]) -> bytes:
     return md.xml_text(root)
 
 
-def _variable(block: Block, array: ArrayVariable) -> Element:
-    attributes = md.variable_attributes(block, array.name, array.text, array.reference)
-    first = array.elements[0]
+def _variable(block: Block, group: Group) -> Element:
+    attributes = md.variable_attributes(block, group.name, group.text, group.reference)
+    first = group.elements[0]
     if not first.unit:
         element = Element("String", attributes)
         SubElement(element, "Start", {"value": str(first.start)})
         return element
-    element = Element("Float64", {**attributes, **md.range_attributes(_common(array.elements))})
+    element = Element("Float64", {**attributes, **md.range_attributes(_common(group.elements))})
     if first.start is not None:
-        element.set("start", " ".join(repr(v.start) for v in array.elements))
-    if not array.is_scalar:
-        SubElement(element, "Dimension", {"start": str(len(array.elements))})
+        element.set("start", " ".join(repr(v.start) for v in group.elements))
+    if not group.is_scalar:
+        SubElement(element, "Dimension", {"start": str(len(group.elements))})
     return element
 
 
@@ -103,9 +102,7 @@ def _common(elements: Sequence[Variable]) -> Variable:
     )
 
 
-def _add_structure(
-    root: Element, blocks: Mapping[str, Block], arrays: Mapping[str, tuple[ArrayVariable, ...]]
-) -> None:
+def _add_structure(root: Element, blocks: Mapping[str, Block], groups: Groups) -> None:
     outputs = md.output_names(blocks)
     structure = SubElement(root, "ModelStructure")
     for element, by in (
@@ -113,7 +110,7 @@ def _add_structure(
         ("InitialUnknown", {name: blocks[name].starts_from for name in outputs}),
     ):
         for name in outputs:
-            known = md.sorted_text(v.reference for other in by[name] for v in arrays[other])
-            for variable in arrays[name]:
+            known = md.sorted_text(v.reference for other in by[name] for v in groups[other])
+            for variable in groups[name]:
                 reference = str(variable.reference)
                 SubElement(structure, element, {"valueReference": reference, "dependencies": known})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from html import escape
 
-from coupling.fmu_export.arrays import array_variables
+from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.fmi.interface import Block, Variable
 
@@ -59,35 +59,28 @@ def index_html(
     )
 
 
-def scalar_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
-    """Return the lines of the table for FMI 2.0: one for each element."""
-    return [
-        (v.name, block.causality, block.variability, v.unit, _start(v), v.text)
-        for block in blocks.values()
-        for v in block.variables
-    ]
-
-
-def array_rows(blocks: Mapping[str, Block]) -> list[VariableRow]:
-    """Return the lines of the table for FMI 3.0: arrays with their sizes."""
+def variable_rows(blocks: Mapping[str, Block], groups: Groups) -> list[VariableRow]:
+    """Return the lines of the table of variables; arrays have their sizes."""
     return [
         (
-            array.name if array.is_scalar else f"{array.name}[{len(array.elements)}]",
+            group.name if group.is_scalar else f"{group.name}[{len(group.elements)}]",
             blocks[name].causality,
             blocks[name].variability,
-            array.elements[0].unit,
-            " ".join(_start(v) for v in array.elements).strip(),
-            array.text,
+            group.elements[0].unit,
+            " ".join(_start(v) for v in group.elements).strip(),
+            group.text,
         )
-        for name, arrays in array_variables(blocks).items()
-        for array in arrays
+        for name, block in groups.items()
+        for group in block
     ]
 
 
 _USE = """
-<p>Inputs are held over a communication step, outputs belong to its end. The drives follow the file
-named by <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code>
-and <code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2. The initial
+<p>Inputs are those at a communication step's start, outputs belong to its end; s seconds into the
+step the force is <code>force</code> + s <code>force_rate</code>. The drives follow the file named by
+<code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code> and
+<code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2 + j s&sup3;/6 with
+the jerk j of the last two commands, continuous where the commands are smooth. The initial
 state is the equilibrium under gravity, the wrench and the contact spring set before initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
 (<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at

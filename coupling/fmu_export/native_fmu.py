@@ -6,21 +6,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import elastic_robot
-from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_fmu
-from coupling.fmu_export.compiler import (
-    PLATFORMS,
-    SOURCES,
-    compile_library,
-    host_platform,
-)
+from coupling.fmu_export.compiler import SOURCES, host_platform
+from coupling.fmu_export.core_library import core_libraries, platforms_named
+from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
-from coupling.fmu_export.index_html import index_html
+from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
-from coupling.fmu_export.native_standards import Standard
+from coupling.fmu_export.native_standards import Standard, headers_licenses
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, Block, blocks
+from elastic_robot.fmi.interface import MODEL_NAME, blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
@@ -42,22 +38,23 @@ def build_native_fmu(
         robot: The robot, fixed in the FMU.
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
-        platforms: Names of PLATFORMS that it shall run on; none: the one this runs on.
+        platforms: Names of the platforms that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
         standard: Version of FMI.
 
     Raises:
-        BuildError: If the file cannot be written, a platform is not known or the compiler fails.
+        BuildError: If the file cannot be written, or a platform is not known or has no library.
         RobotFileError: If the robot is larger than the C core holds.
         ValueError: If a torque table's curve does not rise.
     """
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
     table = blocks(robot)
-    rows, version = standard.variable_rows(table), elastic_robot.__version__
+    groups = standard.grouped(table)
+    rows, version = variable_rows(table, groups), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
     texts = {
         "documentation/index.html": index_html(robot, rows, standard.version, version, _NEEDS),
-        "documentation/licenses/fmi-headers.txt": standard.headers_license(),
+        "documentation/licenses/fmi-headers.txt": headers_licenses(),
     }
     entries = licenses() | {name: text.encode() for name, text in texts.items()}
     entries |= {f"resources/{name}": data for name, data in resources.items()}
@@ -73,28 +70,25 @@ def build_native_fmu(
 
     def identified(guid: str) -> dict[str, bytes]:
         return {
-            "modelDescription.xml": standard.describe(told, table, guid, source_files),
-            ROBOT_ENTRY: robot_data(robot, table, guid),
+            "modelDescription.xml": standard.describe(told, table, groups, guid, source_files),
+            ROBOT_ENTRY: robot_data(robot, groups, guid),
         }
 
     return write_fmu(file, entries, identified, date)
 
 
-def robot_data(robot: Robot, table: Mapping[str, Block], guid: str) -> bytes:
+def robot_data(robot: Robot, groups: Groups, guid: str) -> bytes:
     """Return the file that the C core reads: the robot, then the FMU's variables."""
-    return f"{robot_text(robot, guid)}\n{interface_text(table)}\n".encode()
+    return f"{robot_text(robot, guid)}\n{interface_text(groups)}\n".encode()
 
 
 def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:
-    entries = {}
-    for name in names:
-        if name not in PLATFORMS:
-            raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
-        platform = PLATFORMS[name]
-        library = compile_library(platform, standard.sources())
-        folder = standard.folder(platform)
-        entries[f"binaries/{folder}/{MODEL_NAME}{platform.suffix}"] = library.read_bytes()
-    return entries
+    platforms = platforms_named(names)
+    libraries = core_libraries(platforms)
+    return {
+        f"binaries/{standard.folder(p)}/{MODEL_NAME}{p.suffix}": libraries[p.name].read_bytes()
+        for p in platforms
+    }
 
 
 def _sources(standard: Standard) -> dict[str, bytes]:

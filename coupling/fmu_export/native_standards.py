@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from coupling.fmu_export.compiler import SOURCES, Platform, core_sources
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.fmi3 import build_description, fmi3_description
+from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
-from coupling.fmu_export.index_html import VariableRow, array_rows, scalar_rows
 from coupling.fmu_export.model_description import About
 from elastic_robot.fmi.interface import MODEL_NAME, Block
 
@@ -27,10 +27,10 @@ class Standard:
         functions: C files with the standard's functions, beside the core.
         types_header: The standard's own header with the notice of its licence.
         folder: Gives the name of the folder under binaries/ for a platform.
-        describe: Gives modelDescription.xml from what the FMU is, its variables, the token that ties
-            it to its binary and the C files packed with it.
+        grouped: Gives the variables as masters are to see them.
+        describe: Gives modelDescription.xml from what the FMU is, its variables, element by element and
+            grouped, the token that ties it to its binary and the C files packed with it.
         further_entries: Gives what else this version wants in the archive, from the packed C files.
-        variable_rows: Gives the lines of the documentation's table.
     """
 
     version: str
@@ -38,9 +38,9 @@ class Standard:
     functions: tuple[str, ...]
     types_header: str
     folder: Callable[[Platform], str]
-    describe: Callable[[About, Blocks, str, tuple[str, ...]], bytes]
+    grouped: Callable[[Blocks], Groups]
+    describe: Callable[[About, Blocks, Groups, str, tuple[str, ...]], bytes]
     further_entries: Callable[[tuple[str, ...]], dict[str, bytes]]
-    variable_rows: Callable[[Blocks], Iterable[VariableRow]]
 
     def sources(self) -> list[Path]:
         """Return the C files of the FMU's library."""
@@ -67,6 +67,7 @@ STANDARDS = {
         version="2.0",
         capabilities=(
             "canHandleVariableCommunicationStepSize",
+            "canInterpolateInputs",
             "canNotUseMemoryManagementFunctions",
             "canGetAndSetFMUstate",
             "canSerializeFMUstate",
@@ -75,9 +76,9 @@ STANDARDS = {
         functions=("fmi2.c",),
         types_header="fmi2TypesPlatform.h",
         folder=lambda platform: platform.name,
-        describe=fmi2_description,
+        grouped=scalars,
+        describe=lambda about, blocks, _, guid, files: fmi2_description(about, blocks, guid, files),
         further_entries=_icon,
-        variable_rows=scalar_rows,
     ),
     "3": Standard(
         version="3.0",
@@ -90,8 +91,17 @@ STANDARDS = {
         functions=("fmi3.c", "fmi3_absent.c"),
         types_header="fmi3PlatformTypes.h",
         folder=lambda platform: platform.machine,
-        describe=lambda about, blocks, token, _: fmi3_description(about, blocks, token),
+        grouped=scalars,
+        describe=lambda about, blocks, groups, token, _: fmi3_description(
+            about, blocks, groups, token
+        ),
         further_entries=_build_description,
-        variable_rows=array_rows,
     ),
 }
+# FMI 3.0 with arrays, which few masters read.
+FMI3_ARRAYS = replace(STANDARDS["3"], grouped=arrays)
+
+
+def headers_licenses() -> str:
+    """Return the notices of all versions' headers, each once: a core's library has all functions."""
+    return "\n".join(dict.fromkeys(standard.headers_license() for standard in STANDARDS.values()))

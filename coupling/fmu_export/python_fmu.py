@@ -9,8 +9,9 @@ from pathlib import Path
 import elastic_robot
 from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.compiler import FMU_SOURCES
+from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.identity import ICON, robot_line
-from coupling.fmu_export.index_html import index_html, scalar_rows
+from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from coupling.fmu_export.requirements import (
@@ -26,6 +27,7 @@ from elastic_robot.fmi.interface import MODEL_NAME, blocks
 # masters refuse an FMU that declares needsExecutionTool.
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
     "canNotUseMemoryManagementFunctions",
     "canGetAndSetFMUstate",
     "canSerializeFMUstate",
@@ -60,7 +62,9 @@ def build_python_fmu(
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"
         ' <a href="externalDependencies.txt">externalDependencies.txt</a>).'
     )
-    html = index_html(robot, scalar_rows(table), "2.0", elastic_robot.__version__, needs)
+    html = index_html(
+        robot, variable_rows(table, scalars(table)), "2.0", elastic_robot.__version__, needs
+    )
     texts = {
         "resources/requirements.txt": "\n".join([*pip_requirements(), ""]),
         "resources/environment.yml": conda_environment(),

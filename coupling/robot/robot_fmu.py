@@ -34,7 +34,7 @@ _WORTH_SHARING = 1000
 
 @dataclass(frozen=True)
 class Signals:
-    """Names of what goes in and out, in one version of FMI; in 3.0 they are arrays.
+    """Names of what goes in and out.
 
     Attributes:
         wrench: Of the wrench.
@@ -49,20 +49,19 @@ class Signals:
     deflection: Callable[[int], tuple[str, ...]]
 
 
-SIGNALS: dict[str, Signals] = {
-    "2": Signals(
-        tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
-        tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
-        tuple(f"tcp.{name}" for name in POSE),
-        lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
-    ),
-    "3": Signals(
-        ("force", "moment"),
-        ("anchor.position", "anchor.velocity", "anchor.stiffness"),
-        ("tcp.position", "tcp.orientation"),
-        lambda count: ("deflection",) if count else (),
-    ),
-}
+SCALARS = Signals(
+    tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
+    tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
+    tuple(f"tcp.{name}" for name in POSE),
+    lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
+)
+# Of an FMU built with --arrays.
+ARRAYS = Signals(
+    ("force", "moment"),
+    ("anchor.position", "anchor.velocity", "anchor.stiffness"),
+    ("tcp.position", "tcp.orientation"),
+    lambda count: ("deflection",) if count else (),
+)
 
 
 class RobotFmu:
@@ -168,7 +167,7 @@ class RobotFmu:
         parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
         parts = _parts(len(wrench.time), mode)
         processes = self._started(len(parts))
-        signals = SIGNALS[processes[0].version]
+        signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
         outputs = (*signals.pose, *signals.deflection(coordinates))
         width = len(POSE) + coordinates

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
@@ -12,7 +12,7 @@ import elastic_robot
 from coupling.case import Case
 from coupling.errors import BuildError
 from coupling.fmu_export.archive import build_date, write_archive
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.fmu_export.units import BASE_UNITS
 from coupling.path.controller import on_cycle
@@ -34,12 +34,13 @@ _WRENCH_UNITS = {
 }
 
 
-def write_ssp(case: Case, file: Path) -> Path:
+def write_ssp(case: Case, file: Path, platforms: Sequence[str] = ()) -> Path:
     """Write a case's robot, commanded along the desired path, and its process as an SSP archive.
 
     Args:
         case: The case; its process must be memoryless.
         file: File to write, ending in .ssp.
+        platforms: Names of the platforms that the robot's FMU has libraries for; none: this machine.
 
     Returns:
         The file.
@@ -66,6 +67,7 @@ def write_ssp(case: Case, file: Path) -> Path:
             build_fmu(
                 robot.description,
                 Path(folder, "ElasticRobot.fmu"),
+                BuildOptions(case.fmu, tuple(platforms)),
                 resources={_TRAJECTORY: _table(command)},
             ),
             build_process_fmu(case.process, case.desired, Path(folder, "Process.fmu")),

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from coupling.case import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.run.ssp import write_ssp
 from docs.scripts.masters import (
+    GIVEN,
     MASTERS,
+    Given,
+    Master,
     MasterError,
     differences,
     distance_at_samples,
@@ -30,23 +36,40 @@ SSP_STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
 def import_table() -> str:
     """Return the table's rows as measured here; masters that are not installed are left out."""
-    rows = []
+    masters = [master for master in MASTERS if master.version is not None]
+    for master in set(MASTERS) - set(masters):
+        print(f"{master.snippet}: not installed (make masters)", file=sys.stderr)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        prepare(folder, build_fmu(load_robot(shipped_robots()["icme2008"]), folder / "Built.fmu"))
-        reference = {kind: run_reference(kind, folder) for kind in (False, True)}
-        for master in MASTERS:
-            if master.version is None:
-                print(f"{master.snippet}: not installed (make masters)", file=sys.stderr)
-                continue
-            try:
-                position, _ = differences(run(master, folder), reference[master.by_inputs])
-                seen = ("yes", f"{position:.1g}")
-            except MasterError as error:
-                print(f"{master.snippet}: {error}", file=sys.stderr)
-                seen = ("no", "-")
-            rows.append((master.snippet.replace("-", " "), master.version, *seen, master.how))
-    return table(("master", "version", "imports", "difference (m)", "how to run"), rows)
+        columns = [_column(given, masters, Path(name, f"{k}")) for k, given in enumerate(GIVEN)]
+    about = [
+        (m.snippet.replace("-", " "), m.version, m.interface, m.driven_by, *cells, m.how)
+        for m, *cells in zip(masters, *columns, strict=True)
+    ]
+    names = (given.name for given in GIVEN)
+    return table(("master", "version", "runs", "driven by", *names, "how to run"), about)
+
+
+def _column(given: Given, masters: Sequence[Master], folder: Path) -> list[str]:
+    """Return what masters make of an FMU: the difference from its own path along `trajectory`."""
+    robot = load_robot(shipped_robots()["icme2008"])
+    reference = folder / "reference"
+    for place, fmi in ((folder, given.fmi), (reference, "2")):
+        place.mkdir()
+        options = BuildOptions(given.kind, fmi=fmi)
+        prepare(place, build_fmu(robot, place / "Built.fmu", options))
+    expected = run_reference(False, reference)
+    return [_cell(given, master, folder, expected) for master in masters]
+
+
+def _cell(given: Given, master: Master, folder: Path, expected: np.ndarray) -> str:
+    if master.interface not in given.interfaces:
+        return "-"
+    try:
+        position, _ = differences(run(master, folder), expected)
+    except MasterError as error:
+        print(f"{master.snippet}, {given.name}: {error}", file=sys.stderr)
+        return "no"
+    return f"{position:.1g}"
 
 
 def ssp_table() -> str:

@@ -39,8 +39,31 @@ class MasterError(Exception):
 
 
 @dataclass(frozen=True)
+class Given:
+    """An FMU that masters are given.
+
+    Attributes:
+        kind: Kind of FMU, "native" or "python".
+        fmi: Version of FMI.
+        interfaces: What it offers: "CS", co-simulation; "ME", model exchange.
+    """
+
+    kind: str
+    fmi: str
+    interfaces: tuple[str, ...] = ("CS",)
+
+    @property
+    def name(self) -> str:
+        """Heading of its column in the table."""
+        return f"{self.kind}, FMI {self.fmi} (m)"
+
+
+GIVEN = (Given("native", "2"), Given("native", "3"), Given("python", "2"))
+
+
+@dataclass(frozen=True)
 class Master:
-    """A co-simulation master.
+    """A master.
 
     Attributes:
         snippet: Name of its code block in the page.
@@ -48,6 +71,8 @@ class Master:
         by_inputs: The snippet drives the robot by its inputs, not by `trajectory`.
         how: How to run it, in a few words for the table.
         overlay: Folder of packages that only this master sees.
+        versions: Versions of FMI that it opens.
+        interface: What it runs: "CS" or "ME".
     """
 
     snippet: str
@@ -55,6 +80,17 @@ class Master:
     how: str
     by_inputs: bool = False
     overlay: Path | None = None
+    versions: tuple[str, ...] = ("2", "3")
+    interface: str = "CS"
+
+    def takes(self, given: Given) -> bool:
+        """Whether it runs an FMU."""
+        return given.fmi in self.versions and self.interface in given.interfaces
+
+    @property
+    def driven_by(self) -> str:
+        """What drives the robot in the snippet."""
+        return "inputs" if self.by_inputs else "`trajectory`"
 
     @property
     def version(self) -> str | None:
@@ -68,7 +104,13 @@ class Master:
 
 MASTERS = (
     Master("FMPy", "fmpy", "`simulate_fmu`, or `fmpy simulate`; input file and plot"),
-    Master("libcosimpy", "libcosimpy", "`CosimExecution`, inputs by an override manipulator"),
+    # It crashes while it opens any FMU of FMI 3.
+    Master(
+        "libcosimpy",
+        "libcosimpy",
+        "`CosimExecution`, inputs by an override manipulator",
+        versions=("2",),
+    ),
     Master("ecospy", "ecospy", "`EcosSimulation`; load `libtbb` first"),
     Master(
         "CoFMUPy",

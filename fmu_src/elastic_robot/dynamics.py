@@ -81,10 +81,12 @@ class Dynamics:
         model, data, rnea = self.chain.model, self.data, pin.rnea
         torque = np.empty_like(theta)
         sprung = acting is not None and acting.is_sprung
+        each = acting is not None and acting.wrench.ndim > 1
         for k in range(len(theta)):
             torque[k] = rnea(model, data, theta[k], rate[k], acceleration[k])
             if acting is not None and not sprung:
-                torque[k] -= acting.wrench @ tcp_jacobian(self.chain, data, theta[k])
+                wrench = acting.wrench[k] if each else acting.wrench
+                torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
         if acting is not None and sprung:
             jacobian, position = self._tool(theta)
             torque -= (acting.total(position)[:, None] @ jacobian)[:, 0]

@@ -50,7 +50,8 @@ class DrivenMotion:
     def hold(self, drives: Drives, load: Load, start: float) -> None:
         """Set the drives, and the load of the communication step that starts at a time [s]."""
         self._drives, self._load, self._start = drives, load, start
-        self._acting = load.at(0.0) if load.is_sprung or load.wrench.any() else None
+        loaded = load.is_sprung or load.wrench.any() or not load.is_even
+        self._acting = load.at(0.0) if loaded else None
 
     def next_kink(self, time: float) -> float:
         """Return the first time after `time` at which the drives' third derivative jumps."""
@@ -59,7 +60,7 @@ class DrivenMotion:
     def begin(self, times: np.ndarray, region: np.ndarray) -> None:
         """Evaluate the drives at the times of a step and take the branches of the curve."""
         self._drive = self._drives.at(times) @ self._dynamics.chain.drive_selection
-        if self._load.is_sprung:
+        if self._load.is_sprung or not self._load.is_even:
             self._acting = self._load.at(times - self._start)
         if region is not self._region:
             self._branch, self._region = self._curve.in_region(region), region

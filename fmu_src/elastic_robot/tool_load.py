@@ -80,6 +80,8 @@ class ContactSpring:
             )
 
 
+# The rate of a wrench that is held.
+NO_RATE = np.zeros(6)
 NO_SPRING = ContactSpring(np.zeros(3), np.zeros(3), np.zeros((3, 3)))
 
 
@@ -88,7 +90,7 @@ class Acting:
     """What acts on the tool at one instant, or at k of them.
 
     Attributes:
-        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
+        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,) or (k, 6).
         anchor: Anchor of the spring [m], base axes, (3,) or (k, 3).
         stiffness: Stiffness K of the spring [N/m], (3, 3).
     """
@@ -104,7 +106,11 @@ class Acting:
 
     def of(self, row: int | slice) -> Acting:
         """Return what acts in one or some of the k states."""
-        return self if self.anchor.ndim == 1 else replace(self, anchor=self.anchor[row])
+        if self.wrench.ndim == self.anchor.ndim == 1:
+            return self
+        wrench = self.wrench if self.wrench.ndim == 1 else self.wrench[row]
+        anchor = self.anchor if self.anchor.ndim == 1 else self.anchor[row]
+        return replace(self, wrench=wrench, anchor=anchor)
 
     def total(self, position: np.ndarray) -> np.ndarray:
         """Return the wrench with the spring's force.
@@ -132,21 +138,36 @@ class Load:
     """What acts on the tool over a step.
 
     Attributes:
-        wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,).
+        wrench: Wrench on the robot at the TCP at the step's start, base axes [N, N m], (6,).
         spring: Contact spring at the TCP; of no stiffness where there is none.
+        rate: Rate of the wrench [N/s, N m/s], (6,).
+
+    Example:
+        >>> growing = Load(rate=np.array([0.0, 0.0, -1e4, 0.0, 0.0, 0.0]))
+        >>> float(growing.at(0.02).wrench[2])
+        -200.0
     """
 
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     spring: ContactSpring = NO_SPRING
+    rate: np.ndarray = field(default_factory=lambda: NO_RATE)
 
     @cached_property
     def is_sprung(self) -> bool:
         """Whether there is a spring."""
         return self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
 
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether the wrench stays as it is."""
+        return self.rate is NO_RATE or not self.rate.any()
+
     def at(self, seconds: float | np.ndarray) -> Acting:
         """Return what acts so many seconds into the step, or at k such times."""
+        wrench = self.wrench
+        if not self.is_even:
+            wrench = wrench + np.multiply.outer(seconds, self.rate)
         if self.spring is NO_SPRING:
-            return Acting(self.wrench)
+            return Acting(wrench)
         way = np.multiply.outer(seconds, self.spring.velocity)
-        return Acting(self.wrench, self.spring.position + way, self.spring.stiffness)
+        return Acting(wrench, self.spring.position + way, self.spring.stiffness)

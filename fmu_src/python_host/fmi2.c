@@ -16,6 +16,9 @@
 #define SLAVE_FILE "slavemodule.txt"
 #define GUID_FILE "guid.txt"
 
+/* elastic_robot/fmi/interface.py has the same: beyond it are the derivatives of inputs. */
+#define OF_DERIVATIVES (1u << 30)
+
 const char *fmi2GetTypesPlatform(void)
 {
     return fmi2TypesPlatform;
@@ -183,6 +186,19 @@ static bool are_texts(const er_component *c, const fmi2String texts[], size_t co
     return true;
 }
 
+/* Whether no reference can be taken for that of a derivative. */
+static bool are_own(er_component *c, const fmi2ValueReference references[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (references[i] >= OF_DERIVATIVES) {
+            er_fail(&c->cause, "value reference of a real variable: expected one of this FMU, got %u",
+                    references[i]);
+            er_component_refuse(c, c->cause.text);
+            return false;
+        }
+    return true;
+}
+
 /* Functions of the same form for each type of value. */
 #define VALUES(type, good)                                                                          \
     fmi2Status fmi2Get##type(fmi2Component instance, const fmi2ValueReference references[],         \
@@ -216,7 +232,7 @@ static bool are_texts(const er_component *c, const fmi2String texts[], size_t co
         return er_component_end(c, c->functions->fmi2Get##type##Status(c->inner, kind, value));     \
     }
 
-VALUES(Real, true)
+VALUES(Real, are_own(c, references, count))
 VALUES(Integer, true)
 VALUES(Boolean, true)
 VALUES(String, are_texts(c, values, count))
@@ -235,11 +251,34 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
             seed, sensitivity);
 }
 
+/* PythonFMU has no such function: the slave takes derivatives as reals, whose references are larger by
+ * OF_DERIVATIVES. */
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
                                        const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[])
 {
-    ER_PASS_ON(instance, fmi2SetRealInputDerivatives, references, count, order, values);
+    er_component *c = instance;
+    fmi2ValueReference *shifted;
+    fmi2Status status;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (!er_component_given(c, count, references, values) ||
+        !er_component_given(c, count, order, order) || !are_own(c, references, count))
+        return fmi2Error;
+    for (size_t i = 0; i < count; i++)
+        if (order[i] != 1) {
+            er_fail(&c->cause, "derivative of variable %u: expected order 1, got %d", references[i],
+                    order[i]);
+            return er_component_refuse(c, c->cause.text);
+        }
+    shifted = calloc(count + 1, sizeof *shifted);
+    if (shifted == NULL)
+        return er_component_refuse(c, "the derivatives do not fit into memory");
+    for (size_t i = 0; i < count; i++)
+        shifted[i] = references[i] + OF_DERIVATIVES;
+    status = c->functions->fmi2SetReal(c->inner, shifted, count, values);
+    free(shifted);
+    return er_component_end(c, status);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance,

@@ -15,7 +15,7 @@ from command_line import FILES, command
 from places import LINE_CASE as LINE
 
 from coupling.errors import ResultError
-from coupling.fmu_export.build import KINDS, fastest_kind
+from coupling.fmu_export.build import KINDS
 from coupling.report import write_report
 from coupling.run.new_folder import new_run_folder
 from coupling.run.stored_run import read_run
@@ -159,7 +159,7 @@ def test_resolved_case_runs_again_to_the_same_figures(finished, tmp_path):
     resolved = tomllib.loads((folder / "case.toml").read_text())
     assert resolved["coupling"]["max_evaluations"] == 40
     assert resolved["controller"] == {"cycle_s": 0.004, "interpolation": "quintic"}
-    assert resolved["robot"]["fmu"] == fastest_kind()
+    assert resolved["robot"]["fmu"] == "native"
 
 
 def test_couple_leaves_the_same_kinds_of_files(tmp_path):

@@ -12,7 +12,7 @@ from places import HOSTS, TESTS
 from pythonfmu.builder import FmuBuilder
 from random_robots import make_robot
 
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 from elastic_robot.description import Body, Joint, Robot
 
 
@@ -94,7 +94,7 @@ def rigid_robot() -> Robot:
 
 
 def test_a_host_without_pinocchio_is_told_what_to_install(example, tmp_path):
-    fmu = build_fmu(example, tmp_path / "Robot.fmu")
+    fmu = build_fmu(example, tmp_path / "Robot.fmu", BuildOptions("python"))
     tmp_path.joinpath("pinocchio.py").write_text(
         "raise ImportError(\"No module named 'pinocchio'\")"
     )

@@ -18,7 +18,9 @@ from pythonfmu.builder import FmuBuilder
 
 import elastic_robot
 from build_fmu import main
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
+
+PYTHON = BuildOptions("python")
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,9 @@ class Fmu:
 
 @pytest.fixture(scope="module")
 def ours(example, tmp_path_factory) -> Fmu:
-    return Fmu.read(build_fmu(example, tmp_path_factory.mktemp("python") / "ElasticRobot.fmu"))
+    return Fmu.read(
+        build_fmu(example, tmp_path_factory.mktemp("python") / "ElasticRobot.fmu", PYTHON)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -236,23 +240,25 @@ def test_start_values_are_exact(ours, example):
 
 
 def test_the_same_input_gives_the_same_bytes(example, tmp_path, monkeypatch):
-    one, two = (build_fmu(example, tmp_path / name) for name in ("1.fmu", "2.fmu"))
+    one, two = (build_fmu(example, tmp_path / name, PYTHON) for name in ("1.fmu", "2.fmu"))
     assert one.read_bytes() == two.read_bytes()
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1500000000")
-    dated, again = (build_fmu(example, tmp_path / name) for name in ("3.fmu", "4.fmu"))
+    dated, again = (build_fmu(example, tmp_path / name, PYTHON) for name in ("3.fmu", "4.fmu"))
     assert dated.read_bytes() == again.read_bytes() != one.read_bytes()
     stated = Fmu.read(dated).description.get("generationDateAndTime")
     assert stated == "2017-07-14T02:40:00Z"
 
 
 def test_the_guid_follows_the_content(ours, example, tmp_path):
-    moon = Fmu.read(build_fmu(replace(example, gravity=(0.0, 0.0, -1.62)), tmp_path / "moon.fmu"))
+    moon = Fmu.read(
+        build_fmu(replace(example, gravity=(0.0, 0.0, -1.62)), tmp_path / "moon.fmu", PYTHON)
+    )
     assert moon.description.get("guid") != ours.description.get("guid")
 
 
 def test_a_wrong_date_is_refused(example, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(os.environ, "SOURCE_DATE_EPOCH", "yesterday")
-    assert main(["-o", str(tmp_path / "R.fmu")]) == 2
+    assert main(["-o", str(tmp_path / "R.fmu"), "--kind", "python"]) == 2
     assert (
         "SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got 'yesterday'"
         in capsys.readouterr().err

@@ -83,7 +83,7 @@ def test_instances_and_refused_calls_leave_no_memory_behind(example, tmp_path, k
 
 
 def test_the_module_path_is_that_of_the_host_after_any_number_of_instances(example, tmp_path):
-    file = build_fmu(example, tmp_path / "R.fmu")
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("python"))
     done = subprocess.run(
         [sys.executable, "-c", MODULE_PATH, str(HOSTS), str(file)], capture_output=True, text=True
     )

@@ -35,7 +35,7 @@ POSTURE = np.array([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
 
 @pytest.fixture(scope="module")
 def fmu(example, tmp_path_factory) -> Path:
-    return build_fmu(example, tmp_path_factory.mktemp("fmu") / "Robot.fmu")
+    return build_fmu(example, tmp_path_factory.mktemp("fmu") / "Robot.fmu", BuildOptions("python"))
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_without_a_compiler_pythonfmus_library_stands_alone(
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(compiler, "zig", lambda: None)
     file = tmp_path / "Plain.fmu"
-    assert main(["-o", str(file)]) == 0
+    assert main(["-o", str(file), "--kind", "python"]) == 0
     assert "linux64, win64: PythonFMU's library alone" in capsys.readouterr().out
     assert without_host(file, "ElasticRobot") == ["linux64", "win64"]
     run_host("alone", file)

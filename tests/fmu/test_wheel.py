@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from emulators import EMULATORS
 from places import ROOT
 
 import elastic_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
+from coupling.fmu_export.core_library import library_name
 
 SHIPPED = "coupling/fmu_export/fmu_src/"
+LIBRARIES = "coupling/fmu_export/libraries/"
+# Run before all else in the Python that uses the wheel: there is no Zig.
+WITHOUT_ZIG = "import sys; sys.modules['ziglang'] = None"
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("wheel")
+    """With the library for this machine; `make emulators` makes one with all."""
+    if zig() is None:
+        pytest.skip("needs ziglang")
+    return make_wheel(tmp_path_factory.mktemp("wheel"), [host_platform().name])
+
+
+def make_wheel(folder: Path, platforms: Sequence[str]) -> Path:
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    environment = {**os.environ, "ELASTIC_ROBOT_PLATFORMS": ",".join(platforms)}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     (file,) = folder.iterdir()
     return file
@@ -54,15 +69,46 @@ def test_what_goes_into_fmus_is_there_once(names):
     }
 
 
+def test_it_is_for_every_machine_and_python(wheel):
+    """Libraries are data that each FMU takes along, not modules of this machine's Python."""
+    assert wheel.name.endswith("-py3-none-any.whl")
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_fmu_built_from_it_is_that_of_the_checkout(wheel, example, tmp_path, monkeypatch, kind):
-    """Byte for byte, from a folder that holds nothing of the project."""
+    """Byte for byte, from a folder that holds nothing of the project; native without a compiler."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "site"))
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path / "site")
-    command = [sys.executable, "-m", "build_fmu", "--kind", kind, "-o", "Installed.fmu"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    ours = build_fmu(example, tmp_path / "Checkout.fmu", BuildOptions(kind))
+    here = host_platform().name
+    command = ["-m", "build_fmu", "--kind", kind, "--platforms", here, "-o", "Installed.fmu"]
+    said = run_installed(wheel, tmp_path, command, "" if kind == "native" else os.environ["PATH"])
+    assert here in said
+    ours = build_fmu(example, tmp_path / "Checkout.fmu", BuildOptions(kind, (here,)))
     assert (tmp_path / "Installed.fmu").read_bytes() == ours.read_bytes()
+
+
+@pytest.mark.skipif(not EMULATORS, reason="run by `make emulators`; needs ziglang")
+def test_a_wheel_of_all_platforms_builds_for_all_without_a_compiler(tmp_path):
+    wheel = make_wheel(tmp_path / "wheel", [])
+    with zipfile.ZipFile(wheel) as archive:
+        found = {name for name in archive.namelist() if name.startswith(LIBRARIES)}
+    assert found == {f"{LIBRARIES}{library_name(p)}" for p in PLATFORMS.values()}
+    command = ["-m", "build_fmu", "-o", "R.fmu"]
+    said = run_installed(wheel, tmp_path, command, "")
+    assert f"R.fmu: built for {', '.join(PLATFORMS)}" in said
+    with zipfile.ZipFile(tmp_path / "R.fmu") as archive:
+        inside = {name for name in archive.namelist() if name.startswith("binaries/")}
+    assert inside == {f"binaries/{p.name}/ElasticRobot{p.suffix}" for p in PLATFORMS.values()}
+
+
+def run_installed(wheel: Path, folder: Path, command: Sequence[str], path: str) -> str:
+    """Run this Python on a wheel's content, with programs of PATH and no Zig; return what it says."""
+    site = folder / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    (site / "sitecustomize.py").write_text(WITHOUT_ZIG)
+    environment = {**os.environ, "PYTHONPATH": str(site), "PATH": path}
+    done = subprocess.run(
+        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout

@@ -99,10 +99,10 @@ class Core:
         self._lib.probe_loads(self._model, *arrays)
         return load.T
 
-    def pull(self, theta, force, m: int) -> tuple[np.ndarray, np.ndarray]:
-        """TCP of LANES states, (LANES, 3), and what a force on it adds to their loads, (LANES, m)."""
+    def pull(self, theta, wrench, m: int) -> tuple[np.ndarray, np.ndarray]:
+        """TCP of LANES states, (LANES, 3), and what a wrench on it adds to their loads, (LANES, m)."""
         position, load = np.zeros((3, LANES)), np.zeros((m, LANES))
-        lanes = [np.ascontiguousarray(values.T) for values in (theta, force)]
+        lanes = [np.ascontiguousarray(values.T) for values in (theta, wrench)]
         self._lib.probe_pull(self._model, *map(_array, (*lanes, position, load)))
         return position.T, load.T
 

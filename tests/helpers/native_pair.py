@@ -1,4 +1,4 @@
-"""One robot as native FMUs of FMI 2.0 and FMI 3.0, through FMPy, with variables by name."""
+"""One robot as native FMUs of FMI 2.0 and of FMI 3.0 with arrays, through FMPy, variables by name."""
 
 from __future__ import annotations
 
@@ -93,6 +93,7 @@ class Pair:
 
 def make_pair(robot: Robot, folder: Path) -> Pair:
     for fmi in ("2", "3"):
-        file = build_fmu(robot, folder / f"{fmi}.fmu", BuildOptions("native", fmi=fmi))
+        options = BuildOptions("native", fmi=fmi, arrays=fmi == "3")
+        file = build_fmu(robot, folder / f"{fmi}.fmu", options)
         fmpy.extract(str(file), unzipdir=str(folder / fmi))
     return Pair(folder / "2", folder / "3")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import elastic_robot
-from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.build import BuildOptions, build_fmu
 
 PACKAGE = Path(elastic_robot.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
@@ -41,7 +41,7 @@ def test_the_model_imports_numpy_scipy_pinocchio_and_python_alone(file):
 
 def test_every_module_in_the_fmu_is_imported_by_its_slave(example, tmp_path):
     """From the FMU's own folder; nothing else of the project is there to be imported."""
-    with zipfile.ZipFile(build_fmu(example, tmp_path / "R.fmu")) as archive:
+    with zipfile.ZipFile(build_fmu(example, tmp_path / "R.fmu", BuildOptions("python"))) as archive:
         archive.extractall(tmp_path / "fmu")
     resources = tmp_path / "fmu" / "resources"
     script = """

@@ -14,6 +14,7 @@ from random_urdfs import RandomUrdf, make_urdf
 from build_fmu import main as build_main
 from coupling.files.robot_file import load_robot
 from coupling.files.urdf import find_urdf
+from coupling.fmu_export.compiler import host_platform
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
@@ -224,7 +225,9 @@ def test_json_round_trip_is_exact(tmp_path):
 def test_the_fmu_needs_no_urdf(tmp_path, run_fmu):
     """Built by the command; the URDF is gone when the FMU runs, in a process of its own."""
     file = robot_file(tmp_path, make_urdf(6, 6))
-    assert build_main(["--robot", str(file), "-o", str(tmp_path / "R.fmu")]) == 0
+    here = host_platform().name
+    command = ["--robot", str(file), "-o", str(tmp_path / "R.fmu"), "--platforms", here]
+    assert build_main(command) == 0
     model = ElasticRobot(load_robot(file), quasistatic=True)
     (tmp_path / "robot.urdf").unlink()
     q, wrench = np.linspace(-0.6, 0.8, 6), np.array([200.0, -150.0, -300.0, 10.0, 20.0, -5.0])

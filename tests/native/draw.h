@@ -55,6 +55,14 @@ static inline void draw_stiffness(double entries[6])
     }
 }
 
+static inline bool has_variable(const char *name)
+{
+    for (unsigned k = 0; k < variable_count; k++)
+        if (strcmp(variables[k].name, name) == 0)
+            return true;
+    return false;
+}
+
 /* The variable of a name. */
 static inline const variable *named(const char *name)
 {

@@ -98,10 +98,13 @@ static fmi3Status set(fmi3Instance c, const char *causality)
 /* A spring as it may be. */
 static fmi3Status set_spring(fmi3Instance c)
 {
-    fmi3ValueReference reference = named("anchor.stiffness")->reference;
+    bool arrays = has_variable("anchor.stiffness");
+    fmi3ValueReference references[6];
     double entries[6];
+    for (unsigned k = 0; k < 6; k++)
+        references[k] = named(arrays ? "anchor.stiffness" : "anchor.kxx")->reference + k;
     draw_stiffness(entries);
-    return fmi3SetFloat64(c, &reference, 1, entries, 6);
+    return fmi3SetFloat64(c, references, arrays ? 1 : 6, entries, 6);
 }
 
 static fmi3Status differentiate(fmi3Instance c)

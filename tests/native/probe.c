@@ -15,11 +15,24 @@ static er_failure failure;
 static er_load load_of(const double values[18])
 {
     er_load load;
+    memset(&load, 0, sizeof load);
     memcpy(load.wrench, values, sizeof load.wrench);
     memcpy(load.anchor.position, values + 6, sizeof load.anchor.position);
     memcpy(load.anchor.velocity, values + 9, sizeof load.anchor.velocity);
     memcpy(load.anchor.stiffness, values + 12, sizeof load.anchor.stiffness);
     return load;
+}
+
+/* A command to stand still. */
+static er_command standing(const er_model *model, const double *q)
+{
+    er_command command;
+    memset(&command, 0, sizeof command);
+    for (int i = 0; i < model->robot.joints; i++) {
+        command.q[i] = q[i];
+        command.jerk[i] = NAN;
+    }
+    return command;
 }
 
 const char *probe_failure(void)
@@ -116,22 +129,23 @@ void probe_loads(const er_model *model, const double *reference, const double *t
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
-/* Position of the TCP in four states, by [axis][state]; theta and force by [angle or axis][state].  And the
- * loads that a force of each state adds. */
-void probe_pull(const er_model *model, const double *theta, const double *force, double *position,
+/* Position of the TCP in four states, by [axis][state]; theta and wrench by [angle or axis][state].  And the
+ * loads that a wrench of each state adds. */
+void probe_pull(const er_model *model, const double *theta, const double *wrench, double *position,
                 double *load)
 {
     const er_robot *robot = &model->robot;
     er_motion motion;
     ER_ALIGNED er_lanes result[ER_MAX_ANGLES], without[ER_MAX_ANGLES];
-    ER_ALIGNED er_vector pull, reach;
+    ER_ALIGNED er_vector reach;
+    ER_ALIGNED er_pull pull;
     memset(&motion, 0, sizeof motion);
     for (int i = 0; i < robot->angles; i++)
         for (int l = 0; l < ER_LANES; l++) {
             motion.sine[i][l] = sin(theta[i * ER_LANES + l]);
             motion.cosine[i][l] = cos(theta[i * ER_LANES + l]);
         }
-    memcpy(pull, force, sizeof pull);
+    memcpy(pull, wrench, sizeof pull);
     model->kernel.reach(robot, &motion, ER_LANES, reach);
     memcpy(position, reach, sizeof reach);
     model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, NULL, NULL, without);
@@ -176,13 +190,11 @@ int probe_columns(er_model *model, double end, const double *q, const double *lo
     const er_state state = model->memory.state;
     const er_load load = load_of(load_values);
     int m = model->robot.elastics;
-    er_command command;
+    const er_command command = standing(model, q);
     bool good;
-    memset(&command, 0, sizeof command);
-    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
     er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
     model->sensitivity.accuracy = accuracy;
-    good = er_model_follow(model, &state, end, &command, &load, &failure);
+    good = er_model_follow(model, &state, &model->memory.past, end, &command, &load, &failure);
     for (int column = 0; column < 6; column++) {
         memcpy(x + column * m, model->sensitivity.x[column], (size_t)m * sizeof *x);
         memcpy(v + column * m, model->sensitivity.v[column], (size_t)m * sizeof *v);
@@ -208,9 +220,7 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance,
                  double time, const double *q, const double *load_values)
 {
     const er_load load = load_of(load_values);
-    er_command command;
-    memset(&command, 0, sizeof command);
-    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
+    const er_command command = standing(model, q);
     model->memory.options.curve = curve;
     model->memory.options.quasistatic = quasistatic;
     model->memory.options.tolerance = tolerance;
@@ -240,9 +250,7 @@ bool probe_parse(er_model *model, const char *content, size_t size, bool is_npz)
 bool probe_step(er_model *model, double end, const double *q, const double *load_values)
 {
     const er_load load = load_of(load_values);
-    er_command command;
-    memset(&command, 0, sizeof command);
-    memcpy(command.q, q, (size_t)model->robot.joints * sizeof *q);
+    const er_command command = standing(model, q);
     return er_model_step(model, end, &command, &load, &failure);
 }
 

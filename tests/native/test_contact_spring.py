@@ -30,19 +30,19 @@ def as_core(load: Load) -> np.ndarray:
 
 @pytest.mark.parametrize("plain", [True, False])
 def test_places_and_pulls_are_those_of_pinocchio(plain):
-    """The TCP of four states and what a force on it adds to their loads, 1 to 8 joints: to 1e-12."""
+    """The TCP of four states and what a wrench on it adds to their loads, 1 to 8 joints: to 1e-12."""
     rng = np.random.default_rng(0)
     for seed in range(100):
         robot = make_robot(seed + 100 * plain, 1 + seed % 8)
         core, chain = Core(robot, plain), build_chain(robot)
         dynamics = Dynamics(chain, np.array(robot.gravity))
-        theta, force = rng.normal(size=(LANES, chain.model.nv)), 1e3 * rng.normal(size=(LANES, 3))
-        tcp, load = core.pull(theta, force, chain.elastic_count)
+        theta, wrench = rng.normal(size=(LANES, chain.model.nv)), 1e3 * rng.normal(size=(LANES, 6))
+        tcp, load = core.pull(theta, wrench, chain.elastic_count)
         for k in range(LANES):
             place = base_from_tool(chain, dynamics.data, theta[k]).translation
-            lever = tcp_jacobian(chain, dynamics.data, theta[k])[:3, chain.elastic]
+            lever = tcp_jacobian(chain, dynamics.data, theta[k])[:, chain.elastic]
             np.testing.assert_allclose(tcp[k], place, rtol=0, atol=1e-13)
-            np.testing.assert_allclose(load[k], -force[k] @ lever, rtol=0, atol=1e-8)
+            np.testing.assert_allclose(load[k], -wrench[k] @ lever, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("kind", CURVES)

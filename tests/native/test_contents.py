@@ -92,40 +92,59 @@ def test_what_only_one_version_has(example, packed):
             str(packed.file)
         ).coSimulation.providesDirectionalDerivative
     else:
-        assert "q_cmd[6]" in (packed.folder / "documentation" / "index.html").read_text()
         schema = etree.XMLSchema(etree.parse(SCHEMAS / "fmi3BuildDescription.xsd"))
         schema.assertValid(etree.parse(packed.folder / "sources" / "buildDescription.xml"))
 
 
-def test_the_packed_sources_compile_to_the_library_by_themselves(packed, tmp_path):
-    """As a master does it: the listed files, all warnings on, no flags of ours; it has all functions."""
-    library = tmp_path / "own.so"
+@pytest.mark.parametrize(("arrays", "stated"), [(False, "q_cmd[1]"), (True, "force[3]")])
+def test_fmi_3_is_valid_and_documented_with_scalars_and_arrays(example, tmp_path, arrays, stated):
+    options = BuildOptions("native", fmi="3", arrays=arrays)
+    file = build_fmu(example, tmp_path / "R.fmu", options)
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    with zipfile.ZipFile(file) as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert [text for text in ("q_cmd[1]", "force[3]") if text in page] == [stated]
+
+
+@pytest.fixture(scope="module")
+def own(packed, tmp_path_factory) -> Path:
+    """The packed sources' library as a master makes it: listed files, all warnings, no flags of ours."""
+    library = tmp_path_factory.mktemp("own") / "own.so"
     files = [str(packed.folder / "sources" / name) for name in packed.listed]
     subprocess.run([compiler(), *C99, "-o", str(library), *files, "-lm"], check=True)
+    return library
+
+
+def exported(library: Path) -> set[str]:
+    return set(re.findall(r" g .*\.text\s.*\s(\S+)$", objdump("-T", str(library)), re.M))
+
+
+def test_the_packed_sources_compile_to_the_library_by_themselves(packed, own, tmp_path):
+    """And have the functions of their version of FMI, all of them."""
     if packed.fmi == "2":
         fmu = NativeFmu(packed.file, tmp_path / "fmu")
-        fmu.library = library
+        fmu.library = own
         run_master(fmu, [str(build_master("host", tmp_path / "host"))], "run")
     else:
         header = (SOURCES / "fmi" / "fmi3Functions.h").read_text()
         wanted = set(re.findall(r"fmi3FullName\((fmi3\w+)\)", header))
         assert len(wanted) == 75
-        assert wanted <= set(
-            re.findall(r"\.text\s.*\s(fmi3\w+)$", objdump("-T", str(library)), re.M)
-        )
+        assert wanted <= exported(own)
 
 
-def test_the_library_exports_nothing_else_and_needs_libc_and_libm_only(packed):
-    shown = objdump("-pT", str(packed.library))
-    assert set(re.findall(r"NEEDED\s+(\S+)", shown)) <= SYSTEM
-    defined = re.findall(r" g .*\.text\s.*\s(\S+)$", shown, re.MULTILINE)
-    assert defined
-    assert all(name.startswith(f"fmi{packed.fmi}") for name in defined)
+def test_one_library_has_the_functions_of_all_versions_and_needs_libc_and_libm_only(packed, own):
+    assert set(re.findall(r"NEEDED\s+(\S+)", objdump("-p", str(packed.library)))) <= SYSTEM
+    found = exported(packed.library)
+    version = f"fmi{packed.fmi}"
+    assert {n for n in found if n.startswith(version)} == {
+        n for n in exported(own) if n.startswith(version)
+    }
+    assert {name[:4] for name in found} == {f"fmi{fmi}" for fmi in STANDARDS}
 
 
-def test_the_core_has_no_mutable_global_state(packed):
+def test_the_core_has_no_mutable_global_state(own):
     """Nothing of its own in .data or .bss; constants that need relocation are in .data.rel.ro."""
-    shown = objdump("-t", str(packed.library))
+    shown = objdump("-t", str(own))
     symbols = re.findall(r" O (\.data|\.bss)\s+\S+\s+(?:\.hidden )?(\S+)$", shown, re.M)
     linkers = {"completed.0", "__dso_handle", "__TMC_END__"}
     assert ".text" in shown

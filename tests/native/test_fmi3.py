@@ -1,4 +1,4 @@
-"""The native FMU of FMI 3.0 is the one of FMI 2.0 with arrays."""
+"""The native FMU of FMI 3.0 with arrays is the one of FMI 2.0."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from native_pair import Pair, make_pair
 from places import DOCS
 from random_robots import make_robot
 
-from coupling.fmu_export.arrays import array_variables
 from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.grouping import arrays
 from elastic_robot.fmi.interface import blocks
 
 STEP = 0.004  # [s]
@@ -54,12 +54,12 @@ def test_variables_are_those_of_fmi2_with_arrays(pair):
 def test_each_element_is_in_one_array_with_one_range_unit_and_nominal(joints):
     """What an array states once must hold for all of its elements, on any robot."""
     table = blocks(make_robot(4, joints))
-    arrays = [array for block in array_variables(table).values() for array in block]
-    elements = [v for array in arrays for v in array.elements]
+    groups = [group for block in arrays(table).values() for group in block]
+    elements = [v for group in groups for v in group.elements]
     assert elements == [v for block in table.values() for v in block.variables]
-    for array in arrays:
-        assert elements[array.reference] is array.elements[0]
-        assert len({(v.unit, v.nominal, v.start is None) for v in array.elements}) == 1
+    for group in groups:
+        assert elements[group.reference] is group.elements[0]
+        assert len({(v.unit, v.nominal, v.start is None) for v in group.elements}) == 1
 
 
 def test_start_values_are_those_of_fmi2(pair):
@@ -97,14 +97,22 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
     for k in range(12):
         wrench, rate = 100.0 * rng.normal(size=6), rng.normal(size=joints)
         q = q + STEP * rate
-        inputs = [*wrench, *q, *rate]
+        inputs = [*wrench, *q, *rate, *rng.normal(size=joints)]
         two.setReal(list(range(len(inputs))), inputs)
+        growth = 1e4 * rng.normal(size=6)
+        two.setReal(
+            [pair.scalars[f"{n}_rate.{c}"] for n in ("force", "moment") for c in "xyz"], growth
+        )
+        three.setFloat64(
+            [pair.references[n] for n in ("force_rate", "moment_rate")], growth.tolist()
+        )
         spring = [*(tool + 1e-3 * rng.normal(size=3)), *(0.1 * rng.normal(size=3))]
         spring += list(random_stiffness(rng) * (k % 3 > 0))
         two.setReal(list(range(anchor, anchor + 12)), spring)
         parts = [pair.references[f"anchor.{x}"] for x in ("position", "velocity", "stiffness")]
         three.setFloat64(parts, spring)
-        references = [pair.references[name] for name in ("force", "moment", "q_cmd", "qd_cmd")]
+        names = ("force", "moment", "q_cmd", "qd_cmd", "qdd_cmd")
+        references = [pair.references[name] for name in names]
         three.setFloat64(references, inputs)
         if k == 6:
             gravity = [3.0, 1.0, -9.0]
@@ -119,7 +127,8 @@ def test_all_reals_are_bit_for_bit_those_of_fmi2(tmp_path, seed, joints):
 
 def test_the_snippet_of_the_page_runs_in_fmpy(pair, example, tmp_path, monkeypatch):
     """As stepped by hand with the force at each step's start, to the rounding of FMPy's times."""
-    build_fmu(example, tmp_path / "ElasticRobot3.fmu", BuildOptions("native", fmi="3"))
+    options = BuildOptions("native", fmi="3", arrays=True)
+    build_fmu(example, tmp_path / "ElasticRobot3.fmu", options)
     monkeypatch.chdir(tmp_path)
     page = (DOCS / "native.md").read_text()
     (snippet,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)

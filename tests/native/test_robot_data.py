@@ -12,6 +12,7 @@ from native_fmu import SANITIZERS, compiler
 from places import TESTS
 
 from coupling.fmu_export.compiler import SOURCES, core_sources
+from coupling.fmu_export.grouping import arrays
 from coupling.fmu_export.native_fmu import robot_data
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
@@ -55,7 +56,7 @@ def test_the_core_takes_its_settings_from_its_data(example):
 
 def data_of(robot: Robot) -> str:
     """All lines of an FMU's robot.txt."""
-    return robot_data(robot, blocks(robot), "{x}").decode()
+    return robot_data(robot, arrays(blocks(robot)), "{x}").decode()
 
 
 LINES = {

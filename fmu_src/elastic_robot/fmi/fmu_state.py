@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic_robot.commands import Past
 from elastic_robot.errors import StateError
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.parameters import Parameters
@@ -21,6 +22,7 @@ from elastic_robot.trajectory import Trajectory
 _HEADER = b"elastic-robot FMU state 2\n"
 _DIGEST = hashlib.sha256().digest_size
 _MODEL = "model."
+_PAST = "past."
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,10 @@ class FmuState:
         phase: Where the instance is in its life.
         parameters_changed: `values` has parameters that the model takes with the next step.
         values: Values of all real variables.
+        jerk: Rates of qdd_cmd that the master has told [rad/s^3], (n,); nan where it has not.
         strings: Values of the string variables.
         model: State of the model; None before the initial state is computed.
+        past: What the last step leaves to drives that follow the inputs; None where it leaves nothing.
         trajectory: Motion of the drives; None where they follow the inputs, and in a state made
             from bytes, where the instance reads it anew.
         trajectory_digest: Digest of that trajectory; empty: the drives follow the inputs.
@@ -49,8 +53,10 @@ class FmuState:
     phase: Phase
     parameters_changed: bool
     values: np.ndarray
+    jerk: np.ndarray
     strings: tuple[str, ...]
     model: Snapshot | None
+    past: Past | None
     trajectory: Trajectory | None
     trajectory_digest: str
 
@@ -61,11 +67,14 @@ class FmuState:
             "clock": np.array([self.start, self.time, self.tolerance]),
             "flags": np.array([self.phase, self.parameters_changed]),
             "values": self.values,
+            "jerk": self.jerk,
             "strings": np.array(self.strings),
             "trajectory": np.array(self.trajectory_digest),
         }
         if self.model is not None:
             arrays |= {f"{_MODEL}{key}": value for key, value in self.model.to_arrays().items()}
+        if self.past is not None:
+            arrays |= {f"{_PAST}{key}": np.array(value) for key, value in vars(self.past).items()}
         archive = io.BytesIO()
         np.savez(archive, allow_pickle=False, **arrays)
         content = archive.getvalue()
@@ -114,11 +123,7 @@ class PackedState:
             arrays = {name: archive[name] for name in archive.files}
         found = str(arrays["fingerprint"])
         require_own(found, fingerprint)
-        of_model = {
-            name.removeprefix(_MODEL): value
-            for name, value in arrays.items()
-            if name.startswith(_MODEL)
-        }
+        of_model, of_past = (_beginning(arrays, prefix) for prefix in (_MODEL, _PAST))
         start, time, tolerance = arrays["clock"].tolist()
         phase, parameters_changed = arrays["flags"].tolist()
         return FmuState(
@@ -129,11 +134,27 @@ class PackedState:
             phase=Phase(phase),
             parameters_changed=bool(parameters_changed),
             values=arrays["values"],
+            jerk=arrays["jerk"],
             strings=tuple(arrays["strings"].tolist()),
             model=Snapshot.from_arrays(of_model, parameters) if of_model else None,
+            past=_past(of_past) if of_past else None,
             trajectory=None,
             trajectory_digest=str(arrays["trajectory"]),
         )
+
+
+def _past(arrays: dict[str, np.ndarray]) -> Past:
+    end, rate, acceleration = (arrays[key] for key in ("end", "rate", "acceleration"))
+    return Past(float(arrays["length"]), end, rate, acceleration)
+
+
+def _beginning(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays whose names begin with a prefix, without it."""
+    return {
+        name.removeprefix(prefix): array
+        for name, array in arrays.items()
+        if name.startswith(prefix)
+    }
 
 
 def require_own(found: str, fingerprint: str) -> None:

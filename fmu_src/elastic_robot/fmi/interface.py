@@ -60,7 +60,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Array:
-    """Variables of a block, one after another, that are one array in FMI 3.0.
+    """Variables of a block, one after another, that are one array in an FMU of FMI 3.0 with arrays.
 
     Attributes:
         name: Structured name.
@@ -84,7 +84,7 @@ class Block:
         follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
             one of the modes at least.
         starts_from: Of outputs: the blocks that their initial value depends on.
-        arrays: What they are in FMI 3.0; empty where each stands alone there too.
+        arrays: What they are in FMI 3.0 with arrays; empty where each stands alone there too.
     """
 
     causality: str
@@ -95,10 +95,24 @@ class Block:
     arrays: tuple[Array, ...] = ()
 
 
+# Blocks of inputs that are the first derivatives of others.
+DERIVATIVES = {"wrench": "wrench_rate", "anchor": "anchor_velocity"}
+# python_host adds this to the value references of inputs whose derivatives it sets.
+OF_DERIVATIVES = 1 << 30
+
 # Sizes that occur, for solvers and plots that scale by them.
 _FORCE, _MOMENT, _DEVIATION, _ANGLE, _COMPLIANCE, _SPRING = 1e3, 1e2, 1e-3, 1e-3, 1e-6, 1e6
 # What the state at a step's end follows, and what the initial equilibrium follows.
-_STEP = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
+_STEP = (
+    "wrench",
+    "q_cmd",
+    "qd_cmd",
+    "qdd_cmd",
+    "anchor",
+    "anchor_velocity",
+    "anchor_stiffness",
+    "wrench_rate",
+)
 _REST = (
     "wrench",
     "q_cmd",
@@ -155,8 +169,8 @@ def _inputs(joints: int) -> dict[str, Block]:
         "qdd_cmd": drives(
             "qdd_cmd",
             "rad/s2",
-            "Acceleration, held over the step,",
-            "Accelerations of the drives, held over the step",
+            "Acceleration at the step's start",
+            "Accelerations of the drives at the step's start",
         ),
         "anchor": block(
             [
@@ -184,6 +198,24 @@ def _inputs(joints: int) -> dict[str, Block]:
                 for c in SYMMETRIC
             ],
             Array("anchor.stiffness", f"{stiffness}: {', '.join(SYMMETRIC)}", 6),
+        ),
+        "wrench_rate": block(
+            [
+                Variable(
+                    f"{name}_rate.{c}",
+                    unit,
+                    f"Rate of {name}.{c} over the step",
+                    0.0,
+                    nominal=nominal,
+                )
+                for name, unit, nominal in (
+                    ("force", "N/s", _FORCE),
+                    ("moment", "N.m/s", _MOMENT),
+                )
+                for c in AXES
+            ],
+            Array("force_rate", "Rate of force over the step: x, y, z in base axes", 3),
+            Array("moment_rate", "Rate of moment over the step: x, y, z in base axes", 3),
         ),
     }
 

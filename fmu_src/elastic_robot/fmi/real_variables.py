@@ -90,6 +90,25 @@ class RealVariables:
         self.values[places.rows] = values
         return places
 
+    def inputs(
+        self, references: Sequence[int], derivatives: Sequence[float]
+    ) -> list[tuple[str, int]]:
+        """Return the blocks of inputs whose derivatives are given, and their places in them.
+
+        Raises:
+            ParameterError: If a variable is no input, or a derivative not finite.
+        """
+        self.places(references)
+        found = []
+        for reference, value in zip(references, derivatives, strict=True):
+            key, name = self._block_of[reference], self._names[reference]
+            if self._table[key].causality != "input":
+                raise ParameterError(f"derivative: expected that of an input, got {name}")
+            if not isfinite(value):
+                raise ParameterError(f"derivative of {name}: expected a finite number, got {value}")
+            found.append((key, reference - self._slices[key].start))
+        return found
+
     def get(self, references: Sequence[int], places: Places) -> list[float]:
         """Return values.
 

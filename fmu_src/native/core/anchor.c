@@ -86,10 +86,20 @@ void er_anchor_along(const er_anchor *anchor, const double gap[3], const er_anch
         force[c] += of_stiffness[c];
 }
 
-void er_anchor_move(er_anchor *anchor, double elapsed)
+void er_load_move(er_load *load, double elapsed)
 {
+    for (int k = 0; k < 6; k++)
+        load->wrench[k] += elapsed * load->rate[k];
     for (int c = 0; c < 3; c++)
-        anchor->position[c] += elapsed * anchor->velocity[c];
+        load->anchor.position[c] += elapsed * load->anchor.velocity[c];
+}
+
+bool er_load_changes(const er_load *load)
+{
+    bool changes = false;
+    for (int k = 0; k < 6; k++)
+        changes |= load->rate[k] != 0.0;
+    return changes;
 }
 
 void er_load_wrench(const er_load *load, const double tcp[3], double wrench[6])

@@ -19,7 +19,8 @@ typedef struct {
 
 /* What acts on the tool over a step. */
 typedef struct {
-    double wrench[6]; /* on the robot at the TCP, base axes [N, N m] */
+    double wrench[6]; /* on the robot at the TCP at the beginning, base axes [N, N m] */
+    double rate[6];   /* of the wrench [N/s, N m/s] */
     er_anchor anchor;
 } er_load;
 
@@ -39,8 +40,11 @@ void er_anchor_gap(const er_anchor *anchor, double elapsed, const double tcp[3],
 void er_anchor_along(const er_anchor *anchor, const double gap[3], const er_anchor *change,
                      const double tcp_change[3], double force[3]);
 
-/* The anchor as it is after a time. */
-void er_anchor_move(er_anchor *anchor, double elapsed);
+/* Wrench and anchor as they are after a time [s]. */
+void er_load_move(er_load *load, double elapsed);
+
+/* Whether the wrench changes. */
+bool er_load_changes(const er_load *load);
 
 /* The wrench of a load, the pull of its spring at the beginning among it. */
 void er_load_wrench(const er_load *load, const double tcp[3], double wrench[6]);

@@ -73,16 +73,20 @@ void er_stage_gap(const er_run *r, const er_nodes *nodes, int states)
                            w->gap[c][l];
 }
 
-const er_lanes *er_stage_pull(const er_run *r, int states)
+const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states)
 {
     er_workspace *w = r->work;
-    if (!r->system->anchored)
+    const er_load *load = &r->system->load;
+    if (!r->system->anchored && !r->system->changing)
         return NULL;
     for (int l = 0; l < states; l++) {
-        double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]}, pull[3];
-        er_anchor_times(r->system->load.anchor.stiffness, gap, pull);
-        for (int c = 0; c < 3; c++)
-            w->pull[c][l] = pull[c];
+        double pull[3] = {0.0, 0.0, 0.0};
+        if (r->system->anchored) {
+            const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
+            er_anchor_times(load->anchor.stiffness, gap, pull);
+        }
+        for (int k = 0; k < 6; k++)
+            w->pull[k][l] = nodes->elapsed[l] * load->rate[k] + (k < 3 ? pull[k] : 0.0);
     }
     return (const er_lanes *)w->pull;
 }
@@ -98,8 +102,8 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     if (system->anchored)
         er_stage_gap(r, nodes, states);
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
-                           system->loaded ? system->load.wrench : NULL, er_stage_pull(r, states),
-                           w->residual);
+                           system->loaded ? system->load.wrench : NULL,
+                           er_stage_pull(r, nodes, states), w->residual);
     for (int k = 0; k < r->m; k++) {
         er_branch branch = er_curve_branch(system->curve, k, region[k]);
         double damping = system->parameters->damping[k];

@@ -23,7 +23,7 @@ void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acc
 /* From the TCP to the anchor at this motion, into w->gap. */
 void er_stage_gap(const er_run *r, const er_nodes *nodes, int states);
 
-/* The spring's force across this gap, w->pull; NULL without a spring. */
-const er_lanes *er_stage_pull(const er_run *r, int states);
+/* The spring's force across this gap and what the wrench has gained, w->pull; NULL without either. */
+const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states);
 
 #endif

@@ -41,12 +41,15 @@ typedef void er_move_function(const er_robot *robot, const er_nodes *nodes,
 /* A vector in each state, in base axes or in the frame behind a rotation. */
 typedef er_lanes er_vector[3];
 
+/* Force, then moment in each state, in base axes [N, N m]. */
+typedef er_lanes er_pull[6];
+
 /* Position of the TCP in the base frame [m], from sines and cosines alone. */
 typedef void er_reach_function(const er_robot *robot, const er_motion *motion, int states,
                                er_vector position);
 
 /* Loads [N m], [x][state]; on the robot at the TCP act in base axes `wrench`, the same in all states, and
- * the force `pull` of each; NULL for none. */
+ * the force and moment `pull` of each; NULL for none. */
 typedef void er_loads_function(const er_robot *robot, const er_motion *motion, int states,
                                const double gravity[3], const double *wrench,
                                const er_lanes *pull, er_lanes *load);

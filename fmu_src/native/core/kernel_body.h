@@ -97,8 +97,10 @@ static void loads_from(const er_robot *robot, const er_motion *motion, int first
     bool loaded = wrench != NULL || pull != NULL;
     int n = robot->angles;
 
-    if (pull != NULL)
+    if (pull != NULL) {
         at.force = add(at.force, load_vec(pull, first));
+        at.moment = add(at.moment, load_vec(pull + 3, first));
+    }
     for (int i = 0; i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
         if (rotation->shifted)

@@ -135,8 +135,10 @@ static void link_from(const er_robot *robot, const er_motion *motion, int first,
             force = plus(force, base[k], none + wrench[k]);
             moment = plus(moment, base[k], none + wrench[3 + k]);
         }
-        for (int k = 0; pull != NULL && k < 3; k++)
+        for (int k = 0; pull != NULL && k < 3; k++) {
             force = plus(force, base[k], load(&pull[k][first]));
+            moment = plus(moment, base[k], load(&pull[3 + k][first]));
+        }
         store_vec(links->force, first, force);
         store_vec(links->moment, first, moment);
         moment = minus(cross_fixed(force, robot->tool_position), moment);

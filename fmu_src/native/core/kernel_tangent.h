@@ -152,8 +152,11 @@ static void tangent_from(const er_robot *robot, const er_links *links,
         force = plus(force, row, none + wrench[k]);
         moment = plus(moment, row, none + wrench[3 + k]);
     }
-    for (int k = 0; pull != NULL && k < 3; k++)
-        force = plus(force, load_vec(links->base[k], first), load(&pull[k][first]));
+    for (int k = 0; pull != NULL && k < 3; k++) {
+        vec row = load_vec(links->base[k], first);
+        force = plus(force, row, load(&pull[k][first]));
+        moment = plus(moment, row, load(&pull[3 + k][first]));
+    }
     moment = minus(cross_fixed(force, robot->tool_position), moment);
     force = minus(zero, force);
     for (int i = n - 1; i >= 0; i--) {

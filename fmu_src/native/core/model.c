@@ -38,7 +38,7 @@ void er_model_free(er_model *model)
     free(((void **)model)[-1]);
 }
 
-static er_drives drives_of(er_model *model, double start, const er_command *command)
+static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
 {
     er_drives drives;
     memset(&drives, 0, sizeof drives);
@@ -49,9 +49,7 @@ static er_drives drives_of(er_model *model, double start, const er_command *comm
         drives.start = model->trajectory.start - model->memory.origin;
     } else {
         drives.start = start;
-        memcpy(drives.q, command->q, sizeof drives.q);
-        memcpy(drives.qd, command->qd, sizeof drives.qd);
-        memcpy(drives.qdd, command->qdd, sizeof drives.qdd);
+        er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
     }
     return drives;
 }
@@ -64,7 +62,7 @@ static bool hold(const er_model *model, const er_drives *drives, double time, co
         return false;
     er_drives_at(drives, time, held->q, held->qd, held->qdd);
     held->load = *load;
-    er_anchor_move(&held->load.anchor, elapsed);
+    er_load_move(&held->load, elapsed);
     return true;
 }
 
@@ -139,7 +137,8 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     memory->origin = origin;
-    drives = drives_of(model, 0.0, command);
+    memset(&memory->past, 0, sizeof memory->past);
+    drives = drives_of(model, 0.0, 0.0, command);
     if (!hold(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
@@ -189,7 +188,8 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
 {
     const er_state before = model->memory.state;
     er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, *load,
-                        before.time, false, er_anchor_holds(&load->anchor)};
+                        before.time, false, er_anchor_holds(&load->anchor),
+                        er_load_changes(load)};
     double most = model->robot.settings.most_step;
     if (!(end - before.time <= most))
         return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
@@ -204,17 +204,35 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
     return tell_acting(model, held, failure);
 }
 
+/* What a step that has been taken leaves to the next one; quasi-static robots have no memory. */
+static void remember(er_model *model, double length, const er_command *command)
+{
+    const er_memory *memory = &model->memory;
+    er_past *past = &model->memory.past;
+    if (memory->options.trajectory[0] != '\0' || memory->options.quasistatic ||
+        !er_command_counts(&model->robot, length))
+        return;
+    past->length = length;
+    memcpy(past->q, memory->held.q, sizeof past->q);
+    memcpy(past->qd, memory->held.qd, sizeof past->qd);
+    memcpy(past->qdd, memory->held.qdd, sizeof past->qdd);
+    memcpy(past->rate, command->qd, sizeof past->rate);
+    memcpy(past->acceleration, command->qdd, sizeof past->acceleration);
+}
+
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
                    er_failure *failure)
 {
-    er_drives drives = drives_of(model, model->memory.state.time, command);
+    const double start = model->memory.state.time;
+    er_drives drives = drives_of(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
-    if (!hold(model, &drives, end, load, end - model->memory.state.time, &held, failure) ||
+    if (!hold(model, &drives, end, load, end - start, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
                 : move_to(model, end, &drives, load, &held, failure)))
         return false;
     model->memory.held = held;
+    remember(model, end - start, command);
     return true;
 }
 
@@ -237,13 +255,14 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
     return true;
 }
 
-bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
-                     const er_load *load, er_failure *failure)
+bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
+                     const er_command *command, const er_load *load, er_failure *failure)
 {
     const er_state present = model->memory.state;
     const er_held held = model->memory.held;
     bool good;
     model->memory.state = *state;
+    model->memory.past = *past;
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
     memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);

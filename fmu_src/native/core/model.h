@@ -18,11 +18,6 @@ typedef struct {
     er_load load; /* on the tool; its anchor is where it is now */
 } er_held;
 
-/* Drives as they are commanded at a step's start; used where there is no trajectory. */
-typedef struct {
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* [rad, rad/s, rad/s^2] */
-} er_command;
-
 /* What is fixed when a simulation starts. */
 typedef struct {
     er_curve_kind curve;
@@ -39,6 +34,7 @@ typedef struct {
     double origin; /* when the model's time is 0 [s]: late times have few digits for seconds */
     uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
+    er_past past; /* what the last step leaves to a moving robot without a trajectory */
     er_state state;
 } er_memory;
 
@@ -73,7 +69,7 @@ er_model *er_model_create(const er_robot *robot);
 void er_model_free(er_model *model);
 
 /* Starts the model's time at `origin` [s], at rest relative to the drives, with the memory's options and
- * parameters. */
+ * parameters.  Commands are looked at where there is no trajectory. */
 bool er_model_reset(er_model *model, double origin, const er_command *command, const er_load *load,
                     er_failure *failure);
 
@@ -88,10 +84,10 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters);
  * has been reset since its options were set.  The model is as before if that fails. */
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure);
 
-/* Takes a step from a state again, solved to rounding, carries model->sensitivity along and returns to
- * the present memory. */
-bool er_model_follow(er_model *model, const er_state *state, double end, const er_command *command,
-                     const er_load *load, er_failure *failure);
+/* Takes a step from a state and the past at that time again, solved to rounding, carries
+ * model->sensitivity along and returns to the present memory. */
+bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
+                     const er_command *command, const er_load *load, er_failure *failure);
 
 /* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
 void er_model_tcp(const er_model *model, double pose[7]);

@@ -13,7 +13,7 @@
 #define NEGLIGIBLE 1e-14
 #define MAX_PASSES 40
 
-er_share er_share_of(const er_robot *robot, int column, double elapsed)
+er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column, double elapsed)
 {
     int n = robot->joints, command = column - ER_WRENCH_COLUMNS, anchor = command - 3 * n;
     er_share share;
@@ -22,17 +22,18 @@ er_share er_share_of(const er_robot *robot, int column, double elapsed)
     if (command < 0) {
         share.load.wrench[column] = 1.0;
     } else if (anchor < 0) {
-        const double powers[] = {0.5 * elapsed * elapsed, elapsed, 1.0, 0.0, 0.0};
-        const double *motion = powers + 2 - command / n;
         share.joint = command % n;
-        share.q = motion[0], share.qd = motion[1], share.qdd = motion[2];
+        er_command_at(s->commanded[share.joint][command / n], elapsed, &share.q, &share.qd,
+                      &share.qdd);
     } else if (anchor < 3) {
         share.load.anchor.position[anchor] = 1.0;
     } else if (anchor < ER_ANCHOR_COLUMNS) {
         share.load.anchor.position[anchor - 3] = elapsed;
         share.load.anchor.velocity[anchor - 3] = 1.0;
-    } else {
+    } else if (column < er_rate_column(robot)) {
         share.load.anchor.stiffness[anchor - ER_ANCHOR_COLUMNS] = 1.0;
+    } else {
+        share.load.wrench[column - er_rate_column(robot)] = elapsed;
     }
     return share;
 }
@@ -66,17 +67,17 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
         er_stage_gap(r, &w->stages, ER_STAGES);
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
-                          er_stage_pull(r, ER_STAGES), &s->links);
+                          er_stage_pull(r, &w->stages, ER_STAGES), &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
 }
 
-/* Derivative of the spring's pull along a change of the motion and of a column's input, into `pull`; NULL
- * where there is none. */
+/* Derivative of the pull along a change of the motion and of a column's input, into `pull`; NULL where
+ * there is none. */
 static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int column,
                                  const er_share share[], const er_direction *direction,
-                                 er_vector pull)
+                                 er_pull pull)
 {
     const er_system *system = r->system;
     const er_workspace *w = r->work;
@@ -89,8 +90,9 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
         const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
         double force[3];
         er_anchor_along(&system->load.anchor, gap, &share[l].load.anchor, moved, force);
-        for (int c = 0; c < 3; c++)
-            pull[c][l] = force[c];
+        for (int k = 0; k < 6; k++)
+            pull[k][l] = (k < 3 ? force[k] : 0.0) + (column < er_rate_column(system->robot)
+                                                         ? 0.0 : share[l].load.wrench[k]);
     }
     return (const er_lanes *)pull;
 }
@@ -103,7 +105,7 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
     const er_robot *robot = r->system->robot;
     const er_kernel *kernel = &r->means->kernel;
     er_direction direction;
-    ER_ALIGNED er_vector pull;
+    ER_ALIGNED er_pull pull;
     kernel->direct(robot, x, v, acceleration, &direction);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
@@ -133,7 +135,7 @@ static double negligible(const er_sensitivity *s, const er_run *r, int column, c
     if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
-    if (column >= er_anchor_column(r->system->robot)) {
+    if (column >= er_anchor_column(r->system->robot) && column < er_rate_column(r->system->robot)) {
         const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
                                 r->work->gap[2][ER_STAGES - 1]};
         const double still[3] = {0.0, 0.0, 0.0};
@@ -158,11 +160,11 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     double last = 0.0, limit = 0.0, least;
-    share[0] = er_share_of(r->system->robot, column, state->time + h * er_gauss_node[0] - s->start);
+    share[0] = er_share_of(s, r->system->robot, column, state->time + h * er_gauss_node[0] - s->start);
     for (int l = 1; l < ER_STAGES; l++) /* the wrench's does not depend on the time */
         share[l] = column < ER_WRENCH_COLUMNS
                        ? share[0]
-                       : er_share_of(r->system->robot, column,
+                       : er_share_of(s, r->system->robot, column,
                                      state->time + h * er_gauss_node[l] - s->start);
     least = negligible(s, r, column, &share[ER_STAGES - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);

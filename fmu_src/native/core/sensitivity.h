@@ -2,7 +2,7 @@
  * to step of the integration, whose lengths are held.
  *
  * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
- * command, then the anchor's position and velocity and the stiffness of its spring.  elastic_robot/path_sensitivity.py does the same for the parameters.
+ * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench.  elastic_robot/path_sensitivity.py does the same for the parameters.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
@@ -11,10 +11,11 @@
 
 enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6 };
 enum {
-    ER_MAX_DIRECTIONS = ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
+    ER_MAX_DIRECTIONS =
+        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
 };
 
-/* The first of the anchor's columns, and of the stiffness of its spring. */
+/* The first of the anchor's columns, of the stiffness of its spring, and of the rate of the wrench. */
 static inline int er_anchor_column(const er_robot *robot)
 {
     return ER_WRENCH_COLUMNS + 3 * robot->joints;
@@ -25,11 +26,17 @@ static inline int er_stiffness_column(const er_robot *robot)
     return er_anchor_column(robot) + ER_ANCHOR_COLUMNS;
 }
 
+static inline int er_rate_column(const er_robot *robot)
+{
+    return er_stiffness_column(robot) + ER_SYMMETRIC;
+}
+
 /* Columns `first` to `first + count - 1`; of each, the derivatives of x and x'. */
 typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
     bool still;         /* x and x' do not depend on the inputs yet */
+    er_command_slopes commanded; /* how the drives follow the command */
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */
@@ -47,7 +54,8 @@ typedef struct {
     er_load load; /* its anchor is where it is then */
 } er_share;
 
-er_share er_share_of(const er_robot *robot, int column, double elapsed);
+er_share er_share_of(const er_sensitivity *sensitivity, const er_robot *robot, int column,
+                     double elapsed);
 
 /* Begins with x and x' that do not depend on the inputs. */
 void er_sensitivity_start(er_sensitivity *sensitivity, int first, int count, double start);

@@ -43,7 +43,8 @@
     DO(most_sample)                                                                                 \
     DO(tries_per_sample)                                                                            \
     DO(time_slack)                                                                                  \
-    DO(time_slack_of_time)
+    DO(time_slack_of_time)                                                                          \
+    DO(neighbour_ratio)
 
 #define ER_DECLARE_SETTING(name) double name;
 typedef struct {

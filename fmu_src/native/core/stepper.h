@@ -47,6 +47,7 @@ typedef struct {
     double start;  /* [s] */
     bool loaded;   /* the wrench is not zero */
     bool anchored; /* the stiffness of the contact spring is not zero */
+    bool changing; /* the rate of the wrench is not zero */
 } er_system;
 
 /* How accurate it shall be, and with which arithmetic. */
@@ -74,7 +75,8 @@ typedef struct {
     er_nodes stages, end;
     er_reference reference; /* the drives at the step's end */
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], residual[ER_MAX_ANGLES];
-    ER_ALIGNED er_vector gap, pull; /* from the TCP to the anchor [m]; the spring's force [N] */
+    ER_ALIGNED er_vector gap; /* from the TCP to the anchor [m] */
+    ER_ALIGNED er_pull pull;
     er_motion motion;
     er_placement placement;
     er_linearisation linearisation; /* of the matrices that follow */

@@ -88,11 +88,8 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
     double s = time - drives->start, h;
     size_t k;
     if (t == NULL) {
-        for (int i = 0; i < drives->joints; i++) {
-            q[i] = drives->q[i] + (drives->qd[i] + 0.5 * drives->qdd[i] * s) * s;
-            qd[i] = drives->qd[i] + drives->qdd[i] * s;
-            qdd[i] = drives->qdd[i];
-        }
+        for (int i = 0; i < drives->joints; i++)
+            er_command_at(drives->powers[i], s, &q[i], &qd[i], &qdd[i]);
         return;
     }
     if (s < 0.0)

@@ -1,4 +1,4 @@
-/* Joint motion of the drives: q, q', q'' over time, from samples or from held commands.
+/* Joint motion of the drives: q, q', q'' over time, from samples or from commands.
  *
  * With rates and accelerations the motion is the quintic Hermite spline of the samples, else the C2
  * cubic spline through them with zero rate at both ends; elastic_robot/trajectory.py is the same.  A
@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "robot_data.h"
+#include "commands.h"
 
 /* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */
 typedef struct {
@@ -51,12 +51,12 @@ bool er_trajectory_parse(er_trajectory *trajectory, const char *content, size_t 
 
 void er_trajectory_free(er_trajectory *trajectory);
 
-/* How the drives move: along a trajectory, or from a command at a step's start. */
+/* How the drives move: along a trajectory, or over a step as they are commanded at its start. */
 typedef struct {
-    const er_trajectory *trajectory; /* NULL: held command */
+    const er_trajectory *trajectory; /* NULL: commanded */
     size_t *hint;                    /* where the last time was found */
-    double start;                    /* of the command, or the trajectory [s] */
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    double start;                    /* of the step, or the trajectory [s] */
+    er_command_powers powers;
     int joints;
 } er_drives;
 

@@ -12,7 +12,7 @@
 #include "../core/output_tangent.h"
 
 /* Columns that are computed together. */
-typedef enum { OF_WRENCH, OF_COMMAND, OF_ANCHOR, OF_STIFFNESS } column_group;
+typedef enum { OF_WRENCH, OF_COMMAND, OF_ANCHOR, OF_STIFFNESS, OF_RATE } column_group;
 
 static column_group group_of(const er_robot *robot, int column)
 {
@@ -20,15 +20,22 @@ static column_group group_of(const er_robot *robot, int column)
         return OF_WRENCH;
     if (column < er_anchor_column(robot))
         return OF_COMMAND;
-    return column < er_stiffness_column(robot) ? OF_ANCHOR : OF_STIFFNESS;
+    if (column < er_stiffness_column(robot))
+        return OF_ANCHOR;
+    return column < er_rate_column(robot) ? OF_STIFFNESS : OF_RATE;
 }
 
-static void start_group(er_model *model, column_group group, double start)
+static void start_group(er_model *model, column_group group, const er_step_start *start)
 {
     const er_robot *robot = &model->robot;
-    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot)};
-    const int count[] = {ER_WRENCH_COLUMNS, 3 * robot->joints, ER_ANCHOR_COLUMNS, ER_SYMMETRIC};
-    er_sensitivity_start(&model->sensitivity, first[group], count[group], start);
+    double time = start->state.time;
+    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot),
+                         er_rate_column(robot)};
+    const int count[] = {ER_WRENCH_COLUMNS, 3 * robot->joints, ER_ANCHOR_COLUMNS, ER_SYMMETRIC,
+                         ER_WRENCH_COLUMNS};
+    er_sensitivity_start(&model->sensitivity, first[group], count[group], time);
+    er_command_along(robot, &start->past, &start->command, start->stepped ? start->end - time : 0.0,
+                     model->sensitivity.commanded);
 }
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
@@ -64,6 +71,7 @@ static int column_of(const er_instance *instance, unsigned reference)
     case ER_ANCHOR: return er_anchor_column(robot) + k;
     case ER_ANCHOR_VELOCITY: return er_anchor_column(robot) + 3 + k;
     case ER_ANCHOR_STIFFNESS: return er_stiffness_column(robot) + k;
+    case ER_WRENCH_RATE: return er_rate_column(robot) + k;
     default: return ER_WRENCH_COLUMNS + (block - ER_Q_CMD) * robot->joints + k;
     }
 }
@@ -74,7 +82,7 @@ static void held_along(const er_instance *instance, int column, double factor, e
     const er_model *model = instance->model;
     const er_step_start *start = &instance->step_start;
     double elapsed = start->stepped ? start->end - start->state.time : 0.0;
-    er_share share = er_share_of(&model->robot, column, elapsed);
+    er_share share = er_share_of(&model->sensitivity, &model->robot, column, elapsed);
     for (int k = 0; k < 6; k++)
         held->load.wrench[k] += factor * share.load.wrench[k];
     for (int c = 0; c < 3; c++)
@@ -111,10 +119,10 @@ static bool require_columns(er_instance *instance, column_group group)
     bool fixed = group == OF_COMMAND && options->trajectory[0] != '\0';
     if ((instance->columns & 1u << group) != 0)
         return true;
-    start_group(instance->model, group, start->state.time);
+    start_group(instance->model, group, start);
     if (!fixed && model->robot.elastics > 0) {
         if (start->stepped && !options->quasistatic) {
-            if (!er_model_follow(instance->model, &start->state, start->end,
+            if (!er_model_follow(instance->model, &start->state, &start->past, start->end,
                                  &start->command, &start->load, &instance->failure))
                 return false;
         } else if (start->stepped || !options->undeflected) {

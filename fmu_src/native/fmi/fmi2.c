@@ -196,16 +196,16 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                                               sensitivity)));
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference references[],
-                                       size_t count, const fmi2Integer order[],
-                                       const fmi2Real values[])
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
+                                       const fmi2ValueReference references[], size_t count,
+                                       const fmi2Integer order[], const fmi2Real values[])
 {
-    (void)references;
-    (void)order;
-    (void)values;
+    er_component *c = instance;
     return status(er_component_may(c, ER_CALL_SET) &&
-                  (count == 0 ||
-                   er_component_refuse(c, "input derivatives are set; inputs are held")));
+                  er_component_given(c, count, references, values) &&
+                  er_component_given(c, count, order, order) &&
+                  er_component_told(c, er_instance_set_derivatives(c->robot, references, count,
+                                                                   order, values)));
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],

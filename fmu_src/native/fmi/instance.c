@@ -76,6 +76,8 @@ void er_instance_reset(er_instance *instance)
     const er_interface *interface = &instance->interface;
     er_model *model = instance->model;
     memset(&instance->inputs, 0, sizeof instance->inputs);
+    for (int i = 0; i < ER_MAX_JOINTS; i++)
+        instance->inputs.command.jerk[i] = NAN;
     memset(&instance->progress, 0, sizeof instance->progress);
     memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
@@ -105,10 +107,12 @@ bool er_instance_setup(er_instance *instance, double start, double tolerance)
     return true;
 }
 
-static void keep_step_start(er_instance *instance, const er_state *state, double end, bool stepped)
+static void keep_step_start(er_instance *instance, const er_state *state, const er_past *past,
+                            double end, bool stepped)
 {
     er_step_start *start = &instance->step_start;
     start->state = *state;
+    start->past = *past;
     start->command = instance->inputs.command;
     start->load = instance->inputs.load;
     start->end = end;
@@ -139,7 +143,7 @@ bool er_instance_initialise(er_instance *instance)
         model->memory = before;
         return false;
     }
-    keep_step_start(instance, &model->memory.state, 0.0, false);
+    keep_step_start(instance, &model->memory.state, &model->memory.past, 0.0, false);
     instance->progress.computed = true;
     instance->progress.parameters_changed = false;
     instance->fresh = 0;
@@ -167,11 +171,12 @@ static bool move(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     const er_state before = model->memory.state;
+    const er_past past = model->memory.past;
     if (!require_anchor(instance) ||
         !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load,
                        &instance->failure))
         return false;
-    keep_step_start(instance, &before, end, true);
+    keep_step_start(instance, &before, &past, end, true);
     return true;
 }
 

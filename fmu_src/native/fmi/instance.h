@@ -30,6 +30,7 @@ typedef struct {
 /* Where the step that led to the present state began, for derivatives. */
 typedef struct {
     er_state state;
+    er_past past;
     er_command command; /* of the step */
     er_load load;       /* of the step, at its beginning */
     double end;         /* [s], in the model's time */
@@ -66,7 +67,7 @@ bool er_instance_initialise(er_instance *instance);
 /* The same, with which initialisation ends: strings are fixed from now on. */
 bool er_instance_start(er_instance *instance);
 
-/* Moves on by a communication step [s]; inputs are held over it. */
+/* Moves on by a communication step [s]; inputs are those at its start. */
 bool er_instance_step(er_instance *instance, double start, double size);
 
 #endif

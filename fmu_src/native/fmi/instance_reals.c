@@ -17,6 +17,7 @@ static double *settable(er_instance *instance, int reference)
     case ER_ANCHOR: return &instance->inputs.load.anchor.position[k];
     case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
     case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
+    case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
     default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
     }
 }
@@ -76,6 +77,50 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
         } else {
             values[i] = *settable(instance, (int)references[i]);
         }
+    }
+    return true;
+}
+
+/* The input that is an input's first derivative, NULL where none is. */
+static double *derivative_of(er_instance *instance, int reference)
+{
+    er_block block = (er_block)instance->interface.block[reference];
+    int k = reference - instance->interface.first[block];
+    switch (block) {
+    case ER_WRENCH: return &instance->inputs.load.rate[k];
+    case ER_QDD_CMD: return &instance->inputs.command.jerk[k];
+    case ER_ANCHOR: return &instance->inputs.load.anchor.velocity[k];
+    default: return NULL;
+    }
+}
+
+static bool may_derive(er_instance *instance, unsigned reference, int order, double value)
+{
+    const er_interface *interface = &instance->interface;
+    char number[ER_NUMBER_TEXT];
+    if (!require_real(instance, reference))
+        return false;
+    if (!er_is_input((er_block)interface->block[reference]))
+        return er_fail(&instance->failure, "derivative: expected that of an input, got %s",
+                       interface->name[reference]);
+    if (order != 1)
+        return er_fail(&instance->failure, "derivative of %s: expected order 1, got %d",
+                       interface->name[reference], order);
+    return isfinite(value) ||
+           er_fail(&instance->failure, "derivative of %s: expected a finite number, got %s",
+                   interface->name[reference], er_shown(value, number));
+}
+
+bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
+                                 const int *orders, const double *values)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!may_derive(instance, references[i], orders[i], values[i]))
+            return false;
+    for (size_t i = 0; i < count; i++) {
+        double *derivative = derivative_of(instance, (int)references[i]);
+        if (derivative != NULL)
+            *derivative = values[i];
     }
     return true;
 }

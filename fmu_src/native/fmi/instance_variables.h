@@ -10,6 +10,11 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
                            const double *values);
 
+/* Takes derivatives of the first order of inputs: those of the wrench and of the anchor's position, which are
+ * inputs too, and of q''.  Others have no effect. */
+bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
+                                 const int *orders, const double *values);
+
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
 bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
                              const char *const *values);

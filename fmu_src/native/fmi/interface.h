@@ -19,6 +19,7 @@
     BLOCK(ER_ANCHOR, "anchor", 3, 0, 0, 0) \
     BLOCK(ER_ANCHOR_VELOCITY, "anchor_velocity", 3, 0, 0, 0) \
     BLOCK(ER_ANCHOR_STIFFNESS, "anchor_stiffness", ER_SYMMETRIC, 0, 0, 0) \
+    BLOCK(ER_WRENCH_RATE, "wrench_rate", 6, 0, 0, 0) \
     BLOCK(ER_TCP, "tcp", 7, 0, 0, 0) \
     BLOCK(ER_VELOCITY, "velocity", 3, 0, 0, 0) \
     BLOCK(ER_RIGID, "rigid", 7, 0, 0, 0) \

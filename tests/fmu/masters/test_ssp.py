@@ -24,6 +24,7 @@ from places import LINE_CASE
 from coupling.case import Case, load_case
 from coupling.cli import main
 from coupling.errors import BuildError
+from coupling.fmu_export.compiler import host_platform
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -35,6 +36,7 @@ from coupling.run.study import run_coupling
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 
 LINE = LINE_CASE
+HERE = host_platform().name
 SHEET = """
 [process]
 model = "isf-force-law"
@@ -254,7 +256,9 @@ def test_a_process_with_memory_is_refused(system, tmp_path):
 
 def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):
     file = tmp_path / "deep" / "stroke.ssp"
-    monkeypatch.setattr(sys, "argv", ["elastic-robot", "ssp", str(LINE), "-o", str(file)])
+    monkeypatch.setattr(
+        sys, "argv", ["elastic-robot", "ssp", str(LINE), "-o", str(file), "--platforms", HERE]
+    )
     with pytest.raises(SystemExit, match="0"):
         main()
     assert zipfile.is_zipfile(file)

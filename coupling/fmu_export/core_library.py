@@ -1,0 +1,96 @@
+"""The C core as a library for each platform: one for all robots, which are data beside it.
+
+A wheel brings the libraries, so that no compiler is needed where it is installed.  In a checkout each is
+compiled once, with Zig, and kept in the user's cache folder; without Zig this machine's compiler makes
+the one for this machine.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from coupling.errors import BuildError, one_of
+from coupling.fmu_export.compiler import (
+    PLATFORMS,
+    SOURCES,
+    CompilerError,
+    Platform,
+    compile_library,
+    library_file,
+    portable_compiler,
+)
+
+# Where a wheel has them (hatch_build.py); a checkout has no such folder.
+SHIPPED = Path(__file__).parent / "libraries"
+# Symbols for a debugger would name folders of the machine that it was made on.
+_FLAGS = ("-s",)
+
+
+def platforms_named(names: Iterable[str]) -> list[Platform]:
+    """Return platforms by name.
+
+    Raises:
+        BuildError: If one is not known.
+    """
+    found = []
+    for name in names:
+        if name not in PLATFORMS:
+            raise BuildError(f"platform: {one_of(PLATFORMS, name)}")
+        found.append(PLATFORMS[name])
+    return found
+
+
+def library_name(platform: Platform) -> str:
+    """Return the name of a platform's library in SHIPPED."""
+    return f"{platform.name}{platform.suffix}"
+
+
+def core_libraries(platforms: Iterable[Platform]) -> dict[str, Path]:
+    """Return the libraries by the names of their platforms; what is not there is compiled.
+
+    Raises:
+        CompilerError: If one is neither shipped nor can be compiled here.
+    """
+    wanted = list(platforms)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return dict(zip((p.name for p in wanted), pool.map(core_library, wanted), strict=True))
+
+
+def core_library(platform: Platform) -> Path:
+    """Return the library for a platform, with the functions of all versions of FMI.
+
+    Raises:
+        CompilerError: If it is neither shipped nor can be compiled here.
+    """
+    shipped = SHIPPED / library_name(platform)
+    if shipped.is_file():
+        return shipped
+    return compile_library(platform, _sources(), _FLAGS, compiler=_compiler(platform))
+
+
+def is_ready(platform: Platform) -> bool:
+    """Whether a platform's library is shipped, or was compiled before.
+
+    Raises:
+        CompilerError: If it is neither shipped nor can be compiled here.
+    """
+    if (SHIPPED / library_name(platform)).is_file():
+        return True
+    return library_file(platform, _sources(), _compiler(platform), _FLAGS).is_file()
+
+
+def _sources() -> list[Path]:
+    return sorted(SOURCES.rglob("*.c"))
+
+
+def _compiler(platform: Platform) -> list[str]:
+    try:
+        return portable_compiler(platform)
+    except CompilerError as cause:
+        raise CompilerError(
+            f"the C core for {platform.name}: expected its library as a wheel of this project brings"
+            f" it, or a compiler to make it, got neither: {cause}"
+        ) from cause

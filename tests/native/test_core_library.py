@@ -1,0 +1,159 @@
+"""The C core's libraries: shipped, or compiled once however many ask for them at the same time."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from places import ROOT
+
+from build_fmu import main
+from coupling.errors import BuildError
+from coupling.fmu_export import compiler, core_library
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.fmu_export.compiler import PLATFORMS, CompilerError, compile_library, host_platform
+from coupling.fmu_export.core_library import core_libraries, library_name
+from coupling.fmu_export.native_standards import STANDARDS
+
+# Counts its runs, takes its time, and leaves half a library where it is told to fail.
+COMPILER = """
+import pathlib, sys, time
+here = pathlib.Path(__file__).parent
+if "--version" in sys.argv:
+    print((here / "version").read_text())
+    sys.exit()
+with open(here / "runs", "a") as runs:
+    runs.write("x")
+out = pathlib.Path(sys.argv[sys.argv.index("-o") + 1])
+out.write_text("half")
+time.sleep(0.3)
+if (here / "fail").exists():
+    sys.exit("no room")
+out.write_text("whole")
+"""
+ASK = """
+import sys
+from pathlib import Path
+from coupling.fmu_export.compiler import PLATFORMS, compile_library
+assert "numpy" not in sys.modules
+here = Path(sys.argv[1])
+command = [sys.executable, str(here / "cc.py")]
+file = compile_library(PLATFORMS["linux64"], [here / "a.c"], cache=here / "c", compiler=command)
+print(file.read_text())
+"""
+
+
+@pytest.fixture
+def slow(tmp_path) -> list[str]:
+    """The command of a compiler that is slow."""
+    for name, text in {"cc.py": COMPILER, "version": "1", "runs": "", "a.c": "int a;"}.items():
+        (tmp_path / name).write_text(text)
+    return [sys.executable, str(tmp_path / "cc.py")]
+
+
+def test_two_processes_at_once_compile_once_and_read_a_whole_library(slow, tmp_path):
+    """Without NumPy, as the wheel's build hook runs in an environment that has none."""
+    ask = [sys.executable, "-c", ASK, str(tmp_path)]
+    asked = [subprocess.Popen(ask, cwd=ROOT, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert [process.communicate()[0].strip() for process in asked] == ["whole", "whole"]
+    assert (tmp_path / "runs").read_text() == "x"
+
+
+def test_a_failed_compilation_leaves_nothing_that_is_taken_for_a_library(slow, tmp_path):
+    def compile_it() -> Path:
+        cache = tmp_path / "c"
+        return compile_library(host_platform(), [tmp_path / "a.c"], cache=cache, compiler=slow)
+
+    (tmp_path / "fail").touch()
+    with pytest.raises(CompilerError, match=r"failed for .*\nno room"):
+        compile_it()
+    (tmp_path / "fail").unlink()
+    assert compile_it().read_text() == "whole"
+
+
+def test_another_version_of_the_compiler_makes_another_library(slow, tmp_path):
+    def place() -> Path:
+        compiler._version.cache_clear()
+        return compiler.library_file(host_platform(), [tmp_path / "a.c"], slow)
+
+    first = place()
+    (tmp_path / "version").write_text("2")
+    assert place() != first
+    (tmp_path / "version").write_text("1")
+    assert place() == first
+
+
+def test_a_cache_that_cannot_be_written_is_named(slow, tmp_path):
+    cache = tmp_path / "a.c"
+    with pytest.raises(CompilerError, match=r"a\.c: cannot be written: .*exists"):
+        compile_library(host_platform(), [tmp_path / "a.c"], cache=cache, compiler=slow)
+
+
+@pytest.mark.skipif(compiler.zig() is None, reason="needs ziglang")
+@pytest.mark.parametrize("name", ["linux64", "aarch64-darwin"])
+def test_a_library_is_the_same_wherever_it_is_made(tmp_path, name):
+    """So that FMUs of one version of the project are, whoever builds them; and it names no folder."""
+    platform, made = PLATFORMS[name], []
+    for folder in (tmp_path / "here", tmp_path / "elsewhere"):
+        folder.mkdir()
+        source = folder / "a.c"
+        source.write_text('__attribute__((visibility("default"))) int a(int x) { return x; }')
+        command = compiler.portable_compiler(platform)
+        flags, cache = core_library._FLAGS, folder / "cache"
+        file = compile_library(platform, [source], flags, cache, compiler=command)
+        made.append(file.read_bytes())
+    assert made[0] == made[1]
+    assert str(tmp_path).encode() not in made[0]
+
+
+@pytest.fixture
+def no_compiler(monkeypatch):
+    monkeypatch.setattr(compiler, "zig", lambda: None)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+
+
+@pytest.mark.parametrize("fmi", STANDARDS)
+def test_shipped_libraries_of_all_platforms_are_taken_without_a_compiler(
+    no_compiler, monkeypatch, example, tmp_path, fmi
+):
+    monkeypatch.setattr(core_library, "SHIPPED", tmp_path)
+    for platform in PLATFORMS.values():
+        (tmp_path / library_name(platform)).write_text(platform.machine)
+    file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("native", tuple(PLATFORMS), fmi=fmi))
+    with zipfile.ZipFile(file) as archive:
+        names = [name for name in archive.namelist() if name.startswith("binaries/")]
+        found = {name: archive.read(name).decode() for name in names}
+    assert found == {
+        f"binaries/{STANDARDS[fmi].folder(p)}/ElasticRobot{p.suffix}": p.machine
+        for p in PLATFORMS.values()
+    }
+
+
+def test_without_libraries_and_compiler_the_command_says_what_to_do(no_compiler, tmp_path, capsys):
+    assert main(["-o", str(tmp_path / "R.fmu")]) == 2
+    said = capsys.readouterr().err
+    assert "the C core for linux64: expected its library as a wheel of this project brings" in said
+    assert "or a compiler to make it, got neither" in said
+    assert "install the package ziglang (pip install ziglang)" in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_zig_this_machines_compiler_serves_this_machine_alone(monkeypatch):
+    monkeypatch.setattr(compiler, "zig", lambda: None)
+    here = host_platform()
+    assert core_libraries([here])[here.name].is_file()
+    other = next(p for p in PLATFORMS.values() if p != here)
+    with pytest.raises(BuildError, match=rf"the C core for {other.name}: .* cc, gcc or clang"):
+        core_libraries([here, other])
+
+
+def test_the_command_says_which_platforms_are_inside(tmp_path, capsys):
+    here = host_platform().name
+    for kind, platforms in (("native", here), ("python", "linux64, win64")):
+        file = tmp_path / f"{kind}.fmu"
+        assert main(["-o", str(file), "--kind", kind, "--platforms", here]) == 0
+        assert f"{file}: built for {platforms}\n" in capsys.readouterr().out
