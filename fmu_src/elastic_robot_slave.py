@@ -228,7 +228,7 @@ class ElasticRobotSlave(Fmi2Slave):
         places = self._reals.places(vrs)
         for key in places.outputs - self._computed:
             value = getattr(self._initialised(), key)()
-            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value
+            self._reals.block(key)[:] = value[_UPPER] if key == "compliance" else value.ravel()
             self._computed.add(key)
         return self._reals.get(vrs, places)
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMI 2.0 co-simulation FMU, from blocks of variables."""
+"""modelDescription.xml of an FMU of FMI 2.0, from blocks of variables."""
 
 from __future__ import annotations
 
@@ -6,8 +6,17 @@ from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export import model_description as md
-from elastic_robot.fmi.interface import Block, Variable
+from elastic_robot.fmi.interface import TIME, Block, Variable
 
+_EXCHANGE_FLAGS = (
+    "needsExecutionTool",
+    "completedIntegratorStepNotNeeded",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canNotUseMemoryManagementFunctions",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "providesDirectionalDerivative",
+)
 _FLAGS = (
     "needsExecutionTool",
     "canHandleVariableCommunicationStepSize",
@@ -35,50 +44,84 @@ def fmi2_description(
         source_files: C files under sources/ that make up the library, if they are in the FMU.
     """
     root = md.root_element(about, "2.0", "guid", guid)
-    element = md.add_co_simulation(root, about, _FLAGS)
+    exchange = about.exchange is not None
+    if exchange:
+        indicators = sum(len(b.variables) for b in blocks.values() if b.is_event_indicator)
+        root.set("numberOfEventIndicators", str(indicators))
+    elements = md.add_model_exchange(root, about, _EXCHANGE_FLAGS)
+    elements.append(md.add_co_simulation(root, about, _FLAGS))
     names = list(source_files)
-    if names:
+    for element in elements if names else []:
         listed = SubElement(element, "SourceFiles")
         for name in names:
             SubElement(listed, "File", {"name": name})
-    md.add_units(root, blocks)
+    md.add_units(root, blocks, more=["s"] if exchange else [])
     md.add_log_categories(root, "fmi2")
     md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
+    numbers = _numbers(blocks)
     reference = 0
     for block in blocks.values():
-        for variable in block.variables:
-            variables.append(_variable(block, variable, reference))
+        of = numbers[block.derivative_of] if block.derivative_of and exchange else None
+        for place, variable in enumerate(block.variables):
+            derivative = {} if of is None else {"derivative": str(of[place])}
+            variables.append(_variable(block, variable, reference, derivative))
             reference += 1
-    _add_structure(root, blocks)
+    if exchange:
+        time = SubElement(variables, "ScalarVariable", md.time_attributes(reference))
+        SubElement(time, "Real", {"unit": "s"})
+    _add_structure(root, blocks, exchange)
     return md.xml_text(root)
 
 
-def _variable(block: Block, variable: Variable, reference: int) -> Element:
+def _numbers(blocks: Mapping[str, Block]) -> dict[str, range]:
+    """Numbers of the variables by block, from 1; behind them that of time."""
+    numbers: dict[str, range] = {}
+    first = 1
+    for name, block in blocks.items():
+        numbers[name] = range(first, first + len(block.variables))
+        first += len(block.variables)
+    return {**numbers, TIME: range(first, first + 1)}
+
+
+def _variable(
+    block: Block, variable: Variable, reference: int, derivative: Mapping[str, str]
+) -> Element:
     attributes = md.variable_attributes(block, variable.name, variable.text, reference)
     element = Element("ScalarVariable", attributes)
     if not variable.unit:
         SubElement(element, "String", {"start": str(variable.start)})
         return element
     start = {} if variable.start is None else {"start": repr(variable.start)}
-    SubElement(element, "Real", {**md.range_attributes(variable), **start})
+    SubElement(element, "Real", {**md.range_attributes(variable), **derivative, **start})
     return element
 
 
-def _add_structure(root: Element, blocks: Mapping[str, Block]) -> None:
-    index: dict[str, range] = {}  # numbers of the variables, from 1
-    first = 1
-    for name, block in blocks.items():
-        index[name] = range(first, first + len(block.variables))
-        first += len(block.variables)
-    outputs = md.output_names(blocks)
+def _add_structure(root: Element, blocks: Mapping[str, Block], exchange: bool) -> None:
+    numbers = _numbers(blocks)
     structure = SubElement(root, "ModelStructure")
-    for element, by in (
-        ("Outputs", {name: blocks[name].follows for name in outputs}),
-        ("InitialUnknowns", {name: blocks[name].starts_from for name in outputs}),
-    ):
-        unknowns = SubElement(structure, element)
-        for name in outputs:
-            numbers = md.sorted_text(k for known in by[name] for k in index[known])
-            for k in index[name]:
-                SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": numbers})
+    _add_unknowns(structure, "Outputs", blocks, md.output_names(blocks), exchange)
+    if exchange:
+        _add_unknowns(structure, "Derivatives", blocks, md.derivative_names(blocks), True)
+    initial = [(name, blocks[name].starts_from) for name in md.initial_names(blocks, exchange)]
+    unknowns = SubElement(structure, "InitialUnknowns")
+    for name, known in initial:
+        depends = md.sorted_text(k for other in known for k in numbers[other])
+        for k in numbers[name]:
+            SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": depends})
+
+
+def _add_unknowns(
+    structure: Element, element: str, blocks: Mapping[str, Block], names: list[str], exchange: bool
+) -> None:
+    numbers = _numbers(blocks)
+    if not any(numbers[name] for name in names):
+        return
+    unknowns = SubElement(structure, element)
+    for name in names:
+        known = md.known_names(blocks[name], exchange)
+        own = [other for other in known if other in blocks[name].own]
+        all_of = [k for other in known if other not in own for k in numbers[other]]
+        for place, k in enumerate(numbers[name]):
+            depends = md.sorted_text([*all_of, *(numbers[other][place] for other in own)])
+            SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": depends})

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMI 3.0 co-simulation FMU, from blocks of variables."""
+"""modelDescription.xml of an FMU of FMI 3.0, from blocks of variables."""
 
 from __future__ import annotations
 
@@ -7,8 +7,19 @@ from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export import model_description as md
 from coupling.fmu_export.grouping import Group, Groups
-from elastic_robot.fmi.interface import Block, Variable
+from elastic_robot.fmi.interface import TIME, Block, Variable
 
+_EXCHANGE_FLAGS = (
+    "needsExecutionTool",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canGetAndSetFMUState",
+    "canSerializeFMUState",
+    "providesDirectionalDerivatives",
+    "providesAdjointDerivatives",
+    "providesPerElementDependencies",
+    "needsCompletedIntegratorStep",
+    "providesEvaluateDiscreteStates",
+)
 _FLAGS = (
     "needsExecutionTool",
     "canBeInstantiatedOnlyOncePerProcess",
@@ -38,27 +49,23 @@ def fmi3_description(
         token: Instantiation token; ties the description to the binary.
     """
     root = md.root_element(about, "3.0", "instantiationToken", token)
+    exchange = about.exchange is not None
+    md.add_model_exchange(root, about, _EXCHANGE_FLAGS)
     md.add_co_simulation(root, about, _FLAGS)
     md.add_units(root, blocks, more=["s"])
     md.add_log_categories(root, "fmi3")
     md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
     for name, block in blocks.items():
-        for variable in groups[name]:
-            variables.append(_variable(block, variable))
-    SubElement(
-        variables,
-        "Float64",
-        {
-            "name": "time",
-            "valueReference": str(sum(len(block.variables) for block in blocks.values())),
-            "description": "End of the last step",
-            "causality": "independent",
-            "variability": "continuous",
-            "unit": "s",
-        },
-    )
-    _add_structure(root, blocks, groups)
+        states = groups[block.derivative_of] if block.derivative_of and exchange else ()
+        for place, variable in enumerate(groups[name]):
+            element = _variable(block, variable)
+            if states:
+                element.set("derivative", str(states[place].reference))
+            variables.append(element)
+    time = sum(len(block.variables) for block in blocks.values())
+    SubElement(variables, "Float64", {**md.time_attributes(time), "unit": "s"})
+    _add_structure(root, blocks, groups, exchange)
     return md.xml_text(root)
 
 
@@ -102,15 +109,39 @@ def _common(elements: Sequence[Variable]) -> Variable:
     )
 
 
-def _add_structure(root: Element, blocks: Mapping[str, Block], groups: Groups) -> None:
-    outputs = md.output_names(blocks)
+def _add_structure(
+    root: Element,
+    blocks: Mapping[str, Block],
+    groups: Groups,
+    exchange: bool,
+) -> None:
+    references = {name: [v.reference for v in variables] for name, variables in groups.items()}
+    references[TIME] = [sum(len(block.variables) for block in blocks.values())]
     structure = SubElement(root, "ModelStructure")
-    for element, by in (
-        ("Output", {name: blocks[name].follows for name in outputs}),
-        ("InitialUnknown", {name: blocks[name].starts_from for name in outputs}),
+    indicators = [name for name, block in blocks.items() if block.is_event_indicator]
+    initial = {name: blocks[name].starts_from for name in md.initial_names(blocks, exchange)}
+    for element, names in (
+        ("Output", md.output_names(blocks)),
+        ("ContinuousStateDerivative", md.derivative_names(blocks) if exchange else []),
+        ("InitialUnknown", list(initial)),
+        ("EventIndicator", indicators if exchange else []),
     ):
-        for name in outputs:
-            known = md.sorted_text(v.reference for other in by[name] for v in groups[other])
-            for variable in groups[name]:
-                reference = str(variable.reference)
-                SubElement(structure, element, {"valueReference": reference, "dependencies": known})
+        for name in names:
+            known = initial[name] if element == "InitialUnknown" else None
+            for place, reference in enumerate(references[name]):
+                depends = _dependencies(blocks[name], known, references, place, exchange)
+                attributes = {"valueReference": str(reference), "dependencies": depends}
+                SubElement(structure, element, attributes)
+
+
+def _dependencies(
+    block: Block,
+    initial: Sequence[str] | None,
+    references: Mapping[str, Sequence[int]],
+    place: int,
+    exchange: bool,
+) -> str:
+    known = list(initial) if initial is not None else md.known_names(block, exchange)
+    own = [other for other in known if other in block.own and initial is None]
+    all_of = [k for other in known if other not in own for k in references[other]]
+    return md.sorted_text([*all_of, *(references[other][place] for other in own)])

@@ -41,7 +41,7 @@ def index_html(
             f"<style>{_STYLE}</style></head><body>",
             f"<h1>{name}</h1>",
             f"<p>Industrial robot with {len(robot.joints)} joints that give way under load, as an FMI"
-            f" {fmi_version} co-simulation unit. Model version {escape(version)}.</p>",
+            f" {fmi_version} functional mock-up unit. Model version {escape(version)}.</p>",
             _USE,
             f'<p>{needs} Licences: <a href="licenses/">licenses</a>.</p>',
             "<h2>Frames and signs</h2>",

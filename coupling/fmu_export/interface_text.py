@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from coupling.fmu_export.grouping import Group, Groups
-from elastic_robot.fmi.interface import TOLERANCE
+from elastic_robot.fmi.interface import STATES, TOLERANCE
 
 
 def interface_text(groups: Groups) -> str:
     """Return a line for each variable, in the order of the value references.
 
-    Reals: block, unit and the names of the elements.  Strings: name, start value and the values that
-    they may have, if not any.
+    Before them the tolerance to begin with, and how large the states of model exchange are.  Reals:
+    block, unit and the names of the elements.  Strings: name, start value and the values that they may
+    have, if not any.
 
     Args:
         groups: The variables.
@@ -24,11 +25,13 @@ def interface_text(groups: Groups) -> str:
         >>> strings = Block("parameter", "fixed", (mode,))
         >>> print(interface_text(arrays({"gravity": gravity, "strings": strings})))
         tolerance 1e-06
+        nominals 0.001 0.05
         reals gravity m/s2 gravity.x gravity.y gravity.z
         string mode fast slow fast
         end
     """
-    lines = [f"tolerance {TOLERANCE!r}"]
+    nominals = " ".join(repr(nominal) for nominal in STATES.values())
+    lines = [f"tolerance {TOLERANCE!r}", f"nominals {nominals}"]
     for key, variables in groups.items():
         lines += [_line(key, variable) for variable in variables]
     return "\n".join([*lines, "end"])

@@ -23,6 +23,7 @@ class About:
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
         tolerance: Tolerance to begin with.
+        exchange: Flags of `ModelExchange` that are true; None where there is none.
     """
 
     model_name: str
@@ -33,6 +34,7 @@ class About:
     capabilities: tuple[str, ...]
     step_size: float
     tolerance: float
+    exchange: tuple[str, ...] | None = None
 
 
 def root_element(about: About, fmi_version: str, token_name: str, token: str) -> Element:
@@ -67,12 +69,24 @@ def add_co_simulation(root: Element, about: About, flags: Iterable[str]) -> Elem
 
     Every flag is stated, since masters differ in the defaults that they assume.
     """
-    known = list(flags)
-    unknown = set(about.capabilities) - set(known)
-    assert not unknown, unknown
-    attributes = {name: _boolean(name in about.capabilities) for name in known}
+    attributes = _flags(about.capabilities, flags)
     attributes["maxOutputDerivativeOrder"] = "0"
     return SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
+
+
+def add_model_exchange(root: Element, about: About, flags: Iterable[str]) -> list[Element]:
+    """Add the element `ModelExchange`, if there is one, and return what was added."""
+    if about.exchange is None:
+        return []
+    attributes = _flags(about.exchange, flags)
+    named = {"modelIdentifier": about.model_name, **attributes}
+    return [SubElement(root, "ModelExchange", named)]
+
+
+def _flags(true: Iterable[str], flags: Iterable[str]) -> dict[str, str]:
+    known, given = list(flags), set(true)
+    assert given <= set(known), given - set(known)
+    return {name: _boolean(name in given) for name in known}
 
 
 def add_units(root: Element, blocks: Mapping[str, Block], more: Iterable[str] = ()) -> None:
@@ -118,8 +132,19 @@ def variable_attributes(block: Block, name: str, text: str, reference: int) -> d
         "variability": block.variability,
     }
     if block.causality != "input":  # inputs have no initial (FMI 2.0.4, table on page 49)
-        attributes["initial"] = "calculated" if block.causality == "output" else "exact"
+        attributes["initial"] = "exact" if block.causality == "parameter" else "calculated"
     return attributes
+
+
+def time_attributes(reference: int) -> dict[str, str]:
+    """Return the attributes of the independent variable."""
+    return {
+        "name": "time",
+        "valueReference": str(reference),
+        "description": "Time; in co-simulation the end of the last step",
+        "causality": "independent",
+        "variability": "continuous",
+    }
 
 
 def range_attributes(variable: Variable) -> dict[str, str]:
@@ -136,6 +161,22 @@ def range_attributes(variable: Variable) -> dict[str, str]:
 def output_names(blocks: Mapping[str, Block]) -> list[str]:
     """Return the names of the blocks of outputs."""
     return [name for name, block in blocks.items() if block.causality == "output"]
+
+
+def derivative_names(blocks: Mapping[str, Block]) -> list[str]:
+    """Return the names of the blocks of states' derivatives, in the order of the states."""
+    return [name for name, block in blocks.items() if block.derivative_of]
+
+
+def initial_names(blocks: Mapping[str, Block], exchange: bool) -> list[str]:
+    """Return the names of the blocks whose initial values are computed: outputs, states' derivatives."""
+    return [*output_names(blocks), *(derivative_names(blocks) if exchange else [])]
+
+
+def known_names(block: Block, exchange: bool) -> list[str]:
+    """Return the names of all blocks that a block depends on, in co-simulation or model exchange."""
+    of_exchange = [name for name in block.exchanged if exchange and name not in block.follows]
+    return [*block.follows, *of_exchange]
 
 
 def sorted_text(numbers: Iterable[int]) -> str:

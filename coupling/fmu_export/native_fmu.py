@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import elastic_robot
@@ -21,7 +22,11 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
 ROBOT_ENTRY = "resources/robot.txt"
-_NEEDS = "This FMU needs nothing of its host but the C library."
+_NEEDS = (
+    "This FMU needs nothing of its host but the C library. It is for co-simulation and for model"
+    " exchange, in which inputs are what they are at the moment and the states are deflection and"
+    " deflection_rate."
+)
 
 
 def build_native_fmu(
@@ -66,7 +71,10 @@ def build_native_fmu(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
     entries |= standard.further_entries(source_files)
-    told = about(MODEL_NAME, robot_line(robot), "native", date, standard.capabilities)
+    told = replace(
+        about(MODEL_NAME, robot_line(robot), "native", date, standard.capabilities),
+        exchange=standard.exchange,
+    )
 
     def identified(guid: str) -> dict[str, bytes]:
         return {

@@ -24,6 +24,7 @@ class Standard:
     Attributes:
         version: Version as `fmiVersion` states it.
         capabilities: Flags of `CoSimulation` that are true.
+        exchange: Flags of `ModelExchange` that are true.
         functions: C files with the standard's functions, beside the core.
         types_header: The standard's own header with the notice of its licence.
         folder: Gives the name of the folder under binaries/ for a platform.
@@ -35,6 +36,7 @@ class Standard:
 
     version: str
     capabilities: tuple[str, ...]
+    exchange: tuple[str, ...]
     functions: tuple[str, ...]
     types_header: str
     folder: Callable[[Platform], str]
@@ -73,7 +75,13 @@ STANDARDS = {
             "canSerializeFMUstate",
             "providesDirectionalDerivative",
         ),
-        functions=("fmi2.c",),
+        exchange=(
+            "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
+            "providesDirectionalDerivative",
+        ),
+        functions=("fmi2.c", "fmi2_exchange.c"),
         types_header="fmi2TypesPlatform.h",
         folder=lambda platform: platform.name,
         grouped=scalars,
@@ -88,7 +96,13 @@ STANDARDS = {
             "providesDirectionalDerivatives",
             "canHandleVariableCommunicationStepSize",
         ),
-        functions=("fmi3.c", "fmi3_absent.c"),
+        exchange=(
+            "canGetAndSetFMUState",
+            "canSerializeFMUState",
+            "providesDirectionalDerivatives",
+            "needsCompletedIntegratorStep",
+        ),
+        functions=("fmi3.c", "fmi3_absent.c", "fmi3_exchange.c"),
         types_header="fmi3PlatformTypes.h",
         folder=lambda platform: platform.machine,
         grouped=scalars,

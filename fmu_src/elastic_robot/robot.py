@@ -40,7 +40,7 @@ from elastic_robot.static_sensitivity import (
 )
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
-from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve
+from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve, ways_to_bends
 
 # The matrices of a step serve while no entry of a spring's stiffness changes by more, over its largest.
 _SAME_SPRING = 1e-3
@@ -259,6 +259,24 @@ class ElasticRobot:
     def deflection(self) -> np.ndarray:
         """Return the elastic coordinates x [rad], (m,)."""
         return self._now().x
+
+    def deflection_rate(self) -> np.ndarray:
+        """Return their rates x' [rad/s], (m,); zero in quasi-static mode."""
+        return self._now().v
+
+    def deflection_derivative(self) -> np.ndarray:
+        """Return the same, as the derivative of `deflection` by time."""
+        return self.deflection_rate()
+
+    def rate_derivative(self) -> np.ndarray:
+        """Return x'' of the equation of motion [rad/s^2], (m,); zero in quasi-static mode."""
+        if self._quasistatic:
+            return np.zeros(self.chain.elastic_count)
+        return self._operating_point().motion[2]
+
+    def bend(self) -> np.ndarray:
+        """Return how far each gear is from the next bends of its torque curve [rad], (torsions, 2)."""
+        return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
 
     def _rigid_placement(self) -> pin.SE3:
         return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._held.q))

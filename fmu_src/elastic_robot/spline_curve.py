@@ -14,6 +14,8 @@ from scipy.interpolate import Akima1DInterpolator, PPoly
 
 from elastic_robot.parameters import Parameters
 
+# A jump of the curvature counts from this part of the largest curvature on.
+_SMALLEST_JUMP = 1e-9
 # Newton steps of the inversion inside one cubic piece; it starts on the chord.
 _INVERSION_STEPS = 12
 
@@ -179,6 +181,25 @@ class SplineCurve:
     def bends(self) -> np.ndarray:
         """Where there are points."""
         return np.isfinite(self.knots).any(axis=1)
+
+    @cached_property
+    def bend_angles(self) -> np.ndarray:
+        """The knots at which the curvature jumps."""
+        rows, inside = np.arange(len(self.knots)), np.isfinite(self.knots)
+        knots = np.where(inside, self.knots, self.origins[:, :-1])
+        left, right = self.cubics[:, :-1], self.cubics[:, 1:]
+        before = 2.0 * left[..., 2] + 6.0 * left[..., 3] * (knots - self.origins[:, :-1])
+        behind = 2.0 * right[..., 2]
+        if knots.shape[1] == 0:
+            return knots
+        last = np.maximum(inside.sum(axis=1) - 1, 0)
+        rise, extent = right[rows, last, 0] - right[:, 0, 0], knots[rows, last] - knots[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = np.where(extent > 0.0, np.abs(rise) / extent**2, 0.0)
+        curvatures = np.where(inside, np.maximum(np.abs(before), np.abs(behind)), 0.0)
+        largest = np.maximum(curvatures.max(axis=1), mean)
+        jumps = inside & (np.abs(behind - before) > _SMALLEST_JUMP * largest[:, None])
+        return np.sort(np.where(jumps, self.knots, np.inf), axis=1)
 
     @cached_property
     def _end_slope(self) -> np.ndarray:

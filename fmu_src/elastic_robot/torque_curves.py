@@ -51,6 +51,11 @@ class TorqueCurve(Branch, Protocol):
         """Whether the slope changes along a branch, (m,)."""
         ...
 
+    @property
+    def bend_angles(self) -> np.ndarray:
+        """Where slope or curvature jump, rising [rad], padded with infinity, (m, most)."""
+        ...
+
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
         """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its play."""
         ...
@@ -104,6 +109,11 @@ class LinearCurve:
     def bends(self) -> np.ndarray:
         """Nowhere."""
         return np.zeros(np.shape(self.stiffness), dtype=bool)
+
+    @cached_property
+    def bend_angles(self) -> np.ndarray:
+        """None."""
+        return np.empty((*np.shape(self.stiffness), 0))
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """S(x) = k x [N m]."""
@@ -173,6 +183,12 @@ class BacklashCurve:
     def bends(self) -> np.ndarray:
         """Nowhere: every branch is straight."""
         return np.zeros(np.shape(self.stiffness), dtype=bool)
+
+    @cached_property
+    def bend_angles(self) -> np.ndarray:
+        """The edges of the play."""
+        edges = np.stack([-self.half_width, self.half_width], axis=-1)
+        return np.where(np.isfinite(edges), edges, np.inf)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """S(x) [N m], shape of x."""
@@ -255,6 +271,23 @@ class BacklashBranch:
     @cached_property
     def _offset(self) -> np.ndarray:
         return self.stiffness * self.backlash * self.region
+
+
+def ways_to_bends(curve: TorqueCurve, x: np.ndarray) -> np.ndarray:
+    """Return how far each x is from the next bend of its law below and above [rad], (m, 2).
+
+    1 where there is none.
+
+    Example:
+        >>> gear = BacklashCurve(np.array([1e4]), np.array([1e-3]))
+        >>> ways_to_bends(gear, np.array([4e-4])), ways_to_bends(gear, np.array([3e-3]))
+        (array([[0.0014, 0.0006]]), array([[0.002, 1.   ]]))
+    """
+    ways = curve.bend_angles - x[:, None]
+    below = np.where(ways < 0.0, -ways, np.inf).min(axis=1, initial=np.inf)
+    above = np.where(ways >= 0.0, ways, np.inf).min(axis=1, initial=np.inf)
+    nearest = np.stack([below, above], axis=1)
+    return np.where(np.isfinite(nearest), nearest, 1.0)
 
 
 TORQUE_CURVES: dict[str, CurveClass] = {

@@ -41,7 +41,11 @@ def _expected_names() -> dict[str, list[str]]:
             *["deviation.x", "deviation.y", "deviation.z"],
             *["deviation.rx", "deviation.ry", "deviation.rz"],
             *[f"compliance.{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
-            *[f"deflection[{k}]" for k in range(1, 12)],
+            *[f"{name}[{k}]" for name in ("deflection", "deflection_rate") for k in range(1, 12)],
+        ],
+        "local": [
+            *[f"der({s}[{k}])" for s in ("deflection", "deflection_rate") for k in range(1, 12)],
+            *[f"joint[{i}].bend.{side}" for i in range(1, 6) for side in ("below", "above")],
         ],
         "parameter": [
             *["gravity.x", "gravity.y", "gravity.z"],
@@ -59,6 +63,8 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
     found = {}
     for variable in description.modelVariables:
         found.setdefault(variable.causality, []).append(variable.name)
+    # Of the kind that has model exchange.
+    assert found.pop("independent", ["time"]) == ["time"]
     assert found == _expected_names()
     kinds = {v.name: (v.variability, v.start) for v in description.modelVariables}
     assert kinds["mode"] == ("fixed", "dynamic")
@@ -78,7 +84,8 @@ def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
     names = [v.name for v in fmpy.read_model_description(str(fmu)).modelVariables]
     elastic = sum((joint.stiffness is not None) + len(joint.tilt) for joint in robot.joints)
     assert sum(name.startswith("q_cmd") for name in names) == 3
-    assert sum(name.startswith("deflection") for name in names) == elastic
+    assert sum(name.startswith("deflection[") for name in names) == elastic
+    assert sum(name.startswith("der(deflection_rate[") for name in names) == elastic
     job = {"time": [0.0, 0.01], "outputs": POSE}
     (answer,) = run_fmu(fmu, job)
     assert np.all(np.isfinite(answer["values"]))
@@ -201,11 +208,12 @@ def test_outputs_follow_what_the_model_structure_says(example_fmu, run_fmu, elem
     description = fmpy.read_model_description(str(example_fmu))
     variables = description.modelVariables
     names = [v.name for v in variables]
-    outputs = [v.name for v in variables if v.causality == "output"]
     listed = description.outputs if element == "Outputs" else description.initialUnknowns
     declared = {u.variable.name: {d.name for d in u.dependencies} for u in listed}
+    outputs = list(declared)
+    assert {v.name for v in variables if v.causality == "output"} <= set(outputs)
     rest = {name: v for name, v in zip(names, variables, strict=True) if v.type == "Real"}
-    rest = {name: float(v.start) for name, v in rest.items() if v.causality != "output"}
+    rest = {name: float(v.start) for name, v in rest.items() if v.start is not None}
     rest |= {**POSTURE, "force.x": 300.0, "force.y": 200.0, "qd_cmd[1]": 0.1, "q_cmd[4]": 0.3}
     rest |= {"anchor.x": 1.5, "anchor.z": 0.9, "anchor.vy": 0.1}
     rest |= {f"anchor.k{c}{c}": 1e5 for c in "xyz"}

@@ -163,6 +163,7 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
     }
     if len(x):
         pairs["deflection"] = (of["deflection"], derivative(x))
+        pairs["deflection_rate"] = (of["deflection_rate"], derivative(v))
         pairs["compliance"] = (of["compliance"], compliance_along(case, held, x))
         untold = set(of) - {name.split()[0] for name in pairs}
         assert not untold, f"{untold}: expected what their derivatives should be, among these pairs"

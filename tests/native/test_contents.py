@@ -36,7 +36,10 @@ class Packed:
     def listed(self) -> list[str]:
         """Source files that the FMU names."""
         if self.fmi == "2":
-            found = etree.parse(self.folder / "modelDescription.xml").findall(".//File")
+            description = etree.parse(self.folder / "modelDescription.xml")
+            found = description.findall("CoSimulation/SourceFiles/File")
+            of_exchange = description.findall("ModelExchange/SourceFiles/File")
+            assert [e.get("name") for e in of_exchange] == [e.get("name") for e in found]
         else:
             found = etree.parse(self.folder / "sources" / "buildDescription.xml").findall(
                 ".//SourceFile"

@@ -67,7 +67,10 @@ REFUSED = {
         lambda p, s: s.doStep(0.0, -STEP),
         "step size: expected a finite number >= 0, got -0.004 s",
     ),
-    "event mode": (lambda p, s: s.enterEventMode(), "event mode is asked for"),
+    "event mode": (
+        lambda p, s: s.enterEventMode(),
+        "model exchange is asked for; this instance was made for co-simulation",
+    ),
     "configuration mode": (
         lambda p, s: s.enterConfigurationMode(),
         "configuration mode is asked for",

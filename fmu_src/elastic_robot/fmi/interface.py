@@ -78,13 +78,18 @@ class Block:
     """Consecutive variables of one kind.
 
     Attributes:
-        causality: "input", "output" or "parameter".
+        causality: "input", "output", "parameter" or "local".
         variability: "continuous", "tunable" or "fixed".
         variables: In the order of their value references.
         follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
             one of the modes at least.
-        starts_from: Of outputs: the blocks that their initial value depends on.
+        starts_from: Of outputs and derivatives: the blocks that their initial value depends on.
         arrays: What they are in FMI 3.0 with arrays; empty where each stands alone there too.
+        exchanged: Of outputs, derivatives and event indicators: the blocks that their value depends on
+            in model exchange; TIME for what the drives of a trajectory move.
+        own: Those of them of which it is the element at the same place only.
+        derivative_of: The block of states whose derivatives by time these are.
+        is_event_indicator: Whether a change of their sign is an event of model exchange.
     """
 
     causality: str
@@ -93,6 +98,10 @@ class Block:
     follows: Names = ()
     starts_from: Names = ()
     arrays: tuple[Array, ...] = ()
+    exchanged: Names = ()
+    own: Names = ()
+    derivative_of: str = ""
+    is_event_indicator: bool = False
 
 
 # Blocks of inputs that are the first derivatives of others.
@@ -102,7 +111,12 @@ OF_DERIVATIVES = 1 << 30
 
 # Sizes that occur, for solvers and plots that scale by them.
 _FORCE, _MOMENT, _DEVIATION, _ANGLE, _COMPLIANCE, _SPRING = 1e3, 1e2, 1e-3, 1e-3, 1e-6, 1e6
-# What the state at a step's end follows, and what the initial equilibrium follows.
+_RATE, _ACCELERATION = 5e-2, 5.0
+# The states of model exchange, and how large they are: x [rad] and x' [rad/s].
+STATES: dict[str, float] = {"deflection": _ANGLE, "deflection_rate": _RATE}
+# In `exchanged`: the independent variable.
+TIME = "time"
+# What the state at a step's end follows, what loads and posture follow, and the initial equilibrium.
 _STEP = (
     "wrench",
     "q_cmd",
@@ -113,6 +127,7 @@ _STEP = (
     "anchor_stiffness",
     "wrench_rate",
 )
+_HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness")
 _REST = (
     "wrench",
     "q_cmd",
@@ -128,7 +143,15 @@ _REST = (
 def blocks(robot: Robot) -> dict[str, Block]:
     """Return the FMU's variables by block; the last block holds the strings."""
     chain = build_chain(robot)
-    return {**_inputs(len(robot.joints)), **_outputs(chain), **_parameters(chain, robot)}
+    parameters = _parameters(chain, robot)
+    strings = parameters.pop("strings")
+    return {
+        **_inputs(len(robot.joints)),
+        **_outputs(chain),
+        **parameters,
+        **_locals(chain),
+        "strings": strings,
+    }
 
 
 def _inputs(joints: int) -> dict[str, Block]:
@@ -226,10 +249,27 @@ def _outputs(chain: Chain) -> dict[str, Block]:
         *arrays: Array,
         follows: Names = _STEP,
         starts_from: Names = _REST,
+        exchanged: Names = (*_HELD, TIME, "deflection"),
+        own: Names = (),
     ) -> Block:
-        return Block("output", "continuous", tuple(variables), follows, starts_from, arrays)
+        return Block(
+            "output",
+            "continuous",
+            tuple(variables),
+            follows,
+            starts_from,
+            arrays,
+            exchanged,
+            own,
+        )
 
-    def pose(group: str, text: str, follows: Names = _STEP, starts_from: Names = _REST) -> Block:
+    def pose(
+        group: str,
+        text: str,
+        follows: Names = _STEP,
+        starts_from: Names = _REST,
+        exchanged: Names = ("q_cmd", TIME, "deflection"),
+    ) -> Block:
         position = [
             Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
         ]
@@ -253,6 +293,7 @@ def _outputs(chain: Chain) -> dict[str, Block]:
             ),
             follows=follows,
             starts_from=starts_from,
+            exchanged=exchanged,
         )
 
     apart = "TCP minus rigid TCP"
@@ -265,12 +306,14 @@ def _outputs(chain: Chain) -> dict[str, Block]:
             [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES],
             Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
             starts_from=(*_REST, "qd_cmd"),
+            exchanged=("q_cmd", "qd_cmd", TIME, *STATES),
         ),
         "rigid": pose(
             "rigid",
             "the TCP with undeflected joints",
             follows=("q_cmd", "qd_cmd", "qdd_cmd"),
             starts_from=("q_cmd", "strings"),
+            exchanged=("q_cmd", TIME),
         ),
         "deviation": block(
             [
@@ -283,6 +326,7 @@ def _outputs(chain: Chain) -> dict[str, Block]:
             ],
             Array("deviation.position", f"{apart}: x, y, z in base axes", 3),
             Array("deviation.rotation", f"{turned}: x, y, z in base axes", 3),
+            exchanged=("q_cmd", TIME, "deflection"),
         ),
         "compliance": block(
             [
@@ -308,6 +352,82 @@ def _outputs(chain: Chain) -> dict[str, Block]:
             Array(
                 "deflection", "Elastic angles, in the order of the stiffness parameters", len(names)
             ),
+            exchanged=("deflection",),
+            own=("deflection",),
+        ),
+        "deflection_rate": block(
+            [
+                Variable(
+                    f"deflection_rate[{k}]",
+                    "rad/s",
+                    f"Rate of elastic angle of {name}",
+                    nominal=_RATE,
+                )
+                for k, name in enumerate(names, start=1)
+            ],
+            Array("deflection_rate", "Rates of the elastic angles", len(names)),
+            starts_from=(),
+            exchanged=("deflection_rate",),
+            own=("deflection_rate",),
+        ),
+    }
+
+
+def _locals(chain: Chain) -> dict[str, Block]:
+    """What model exchange asks for beside the outputs: derivatives of the states, event indicators."""
+    names = chain.elastic_names
+    moving = (*_HELD, "qd_cmd", "qdd_cmd", TIME, *STATES)
+    bend = "of the torque curve of"
+
+    def derivatives(
+        state: str, unit: str, nominal: float, starts_from: Names, exchanged: Names, own: Names = ()
+    ) -> Block:
+        text = {"deflection": "Rate", "deflection_rate": "Acceleration"}[state]
+        return Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"der({state}[{k}])",
+                    unit,
+                    f"{text} of {name} as the equation of motion has it",
+                    nominal=nominal,
+                )
+                for k, name in enumerate(names, start=1)
+            ),
+            starts_from=starts_from,
+            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(names)),),
+            exchanged=exchanged,
+            own=own,
+            derivative_of=state,
+        )
+
+    return {
+        "deflection_derivative": derivatives(
+            "deflection", "rad/s", _RATE, (), ("deflection_rate",), ("deflection_rate",)
+        ),
+        "rate_derivative": derivatives(
+            "deflection_rate",
+            "rad/s2",
+            _ACCELERATION,
+            (*_REST, "qd_cmd", "qdd_cmd"),
+            moving,
+        ),
+        "bend": Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"{names[k]}.bend.{side}",
+                    "rad",
+                    f"Way to the next bend {bend} {names[k]} {side}; 1 where there is none",
+                    nominal=_ANGLE,
+                )
+                for k in chain.torsions
+                for side in ("below", "above")
+            ),
+            exchanged=("deflection",),
+            is_event_indicator=True,
         ),
     }
 

@@ -21,7 +21,7 @@ class Places:
 
     Attributes:
         rows: Their index in the array of values; a slice where they follow one another.
-        outputs: The blocks of outputs among them.
+        outputs: The blocks of what is computed among them: outputs and local variables.
         has_parameters: Whether there are parameters among them.
     """
 
@@ -86,7 +86,8 @@ class RealVariables:
         self._require_finite(references, values)
         if places.outputs:
             output = next(k for k in references if self._block_of[k] in places.outputs)
-            raise ParameterError(f"{self._names[output]} is an output and cannot be set")
+            kind = "an output" if self._kind(output) == "output" else "computed"
+            raise ParameterError(f"{self._names[output]} is {kind} and cannot be set")
         self.values[places.rows] = values
         return places
 
@@ -130,6 +131,9 @@ class RealVariables:
                 f" {self.values[k]} {self._units[k]}"
             )
 
+    def _kind(self, reference: int) -> str:
+        return self._table[self._block_of[reference]].causality
+
     def _find(self, references: tuple[int, ...]) -> Places:
         for reference in references:
             if not 0 <= reference < len(self):
@@ -142,7 +146,7 @@ class RealVariables:
         follow = references == tuple(range(first, first + len(references)))
         return Places(
             rows=slice(first, first + len(references)) if follow else list(references),
-            outputs=frozenset(key for key in blocks if kinds[key] == "output"),
+            outputs=frozenset(key for key in blocks if kinds[key] in ("output", "local")),
             has_parameters="parameter" in kinds.values(),
         )
 

@@ -236,6 +236,60 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     return true;
 }
 
+/* The drives of a trajectory, if there is one. */
+static er_drives own_drives(er_model *model)
+{
+    er_drives drives;
+    memset(&drives, 0, sizeof drives);
+    drives.joints = model->robot.joints;
+    if (model->memory.options.trajectory[0] != '\0') {
+        drives.trajectory = &model->trajectory;
+        drives.hint = &model->hint;
+        drives.start = model->trajectory.start - model->memory.origin;
+    }
+    return drives;
+}
+
+void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load)
+{
+    er_held *held = &model->memory.held;
+    er_drives drives = own_drives(model);
+    double own = time - model->memory.origin;
+    if (drives.trajectory != NULL) {
+        er_drives_at(&drives, own, held->q, held->qd, held->qdd);
+    } else {
+        memcpy(held->q, command->q, sizeof held->q);
+        memcpy(held->qd, command->qd, sizeof held->qd);
+        memcpy(held->qdd, command->qdd, sizeof held->qdd);
+    }
+    held->load = *load;
+    model->memory.state.time = own;
+}
+
+bool er_model_covers(er_model *model, double time, er_failure *failure)
+{
+    er_drives drives = own_drives(model);
+    return er_drives_cover(&drives, time - model->memory.origin,
+                           er_slack_at(&model->robot.settings, time), failure);
+}
+
+double er_model_next_kink(er_model *model, double time)
+{
+    er_drives drives = own_drives(model);
+    double at = model->memory.state.time, origin = model->memory.origin;
+    do
+        at = er_drives_next_kink(&drives, at, INFINITY, model->means.jump);
+    while (at + origin <= time); /* the sum rounds */
+    return at + origin;
+}
+
+void er_model_held_by_time(er_model *model, er_held *change)
+{
+    er_drives drives = own_drives(model);
+    memset(change, 0, sizeof *change);
+    er_drives_by_time(&drives, model->memory.state.time, change->q, change->qd, change->qdd);
+}
+
 void er_model_take_parameters(er_model *model, const er_parameters *parameters)
 {
     er_state *state = &model->memory.state;

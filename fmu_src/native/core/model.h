@@ -45,6 +45,19 @@ typedef struct {
     double pose[7];
 } er_posture;
 
+/* The equation of motion solved for x'' at the present state (free_motion.h). */
+typedef struct {
+    double acceleration[ER_MAX_ANGLES];            /* x'' [rad/s^2] */
+    double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];    /* factors of M */
+    int pivot[ER_MAX_ANGLES];
+    double slope[ER_MAX_ANGLES];                   /* of the torque curves [N m/rad] */
+    double gap[3];                                 /* from the TCP to the anchor [m] */
+    double wrench[6];                              /* on the tool, the pull of its spring among it */
+    er_motion motion;
+    bool linked; /* the tangent has been prepared */
+    er_links links;
+} er_free_motion;
+
 typedef struct {
     er_robot robot;
     er_memory memory;
@@ -62,6 +75,7 @@ typedef struct {
     er_workspace work;
     er_sensitivity sensitivity; /* of the present state, for derivatives */
     er_posture posture[2];      /* elastic and rigid, that were asked for last */
+    er_free_motion free;        /* of the present state, for model exchange */
 } er_model;
 
 /* Returns a model with the robot's start values, to be freed; NULL if it does not fit into memory. */
@@ -76,6 +90,18 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
 /* Moves on to a time since the origin under a load that begins now; the memory is as before if that fails. */
 bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
                    er_failure *failure);
+
+/* Holds drives and load as they are at a time, the master's; a command is the motion at that time. */
+void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load);
+
+/* Whether a trajectory, if there is one, covers a time. */
+bool er_model_covers(er_model *model, double time, er_failure *failure);
+
+/* The first time after one at which a drive's third derivative jumps; infinite if there is none. */
+double er_model_next_kink(er_model *model, double time);
+
+/* How the drives held now follow time: along a trajectory, or not at all. */
+void er_model_held_by_time(er_model *model, er_held *change);
 
 /* Lets changed parameters take effect from the present time on. */
 void er_model_take_parameters(er_model *model, const er_parameters *parameters);

@@ -1,6 +1,7 @@
 #include "trajectory.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The interval that holds a time: the largest k with time[k] <= time, at most the last but one.
  * From the hint on in strides that double, then by halves. */
@@ -100,6 +101,38 @@ void er_drives_at(const er_drives *drives, double time, double *q, double *qd, d
     row = t->row + k * er_trajectory_width(t) + 1;
     h = t->time[k + 1] - t->time[k];
     along_quintic(t->joints, row, row + er_trajectory_width(t), h, (s - t->time[k]) / h, q, qd, qdd);
+}
+
+/* q''' a part u of an interval behind its start, likewise. */
+static void bend_along_quintic(int n, const double *left, const double *right, double h, double u,
+                               double *third)
+{
+    double d = 1.0 / h;
+    const weights by_time = {
+        d * d * d * (60.0 - u * (360.0 - 360.0 * u)),
+        {d * d * (-36.0 + u * (192.0 - 180.0 * u)), d * d * (-24.0 + u * (168.0 - 180.0 * u))},
+        {d * (-9.0 + u * (36.0 - 30.0 * u)), d * (3.0 - u * (24.0 - 30.0 * u))},
+    };
+    for (int i = 0; i < n; i++)
+        third[i] = weighted(&by_time, right[i] - left[i], left + i, right + i, n);
+}
+
+void er_drives_by_time(const er_drives *drives, double time, double *q, double *qd, double *qdd)
+{
+    const er_trajectory *t = drives->trajectory;
+    size_t bytes = (size_t)drives->joints * sizeof *q, k;
+    double position[ER_MAX_JOINTS], s = time - drives->start, h;
+    const double *row;
+    memset(q, 0, bytes);
+    memset(qd, 0, bytes);
+    memset(qdd, 0, bytes);
+    if (t == NULL || s < 0.0 || s > t->time[t->samples - 1])
+        return;
+    er_drives_at(drives, time, position, q, qd);
+    k = interval(t, s, drives->hint);
+    row = t->row + k * er_trajectory_width(t) + 1;
+    h = t->time[k + 1] - t->time[k];
+    bend_along_quintic(t->joints, row, row + er_trajectory_width(t), h, (s - t->time[k]) / h, qdd);
 }
 
 double er_drives_next_kink(const er_drives *drives, double time, double end, double jump)

@@ -66,6 +66,10 @@ bool er_drives_cover(const er_drives *drives, double time, double slack, er_fail
 /* q, q', q'' of each drive at a time [rad, rad/s, rad/s^2]; times beyond the ends are the ends. */
 void er_drives_at(const er_drives *drives, double time, double *q, double *qd, double *qdd);
 
+/* How a trajectory's q, q', q'' change with time: q', q'', q''', the last of what follows a sample; zero
+ * beyond the ends, and without a trajectory. */
+void er_drives_by_time(const er_drives *drives, double time, double *q, double *qd, double *qdd);
+
 /* The first time after `time` at which a third derivative jumps by more than `jump` [rad/s^3], or
  * `end` if there is none before. */
 double er_drives_next_kink(const er_drives *drives, double time, double end, double jump);

@@ -106,6 +106,8 @@ bool er_component_exit(er_component *c)
 
 bool er_component_step(er_component *c, double start, double size)
 {
+    if (c != NULL && c->robot->exchange.on)
+        return er_component_refuse(c, "a step is asked for; this instance was made for model exchange");
     return er_component_may(c, ER_CALL_STEP) &&
            er_component_told(c, er_instance_step(c->robot, start, size));
 }

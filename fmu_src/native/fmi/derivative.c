@@ -9,7 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "../core/output_tangent.h"
+#include "../core/free_motion.h"
+#include "exchange.h"
+#include "instance_variables.h"
 
 /* Columns that are computed together. */
 typedef enum { OF_WRENCH, OF_COMMAND, OF_ANCHOR, OF_STIFFNESS, OF_RATE } column_group;
@@ -44,15 +46,22 @@ static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_
            kind((er_block)instance->interface.block[reference]);
 }
 
+/* Whether it is a state of model exchange, or the time. */
+static bool is_exchanged(const er_instance *instance, unsigned reference)
+{
+    return er_exchange_runs(instance) && (is(instance, reference, er_is_state) ||
+                                          reference == er_time_reference(&instance->interface));
+}
+
 static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
                           const unsigned *knowns, size_t known_count, const double *seed)
 {
     for (size_t i = 0; i < unknown_count; i++)
-        if (!is(instance, unknowns[i], er_is_output))
+        if (!is(instance, unknowns[i], er_is_computed))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
                            " variable %u", unknowns[i]);
     for (size_t j = 0; j < known_count; j++) {
-        if (!is(instance, knowns[j], er_is_input))
+        if (!is(instance, knowns[j], er_is_input) && !is_exchanged(instance, knowns[j]))
             return er_fail(&instance->failure, "derivative: expected an input to differentiate by, got"
                            " variable %u", knowns[j]);
         if (!isfinite(seed[j]))
@@ -157,9 +166,22 @@ static bool find_change(er_instance *instance, const unsigned *knowns, size_t co
     return true;
 }
 
+static bool acceleration_along(er_instance *instance, const er_change *change, double *out)
+{
+    er_model *model = instance->model;
+    memset(out, 0, (size_t)model->robot.elastics * sizeof *out);
+    if (model->memory.options.quasistatic)
+        return true;
+    if (!er_instance_require(instance, ER_RATE_DERIVATIVE))
+        return false;
+    er_free_motion_along(model, change, out);
+    return true;
+}
+
 static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
 {
     er_model *model = instance->model;
+    size_t elastics = (size_t)model->robot.elastics * sizeof *out;
     switch (block) {
     case ER_TCP: er_tcp_along(model, change, out); return true;
     case ER_VELOCITY: er_velocity_along(model, change, out); return true;
@@ -169,9 +191,11 @@ static bool block_along(er_instance *instance, er_block block, const er_change *
         return er_compliance_along(model, change, out) ||
                er_fail(&instance->failure, "the compliance has no derivative here; the robot's"
                        " stiffness is singular");
-    case ER_DEFLECTION:
-        memcpy(out, change->x, (size_t)model->robot.elastics * sizeof *out);
-        return true;
+    case ER_DEFLECTION: memcpy(out, change->x, elastics); return true;
+    case ER_DEFLECTION_RATE:
+    case ER_DEFLECTION_DERIVATIVE: memcpy(out, change->v, elastics); return true;
+    case ER_RATE_DERIVATIVE: return acceleration_along(instance, change, out);
+    case ER_BEND: er_exchange_bends_along(instance, change->x, out); return true;
     default:
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
                        instance->interface.name[instance->interface.first[block]]);
@@ -189,8 +213,11 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return false;
     if (unknown_count == 0)
         return true;
-    if (!er_instance_initialise(instance) ||
-        !find_change(instance, knowns, known_count, seed, &change))
+    if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
+        return false;
+    if (er_exchange_runs(instance))
+        er_exchange_change(instance, knowns, known_count, seed, &change);
+    else if (!find_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
         er_block block = (er_block)instance->interface.block[unknowns[i]];

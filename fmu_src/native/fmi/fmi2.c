@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 for co-simulation. */
+/* The functions of FMI 2.0 but for model exchange. */
 #include "fmi2Functions.h"
 
 #include <stdlib.h>
@@ -36,15 +36,15 @@ static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, 
 {
     char *file = er_path_from_uri(location, ER_ROBOT_FILE);
     er_instance *robot = NULL;
-    if (type != fmi2CoSimulation)
-        er_fail(failure, "model exchange is asked for; this FMU does co-simulation only");
-    else if (guid == NULL)
+    if (guid == NULL)
         er_fail(failure, "GUID: expected that of modelDescription.xml, got none");
     else if (file == NULL)
         er_fail(failure, "resources: expected a file: URI, got '%.300s'",
                 location != NULL ? location : "");
     else
         robot = er_instance_create(file, guid, failure);
+    if (robot != NULL)
+        robot->exchange.on = type == fmi2ModelExchange;
     free(file);
     return robot;
 }

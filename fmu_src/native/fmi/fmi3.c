@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0 for co-simulation.
+/* The functions of FMI 3.0 but for model exchange.
  *
  * Value references are those of FMI 2.0; an array has that of its first element, and the independent
  * variable, time, the first one behind all others.
@@ -31,7 +31,7 @@ er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnviron
     return (er_log){tell, (void (*)(void))function, environment, on};
 }
 
-static er_instance *create(fmi3String token, fmi3String resources, er_failure *failure)
+er_instance *er_fmi3_create(fmi3String token, fmi3String resources, er_failure *failure)
 {
     char *file = er_path_in_folder(resources != NULL ? resources : "", ER_ROBOT_FILE);
     er_instance *robot = NULL;
@@ -65,7 +65,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     else if (intermediate_count > 0)
         er_fail(&failure, "intermediate variables are asked for; this FMU has none");
     else
-        robot = create(token, resources, &failure);
+        robot = er_fmi3_create(token, resources, &failure);
     return er_component_create(name, er_fmi3_log(logging, log, environment), robot, &failure);
 }
 

@@ -5,6 +5,9 @@
 #include "component.h"
 #include "fmi3Functions.h"
 
+/* A robot whose data are among the resources; NULL, with the reason, if that fails. */
+er_instance *er_fmi3_create(fmi3String token, fmi3String resources, er_failure *failure);
+
 er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment);
 
 #endif

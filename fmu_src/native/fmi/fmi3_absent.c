@@ -58,14 +58,10 @@ ABSENT(SetShiftFraction,
 ABSENT(ActivateModelPartition,
        (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), CLOCKS)
 
-#define EVENTS "event mode is asked for; this FMU has none"
-ABSENT(EnterEventMode, (fmi3Instance c), EVENTS)
-ABSENT(EnterStepMode, (fmi3Instance c), EVENTS)
-ABSENT(EvaluateDiscreteStates, (fmi3Instance c), EVENTS)
-ABSENT(UpdateDiscreteStates,
-       (fmi3Instance c, fmi3Boolean *needs_update, fmi3Boolean *terminate,
-        fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *has_next,
-        fmi3Float64 *next), EVENTS)
+ABSENT(EnterStepMode, (fmi3Instance c),
+       "step mode is asked for; this FMU has no event mode in co-simulation")
+ABSENT(EvaluateDiscreteStates, (fmi3Instance c),
+       "an evaluation of discrete states is asked for; this FMU updates them only")
 
 #define STRUCTURE "configuration mode is asked for; the sizes of this FMU's variables are fixed"
 ABSENT(EnterConfigurationMode, (fmi3Instance c), STRUCTURE)
@@ -88,34 +84,11 @@ ABSENT(GetOutputDerivatives,
        (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count),
        "output derivatives are asked for; there are none")
 
-#define EXCHANGE "model exchange is asked for; this FMU does co-simulation only"
-#define STATES(values) (fmi3Instance c, values[], size_t count)
-ABSENT(EnterContinuousTimeMode, (fmi3Instance c), EXCHANGE)
-ABSENT(CompletedIntegratorStep,
-       (fmi3Instance c, fmi3Boolean no_set_state, fmi3Boolean *enter_event_mode,
-        fmi3Boolean *terminate), EXCHANGE)
-ABSENT(SetTime, (fmi3Instance c, fmi3Float64 time), EXCHANGE)
-ABSENT(SetContinuousStates, STATES(const fmi3Float64 states), EXCHANGE)
-ABSENT(GetContinuousStateDerivatives, STATES(fmi3Float64 derivatives), EXCHANGE)
-ABSENT(GetEventIndicators, STATES(fmi3Float64 indicators), EXCHANGE)
-ABSENT(GetContinuousStates, STATES(fmi3Float64 states), EXCHANGE)
-ABSENT(GetNominalsOfContinuousStates, STATES(fmi3Float64 nominals), EXCHANGE)
-ABSENT(GetNumberOfEventIndicators, (fmi3Instance c, size_t *count), EXCHANGE)
-ABSENT(GetNumberOfContinuousStates, (fmi3Instance c, size_t *count), EXCHANGE)
-
 static fmi3Instance instantiate_none(fmi3String name, er_log log, const char *found)
 {
     er_failure failure;
     er_fail(&failure, "%s", found);
     return er_component_create(name, log, NULL, &failure);
-}
-
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
-                                          fmi3Boolean visible, fmi3Boolean logging,
-                                          fmi3InstanceEnvironment environment,
-                                          fmi3LogMessageCallback log)
-{
-    return instantiate_none(name, er_fmi3_log(logging, log, environment), EXCHANGE);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -125,5 +98,5 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3UnlockPreemptionCallback unlock)
 {
     return instantiate_none(name, er_fmi3_log(logging, log, environment),
-                            "scheduled execution is asked for; this FMU does co-simulation only");
+                            "scheduled execution is asked for; this FMU does co-simulation and model exchange");
 }

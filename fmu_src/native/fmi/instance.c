@@ -6,6 +6,7 @@
 
 #include "../io/hash.h"
 #include "../io/text_file.h"
+#include "exchange.h"
 
 /* The file holds the robot and, behind it, the variables. */
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)
@@ -86,6 +87,8 @@ void er_instance_reset(er_instance *instance)
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
     model->memory.options.tolerance = interface->tolerance;
+    instance->exchange.held = false;
+    memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
     instance->fresh = 0;
 }
@@ -133,6 +136,10 @@ bool er_instance_initialise(er_instance *instance)
     er_memory before;
     if (instance->progress.computed)
         return true;
+    if (instance->exchange.on && model->memory.options.quasistatic)
+        return er_fail(&instance->failure, "%s: expected dynamic in model exchange, got quasistatic: a"
+                       " robot at rest has no states; use co-simulation",
+                       instance->interface.string[ER_MODE].name);
     if (!require_parameters(instance) ||
         !er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
@@ -154,8 +161,8 @@ bool er_instance_start(er_instance *instance)
 {
     if (!er_instance_initialise(instance))
         return false;
-    instance->progress.phase = ER_RUNNING;
-    return true;
+    instance->progress.phase = instance->exchange.on ? ER_EVENT_MODE : ER_RUNNING;
+    return !instance->exchange.on || er_exchange_settle(instance);
 }
 
 /* Whether the spring can be one; that of the last step was. */

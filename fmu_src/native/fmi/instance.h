@@ -37,6 +37,13 @@ typedef struct {
     bool stepped;       /* false: the present state is the initial one, computed from these inputs */
 } er_step_start;
 
+/* What an instance of model exchange remembers beside that. */
+typedef struct {
+    bool on;   /* the instance is one of model exchange */
+    bool held; /* what is held in the model belongs to the present time and inputs */
+    int piece[ER_MAX_JOINTS]; /* of each torsion's curve, at the last event */
+} er_exchange;
+
 typedef struct {
     er_model *model;
     er_interface interface;
@@ -44,6 +51,7 @@ typedef struct {
     er_inputs inputs;
     er_progress progress;
     er_step_start step_start;
+    er_exchange exchange;
     unsigned columns; /* groups of model->sensitivity that belong to the present state, a bit each */
     unsigned fresh; /* blocks of `outputs` that belong to the present state, a bit each */
     double outputs[ER_MAX_REALS];

@@ -2,9 +2,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "../core/free_motion.h"
+#include "exchange.h"
 #include "instance_variables.h"
 
-/* An input or parameter by its value reference; NULL for an output. */
+/* An input, state or parameter by its value reference; NULL for what else is computed. */
 static double *settable(er_instance *instance, int reference)
 {
     er_block block = (er_block)instance->interface.block[reference];
@@ -18,13 +20,30 @@ static double *settable(er_instance *instance, int reference)
     case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
     case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
     case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
+    case ER_DEFLECTION: return &instance->model->memory.state.x[k];
+    case ER_DEFLECTION_RATE: return &instance->model->memory.state.v[k];
     default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
     }
+}
+
+static bool find_acceleration(er_instance *instance, double *acceleration)
+{
+    er_model *model = instance->model;
+    size_t bytes = (size_t)model->robot.elastics * sizeof *acceleration;
+    memset(acceleration, 0, bytes);
+    if (model->memory.options.quasistatic)
+        return true;
+    if (!er_free_motion_find(model))
+        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
+                       " singular");
+    memcpy(acceleration, model->free.acceleration, bytes);
+    return true;
 }
 
 static bool compute_block(er_instance *instance, er_block block)
 {
     const er_model *model = instance->model;
+    size_t elastics = (size_t)model->robot.elastics * sizeof(double);
     double *out = instance->outputs + instance->interface.first[block];
     switch (block) {
     case ER_TCP: er_model_tcp(model, out); return true;
@@ -32,19 +51,21 @@ static bool compute_block(er_instance *instance, er_block block)
     case ER_RIGID: er_model_rigid(model, out); return true;
     case ER_DEVIATION: er_model_deviation(model, out); return true;
     case ER_COMPLIANCE: return er_model_compliance(model, out, &instance->failure);
-    case ER_DEFLECTION:
-        memcpy(out, model->memory.state.x, (size_t)model->robot.elastics * sizeof *out);
-        return true;
+    case ER_DEFLECTION: memcpy(out, model->memory.state.x, elastics); return true;
+    case ER_DEFLECTION_RATE:
+    case ER_DEFLECTION_DERIVATIVE: memcpy(out, model->memory.state.v, elastics); return true;
+    case ER_RATE_DERIVATIVE: return find_acceleration(instance, out);
+    case ER_BEND: er_exchange_bends(instance, out); return true;
     default:
         return er_fail(&instance->failure, "%s has no value: expected one in instance_reals.c",
                        instance->interface.name[instance->interface.first[block]]);
     }
 }
 
-static bool require_block(er_instance *instance, er_block block)
+bool er_instance_require(er_instance *instance, er_block block)
 {
     unsigned bit = 1u << block;
-    if (!er_instance_initialise(instance))
+    if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
     if ((instance->fresh & bit) == 0) {
         if (!compute_block(instance, block))
@@ -62,16 +83,33 @@ static bool require_real(er_instance *instance, unsigned reference)
                    instance->interface.reals - 1, reference);
 }
 
+/* States and inputs beyond all measure have no outputs. */
+static bool require_finite(er_instance *instance, unsigned reference, double value)
+{
+    char number[ER_NUMBER_TEXT];
+    return isfinite(value) ||
+           er_fail(&instance->failure, "%s: expected a finite number, got %s %s: give inputs, parameters and"
+                   " states of physical size", instance->interface.name[reference],
+                   er_shown(value, number), instance->interface.unit[reference]);
+}
+
 bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
                            double *values)
 {
     for (size_t i = 0; i < count; i++)
-        if (!require_real(instance, references[i]))
+        if (references[i] != er_time_reference(&instance->interface) &&
+            !require_real(instance, references[i]))
             return false;
     for (size_t i = 0; i < count; i++) {
-        er_block block = (er_block)instance->interface.block[references[i]];
-        if (er_is_output(block)) {
-            if (!require_block(instance, block))
+        er_block block;
+        if (references[i] == er_time_reference(&instance->interface)) {
+            values[i] = instance->progress.time;
+            continue;
+        }
+        block = (er_block)instance->interface.block[references[i]];
+        if (er_is_computed(block)) {
+            if (!er_instance_require(instance, block) ||
+                !require_finite(instance, references[i], instance->outputs[references[i]]))
                 return false;
             values[i] = instance->outputs[references[i]];
         } else {
@@ -129,11 +167,16 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
 {
     const er_interface *interface = &instance->interface;
     char number[ER_NUMBER_TEXT];
+    er_block block;
     if (!require_real(instance, reference))
         return false;
-    if (er_is_output((er_block)interface->block[reference]))
-        return er_fail(&instance->failure, "%s is an output and cannot be set",
-                       interface->name[reference]);
+    block = (er_block)interface->block[reference];
+    if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
+        return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
+                       er_is_output(block) ? "an output" : "computed");
+    if (instance->progress.phase == ER_CONTINUOUS_MODE && !er_is_input(block) && !er_is_state(block))
+        return er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
+                       " continuous-time mode", interface->name[reference]);
     return isfinite(value) ||
            er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
                    interface->name[reference], er_shown(value, number), interface->unit[reference]);
@@ -146,10 +189,13 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
         if (!may_set(instance, references[i], values[i]))
             return false;
     for (size_t i = 0; i < count; i++) {
+        er_block block = (er_block)instance->interface.block[references[i]];
         *settable(instance, (int)references[i]) = values[i];
-        if (!er_is_input((er_block)instance->interface.block[references[i]]))
+        if (!er_is_input(block) && !er_is_state(block))
             instance->progress.parameters_changed = true;
     }
+    if (er_exchange_runs(instance))
+        er_exchange_disturb(instance);
     if (instance->progress.phase < ER_RUNNING && count > 0) {
         instance->progress.computed = false;
         instance->fresh = 0;

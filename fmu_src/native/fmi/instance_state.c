@@ -5,7 +5,7 @@
 #include "../io/hash.h"
 
 /* Changes with the layout of er_saved_state. */
-#define STATE_MARK UINT64_C(0x45526f626f740005)
+#define STATE_MARK UINT64_C(0x45526f626f740006)
 
 void er_instance_save(const er_instance *instance, er_saved_state *saved)
 {
@@ -14,13 +14,22 @@ void er_instance_save(const er_instance *instance, er_saved_state *saved)
     saved->inputs = instance->inputs;
     saved->progress = instance->progress;
     saved->step_start = instance->step_start;
+    saved->exchange = instance->exchange;
     saved->memory = instance->model->memory;
+}
+
+static const char *kind(const er_exchange *exchange)
+{
+    return exchange->on ? "model exchange" : "co-simulation";
 }
 
 static bool require_own(er_instance *instance, const er_saved_state *saved)
 {
     if (saved->mark != STATE_MARK)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, got another");
+    if (saved->exchange.on != instance->exchange.on)
+        return er_fail(&instance->failure, "state: expected one of %s, got one of %s",
+                       kind(&instance->exchange), kind(&saved->exchange));
     return saved->fingerprint == instance->fingerprint ||
            er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
                    " robot, got %016llx", (unsigned long long)instance->fingerprint,
@@ -37,6 +46,8 @@ bool er_instance_restore(er_instance *instance, const er_saved_state *saved)
     instance->inputs = saved->inputs;
     instance->progress = saved->progress;
     instance->step_start = saved->step_start;
+    instance->exchange = saved->exchange;
+    instance->exchange.held = false;
     instance->columns = 0;
     instance->fresh = 0;
     return true;

@@ -11,6 +11,7 @@ typedef struct {
     er_inputs inputs;
     er_progress progress;
     er_step_start step_start;
+    er_exchange exchange;
     er_memory memory;
 } er_saved_state;
 

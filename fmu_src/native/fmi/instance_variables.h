@@ -15,6 +15,9 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
 bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
                                  const int *orders, const double *values);
 
+/* Has the values of a block of computed variables. */
+bool er_instance_require(er_instance *instance, er_block block);
+
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
 bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
                              const char *const *values);

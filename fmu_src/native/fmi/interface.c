@@ -92,6 +92,9 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
     if (!(in->tolerance > 0.0))
         return er_fail(lines->failure, "the robot's data: expected a tolerance > 0, got %g m: build the"
                        " FMU again", in->tolerance);
+    if (!er_lines_key(lines, "nominals") || !er_lines_numbers(lines, 2, in->nominal) ||
+        !er_lines_next(lines))
+        return false;
     while (strcmp(lines->word, "reals") == 0)
         if (!read_reals(in, lines) || !er_lines_next(lines))
             return false;

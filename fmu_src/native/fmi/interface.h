@@ -9,7 +9,7 @@
 #include "../core/anchor.h"
 #include "../core/curves.h"
 
-/* Blocks of reals: inputs, then outputs, then parameters.  Each has its name in the table and its number
+/* Blocks of reals: inputs, outputs, parameters, then what model exchange asks for beside them.  Each has its name in the table and its number
  * of variables: so many, and so many for each joint, elastic coordinate and torsion. */
 #define ER_BLOCK_TABLE(BLOCK) \
     BLOCK(ER_WRENCH, "wrench", 6, 0, 0, 0) \
@@ -26,10 +26,14 @@
     BLOCK(ER_DEVIATION, "deviation", 6, 0, 0, 0) \
     BLOCK(ER_COMPLIANCE, "compliance", 6, 0, 0, 0) \
     BLOCK(ER_DEFLECTION, "deflection", 0, 0, 1, 0) \
+    BLOCK(ER_DEFLECTION_RATE, "deflection_rate", 0, 0, 1, 0) \
     BLOCK(ER_GRAVITY, "gravity", 3, 0, 0, 0) \
     BLOCK(ER_STIFFNESS, "stiffness", 0, 0, 1, 0) \
     BLOCK(ER_DAMPING, "damping", 0, 0, 1, 0) \
-    BLOCK(ER_BACKLASH_WIDTH, "backlash", 0, 0, 0, 1)
+    BLOCK(ER_BACKLASH_WIDTH, "backlash", 0, 0, 0, 1) \
+    BLOCK(ER_DEFLECTION_DERIVATIVE, "deflection_derivative", 0, 0, 1, 0) \
+    BLOCK(ER_RATE_DERIVATIVE, "rate_derivative", 0, 0, 1, 0) \
+    BLOCK(ER_BEND, "bend", 0, 0, 0, 2)
 
 #define ER_BLOCK_CONSTANT(block, name, fixed, joint, elastic, torsion) block,
 typedef enum { ER_BLOCK_TABLE(ER_BLOCK_CONSTANT) ER_BLOCKS } er_block;
@@ -57,6 +61,7 @@ typedef struct {
 /* Value references count from 0 through the reals, by blocks, and go on through the strings to time. */
 typedef struct {
     double tolerance;            /* to begin with [m] */
+    double nominal[2];           /* of the states: angles [rad] and rates [rad/s] */
     int reals;
     int first[ER_BLOCKS];        /* value reference of each block's first variable */
     int size[ER_BLOCKS];         /* its number of variables */
@@ -79,6 +84,18 @@ static inline bool er_is_input(er_block block)
 static inline bool er_is_output(er_block block)
 {
     return block >= ER_TCP && block < ER_GRAVITY;
+}
+
+/* Whether it is an output or local, computed when it is read. */
+static inline bool er_is_computed(er_block block)
+{
+    return er_is_output(block) || block > ER_BACKLASH_WIDTH;
+}
+
+/* Whether it is a continuous state of model exchange. */
+static inline bool er_is_state(er_block block)
+{
+    return block == ER_DEFLECTION || block == ER_DEFLECTION_RATE;
 }
 
 /* Elements of the FMI 3.0 variable with a value reference, 0 if there is none. */

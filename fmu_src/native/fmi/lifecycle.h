@@ -7,6 +7,8 @@ typedef enum {
     ER_INSTANTIATED,
     ER_INITIALISING, /* initialisation mode */
     ER_RUNNING,      /* initialisation has ended: step mode */
+    ER_EVENT_MODE,   /* of model exchange, as the next */
+    ER_CONTINUOUS_MODE,
     ER_TERMINATED
 } er_phase;
 
@@ -23,6 +25,12 @@ typedef enum {
     ER_CALL_GET_START, /* Get.. of FMI 3.0, start values too */
     ER_CALL_DERIVE,    /* GetDirectionalDerivative */
     ER_CALL_RESULT,    /* of the last step: its status, derivatives of outputs by time */
+    ER_CALL_EVENT_MODE, /* EnterEventMode */
+    ER_CALL_UPDATE,     /* NewDiscreteStates, UpdateDiscreteStates, EnterContinuousTimeMode */
+    ER_CALL_COMPLETED,  /* CompletedIntegratorStep */
+    ER_CALL_SET_TIME,   /* SetTime */
+    ER_CALL_SET_STATES, /* SetContinuousStates */
+    ER_CALL_GET_STATES, /* continuous states, their derivatives, event indicators */
     ER_CALL_ANY        /* FMU states, SetDebugLogging, Reset */
 } er_call;
 

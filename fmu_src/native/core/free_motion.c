@@ -1,0 +1,99 @@
+#include "free_motion.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+
+/* The same value in each state that the kernel takes. */
+static void fill(int count, const double *values, er_lanes *lanes)
+{
+    for (int i = 0; i < count; i++)
+        for (int l = 0; l < ER_LANES; l++)
+            lanes[i][l] = values[i];
+}
+
+bool er_free_motion_find(er_model *model)
+{
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    const er_parameters *parameters = &memory->parameters;
+    int m = robot->elastics;
+    double theta[ER_MAX_ANGLES], values[ER_MAX_ANGLES];
+    const er_load *acting = &memory->held.load;
+    ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
+    er_placement placement;
+    er_free_motion *free = &model->free;
+    er_motion *motion = &free->motion;
+    free->linked = false;
+    er_angles(robot, memory->held.q, memory->state.x, theta);
+    er_place_bodies(robot, theta, &placement);
+    for (int i = 0; i < robot->angles; i++)
+        for (int l = 0; l < ER_LANES; l++) {
+            motion->sine[i][l] = sin(theta[i]);
+            motion->cosine[i][l] = cos(theta[i]);
+        }
+    er_angles(robot, memory->held.qd, memory->state.v, values);
+    fill(robot->angles, values, motion->rate);
+    er_angles(robot, memory->held.qdd, NULL, values);
+    fill(robot->angles, values, motion->acceleration);
+    er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
+    er_load_wrench(acting, placement.tool_position, free->wrench);
+    model->kernel.loads(robot, motion, 1, parameters->gravity, free->wrench, NULL, load);
+    for (int k = 0; k < m; k++) {
+        double x = memory->state.x[k];
+        int region = er_curve_region(&model->curve, k, x);
+        free->slope[k] = er_curve_slope(&model->curve, k, region, x);
+        free->acceleration[k] = -(load[k][0] + er_curve_torque(&model->curve, k, region, x) +
+                                  parameters->damping[k] * memory->state.v[k]);
+    }
+    er_mass_matrix(robot, &placement, free->mass);
+    if (!er_lu_factor(m, free->mass, free->pivot))
+        return false;
+    er_lu_solve(m, free->mass, free->pivot, free->acceleration);
+    return true;
+}
+
+/* The tangent belongs to the whole motion, x'' included. */
+static void prepare_tangent(er_model *model)
+{
+    er_free_motion *free = &model->free;
+    const er_memory *memory = &model->memory;
+    double values[ER_MAX_ANGLES];
+    er_angles(&model->robot, memory->held.qdd, free->acceleration, values);
+    fill(model->robot.angles, values, free->motion.acceleration);
+    model->kernel.link(&model->robot, &free->motion, memory->parameters.gravity, free->wrench, NULL,
+                       &free->links);
+    free->linked = true;
+}
+
+void er_free_motion_along(er_model *model, const er_change *change, double *acceleration)
+{
+    er_free_motion *free = &model->free;
+    const er_robot *robot = &model->robot;
+    const er_memory *memory = &model->memory;
+    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3];
+    ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
+    ER_ALIGNED er_vector shift;
+    er_direction direction;
+    if (!free->linked)
+        prepare_tangent(model);
+    er_angles(robot, change->held.q, change->x, values);
+    fill(robot->angles, values, direction.angle);
+    er_angles(robot, change->held.qd, change->v, values);
+    fill(robot->angles, values, direction.rate);
+    er_angles(robot, change->held.qdd, NULL, values);
+    fill(robot->angles, values, direction.acceleration);
+    model->kernel.shift(robot, &free->links, &direction, shift);
+    for (int c = 0; c < 3; c++)
+        moved[c] = shift[c][0];
+    er_anchor_along(&memory->held.load.anchor, free->gap, &change->held.load.anchor, moved, pull);
+    memcpy(wrench, change->held.load.wrench, sizeof wrench);
+    for (int c = 0; c < 3; c++)
+        wrench[c] += pull[c];
+    model->kernel.tangent(robot, &free->links, &direction, wrench, NULL, load);
+    for (int k = 0; k < robot->elastics; k++)
+        acceleration[k] = -(load[k][0] + free->slope[k] * change->x[k] +
+                            memory->parameters.damping[k] * change->v[k]);
+    er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
+}

@@ -1,0 +1,31 @@
+/* The calls of model exchange as a master makes them: what FMI 2.0 and FMI 3.0 have in common. */
+#ifndef ER_EXCHANGE_CALLS_H
+#define ER_EXCHANGE_CALLS_H
+
+#include "component.h"
+
+/* What an event has changed. */
+typedef struct {
+    bool has_next;    /* there is a time event */
+    double next_time; /* [s] */
+} er_event_update;
+
+bool er_component_enter_event(er_component *c);
+bool er_component_enter_continuous(er_component *c);
+bool er_component_update(er_component *c, er_event_update *update);
+bool er_component_completed(er_component *c, bool *has_event);
+bool er_component_set_time(er_component *c, double time);
+bool er_component_set_states(er_component *c, const double *states, size_t count);
+
+bool er_component_get_nominals(er_component *c, double *nominals, size_t count);
+
+/* All states, their derivatives, or the event indicators. */
+typedef bool er_exchange_getter(er_instance *instance, double *values, size_t count);
+bool er_component_get_exchanged(er_component *c, er_exchange_getter *getter, double *values,
+                                size_t count);
+
+/* The number of states or event indicators. */
+typedef int er_exchange_counter(const er_instance *instance);
+bool er_component_count_exchanged(er_component *c, er_exchange_counter *counter, size_t *count);
+
+#endif
