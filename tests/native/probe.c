@@ -94,25 +94,37 @@ void probe_chain(const er_model *model, const double *theta, const double *wrenc
     er_static_torque_gradient(robot, &p, robot->parameters.gravity, wrench, gradient);
 }
 
-/* Loads of four states; theta, rate, acceleration and load by [angle or x][state].  The sines are
- * those of `reference` changed by the rest. */
+/* Loads of four states; theta, rate, acceleration and load by [angle or x][state].  The drives' sines are
+ * those of `reference` changed by the rest; of an elastic joint drive and gear have one half each. */
 void probe_loads(const er_model *model, const double *reference, const double *theta,
                  const double *rate, const double *acceleration, const double *wrench, double *load)
 {
     const er_robot *robot = &model->robot;
-    size_t bytes = (size_t)robot->angles * sizeof(er_lanes);
+    er_nodes nodes;
+    er_reference at;
     er_motion motion;
-    ER_ALIGNED er_lanes change[ER_MAX_ANGLES], result[ER_MAX_ANGLES];
-    double sine[ER_MAX_ANGLES], cosine[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes x[3][ER_MAX_ANGLES], result[ER_MAX_ANGLES];
     for (int i = 0; i < robot->angles; i++) {
-        sine[i] = sin(reference[i]);
-        cosine[i] = cos(reference[i]);
-        for (int l = 0; l < ER_LANES; l++)
-            change[i][l] = theta[i * ER_LANES + l] - reference[i];
+        int d = robot->rotation[i].drive, k = robot->rotation[i].elastic;
+        const double *values[3] = {theta, rate, acceleration};
+        er_lanes *drives[3] = {nodes.q, nodes.qd, nodes.qdd};
+        for (int c = 0; c < 3; c++)
+            for (int l = 0; l < ER_LANES; l++) {
+                double all = values[c][i * ER_LANES + l];
+                double half = d >= 0 && k >= 0 ? 0.5 * (all - (c == 0 ? reference[i] : 0.0)) : 0.0;
+                if (d >= 0)
+                    drives[c][d][l] = all - half;
+                if (k >= 0)
+                    x[c][k][l] = d >= 0 ? half : all;
+            }
+        if (d >= 0) {
+            at.angle[d] = reference[i];
+            at.sine[d] = sin(reference[i]);
+            at.cosine[d] = cos(reference[i]);
+        }
     }
-    memcpy(motion.rate, rate, bytes);
-    memcpy(motion.acceleration, acceleration, bytes);
-    model->kernel.turn(robot->angles, sine, cosine, (const er_lanes *)change, &motion);
+    model->kernel.move(robot, &nodes, &at, (const er_lanes *)x[0], (const er_lanes *)x[1],
+                       (const er_lanes *)x[2], &motion);
     model->kernel.loads(robot, &motion, ER_LANES, robot->parameters.gravity, wrench, NULL, result);
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }

@@ -14,18 +14,73 @@ void er_angles(const er_robot *robot, const double *q, const double *x, double *
         theta[robot->elastic_angle[k]] += x[k];
 }
 
-/* Rodrigues' formula, by rows. */
-static void turn(const double axis[3], double angle, double R[9])
+/* Below this angle [rad] the series are exact to rounding; tilts and gears give way by less. */
+#define SMALL_ANGLE 0.01
+
+static void sine_and_cosine(double angle, double *s, double *c)
 {
-    double s = sin(angle), c = cos(angle), v = 1.0 - c;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            R[3 * i + j] = v * axis[i] * axis[j];
-    for (int i = 0; i < 3; i++)
-        R[4 * i] += c;
-    R[1] -= s * axis[2], R[2] += s * axis[1];
-    R[3] += s * axis[2], R[5] -= s * axis[0];
-    R[6] -= s * axis[1], R[7] += s * axis[0];
+    double a2 = angle * angle;
+    if (fabs(angle) <= SMALL_ANGLE) {
+        *s = angle - angle * a2 * (1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5040.0)));
+        *c = 1.0 - a2 * (0.5 - a2 * (1.0 / 24.0 - a2 * (1.0 / 720.0)));
+    } else {
+        *s = sin(angle);
+        *c = cos(angle);
+    }
+}
+
+/* R turned on about an axis of its own frame: by Rodrigues' formula, or two of its columns in their plane. */
+static void turn(const er_rotation *rotation, double angle, double R[9])
+{
+    const double *a = rotation->axis;
+    int along = rotation->along;
+    double s, c;
+    sine_and_cosine(angle, &s, &c);
+    if (along != ER_ASKEW) {
+        double *first = R + (along + 1) % 3, *second = R + (along + 2) % 3;
+        s *= a[along];
+        for (int row = 0; row < 9; row += 3) {
+            double p = first[row], q = second[row];
+            first[row] = c * p + s * q;
+            second[row] = c * q - s * p;
+        }
+    } else {
+        double local[9], turned[9], v = 1.0 - c;
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                local[3 * i + j] = v * a[i] * a[j];
+        for (int i = 0; i < 3; i++)
+            local[4 * i] += c;
+        local[1] -= s * a[2], local[2] += s * a[1];
+        local[3] += s * a[2], local[5] -= s * a[0];
+        local[6] -= s * a[1], local[7] += s * a[0];
+        er_compose(R, local, turned);
+        memcpy(R, turned, sizeof turned);
+    }
+}
+
+/* Goes from the frame before a rotation, with origin o, to the one behind it. */
+static void go_on(const er_rotation *rotation, double angle, double R[9], double o[3])
+{
+    if (rotation->shifted) {
+        double step[3];
+        er_rotate(R, rotation->origin, step);
+        for (int k = 0; k < 3; k++)
+            o[k] += step[k];
+    }
+    turn(rotation, angle, R);
+}
+
+void er_place_tool(const er_robot *robot, const double *theta, double position[3],
+                   double rotation[9])
+{
+    double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0};
+    for (int i = 0; i < robot->angles; i++)
+        go_on(&robot->rotation[i], theta[i], R, o);
+    er_rotate(R, robot->tool_position, position);
+    for (int k = 0; k < 3; k++)
+        position[k] += o[k];
+    er_compose(R, robot->tool_rotation, rotation);
 }
 
 /* A body seen from base axes, about the point that lies at `offset` from its origin, in base axes. */
@@ -54,20 +109,13 @@ static void see_body(const er_body *body, const double R[9], const double offset
 static void place(const er_robot *robot, const double *theta, er_placement *placement,
                   double (*frames)[9])
 {
-    double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0}, tool[3], step[3], local[9], next[9];
+    double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, o[3] = {0, 0, 0}, tool[3];
     int n = robot->angles;
     for (int i = 0; i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
-        if (rotation->shifted) {
-            er_rotate(R, rotation->origin, step);
-            for (int k = 0; k < 3; k++)
-                o[k] += step[k];
-        }
+        go_on(rotation, theta[i], R, o);
         er_rotate(R, rotation->axis, placement->axis[i]); /* its own turn leaves an axis alone */
         memcpy(placement->arm[i], o, sizeof o);
-        turn(rotation->axis, theta[i], local);
-        er_compose(R, local, next);
-        memcpy(R, next, sizeof R);
         if (frames != NULL)
             memcpy(frames[i], R, sizeof R);
     }

@@ -20,6 +20,10 @@ typedef struct {
 /* Fills in theta from drives and elastic coordinates; x may be NULL for the rigid robot. */
 void er_angles(const er_robot *robot, const double *q, const double *x, double *theta);
 
+/* TCP in the base frame [m] and base_from_tool, by rows, alone. */
+void er_place_tool(const er_robot *robot, const double *theta, double position[3],
+                   double rotation[9]);
+
 /* Places the frames: TCP, axes and arms; `bodies` are done by er_place_bodies. */
 void er_place(const er_robot *robot, const double *theta, er_placement *placement);
 

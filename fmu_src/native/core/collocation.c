@@ -13,6 +13,20 @@
 
 enum { MOST = ER_MAX_ANGLES };
 
+/* What is there already is kept: drives often stand still. */
+static void refer_to(int joints, const double *q, er_reference *reference)
+{
+    for (int i = 0; i < joints; i++) {
+        bool same = q[i] == reference->angle[i] &&
+                    (reference->sine[i] != 0.0 || reference->cosine[i] != 0.0);
+        if (same)
+            continue;
+        reference->angle[i] = q[i];
+        reference->sine[i] = sin(q[i]);
+        reference->cosine[i] = cos(q[i]);
+    }
+}
+
 /* Drives at the nodes and the end of a step, and the sines that their changes are counted from. */
 static void drive_step(const er_run *r, double time, double h)
 {
@@ -37,41 +51,15 @@ static void drive_step(const er_run *r, double time, double h)
             w->end.qd[i][l] = qd[i];
             w->end.qdd[i][l] = qdd[i];
         }
-        w->reference[i] = q[i];
     }
-    for (int i = 0; i < robot->angles; i++) {
-        int drive = robot->rotation[i].drive;
-        w->reference_sine[i] = drive < 0 ? 0.0 : sin(q[drive]);
-        w->reference_cosine[i] = drive < 0 ? 1.0 : cos(q[drive]);
-    }
+    refer_to(robot->joints, q, &w->reference);
 }
 
 void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
 {
-    const er_robot *robot = r->system->robot;
     er_workspace *w = r->work;
-    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
-    memset(w->change, 0, lanes);
-    memset(w->motion.rate, 0, lanes);
-    memset(w->motion.acceleration, 0, lanes);
-    for (int d = 0; d < robot->joints; d++) {
-        int i = robot->drive_angle[d];
-        for (int l = 0; l < ER_LANES; l++) {
-            w->change[i][l] = nodes->q[d][l] - w->reference[d];
-            w->motion.rate[i][l] = nodes->qd[d][l];
-            w->motion.acceleration[i][l] = nodes->qdd[d][l];
-        }
-    }
-    for (int k = 0; k < r->m; k++) {
-        int i = robot->elastic_angle[k];
-        for (int l = 0; l < ER_LANES; l++) {
-            w->change[i][l] += w->x[k][l];
-            w->motion.rate[i][l] += w->v[k][l];
-            w->motion.acceleration[i][l] += acceleration[k][l];
-        }
-    }
-    r->means->kernel.turn(robot->angles, w->reference_sine, w->reference_cosine,
-                             (const er_lanes *)w->change, &w->motion);
+    r->means->kernel.move(r->system->robot, nodes, &w->reference, (const er_lanes *)w->x,
+                          (const er_lanes *)w->v, acceleration, &w->motion);
 }
 
 void er_stage_gap(const er_run *r, const er_nodes *nodes, int states)
@@ -116,10 +104,14 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
                            er_stage_pull(r, nodes, states), w->residual);
-    for (int k = 0; k < r->m; k++)
+    for (int k = 0; k < r->m; k++) {
+        er_branch branch = er_curve_branch(system->curve, k, region[k]);
+        double damping = system->parameters->damping[k];
         for (int l = 0; l < states; l++)
-            w->residual[k][l] += er_curve_torque(system->curve, k, region[k], w->x[k][l]) +
-                                 system->parameters->damping[k] * w->v[k][l];
+            w->residual[k][l] += branch.slope * (w->x[k][l] - branch.zero) + damping * w->v[k][l];
+        for (int l = 0; !branch.straight && l < states; l++)
+            w->residual[k][l] += er_spline_torque(system->curve, k, w->x[k][l]);
+    }
 }
 
 static void place_end(const er_run *r, const er_state *state, er_step *step)
@@ -143,18 +135,16 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
 static double estimate_error(const er_run *r, const er_state *state, const er_step *step)
 {
     er_workspace *w = r->work;
+    const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[MOST];
     double defect[MOST];
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_LANES; l++) {
-            w->x[k][l] = step->x[k];
-            w->v[k][l] = step->v[k];
-            acceleration[k][l] = step->a[k];
-        }
+    kernel->spread(r->m, step->x, w->x);
+    kernel->spread(r->m, step->v, w->v);
+    kernel->spread(r->m, step->a, acceleration);
     find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    return step->length * step->length * r->means->kernel.filter(r->m, w->factors, defect);
+    return step->length * step->length * kernel->filter(r->m, w->factors, defect);
 }
 
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)

@@ -67,7 +67,8 @@ bool er_first_crossing(const er_curve *curve, const er_settings *settings, const
 {
     bool found = false;
     for (int k = 0; k < curve->count; k++) {
-        double width = curve->half_width[k], control[ER_CONTROL], beyond;
+        double width = curve->half_width[k], control[ER_CONTROL], beyond, upper, lower;
+        double highest = -INFINITY, lowest = INFINITY;
         if (!er_curve_switches(curve, k))
             continue;
         for (int c = 0; c < ER_CONTROL; c++) {
@@ -76,15 +77,18 @@ bool er_first_crossing(const er_curve *curve, const er_settings *settings, const
             for (int j = 0; j < ER_STAGES; j++)
                 bend += weight[2 + j] * acceleration[k][j];
             control[c] = weight[0] * x[k] + h * (weight[1] * v[k] + h * bend);
+            highest = control[c] > highest ? control[c] : highest;
+            lowest = control[c] < lowest ? control[c] : lowest;
         }
         beyond = er_crossing_slack(curve, settings, k, tolerance);
-        /* Outside the play only the side towards it is a boundary. */
-        if (region[k] <= 0)
-            take_earlier(control, k, (region[k] == 0 ? width : -width) + beyond, 1, region[k],
-                         first, &found);
-        if (region[k] >= 0)
-            take_earlier(control, k, (region[k] == 0 ? -width : width) - beyond, -1, region[k],
-                         first, &found);
+        upper = (region[k] == 0 ? width : -width) + beyond;
+        lower = (region[k] == 0 ? -width : width) - beyond;
+        /* The polynomial lies between its coefficients.  Outside the play only the side towards it is
+         * a boundary. */
+        if (region[k] <= 0 && highest > upper)
+            take_earlier(control, k, upper, 1, region[k], first, &found);
+        if (region[k] >= 0 && lowest < lower)
+            take_earlier(control, k, lower, -1, region[k], first, &found);
     }
     return found;
 }

@@ -39,15 +39,27 @@ void er_curve_build(er_curve *curve, er_curve_kind kind, const er_robot *robot,
 double er_spline_torque(const er_curve *curve, int k, double x);
 double er_spline_slope(const er_curve *curve, int k, double x);
 
+/* The law of a coordinate in a region: slope (x - zero), or that of its spline. */
+typedef struct {
+    bool straight;
+    double slope, zero; /* [N m/rad, rad]; 0 of a spline */
+} er_branch;
+
+static inline er_branch er_curve_branch(const er_curve *curve, int k, int region)
+{
+    if (region == 0)
+        return (er_branch){true, 0.0, 0.0};
+    if (curve->spline[k].points > 0)
+        return (er_branch){false, 0.0, 0.0};
+    /* Without play the region is 1 and the backlash zero. */
+    return (er_branch){true, curve->stiffness[k], region * curve->backlash[k]};
+}
+
 /* S(x) [N m] of coordinate k on the branch of a region. */
 static inline double er_curve_torque(const er_curve *curve, int k, int region, double x)
 {
-    if (region == 0)
-        return 0.0;
-    if (curve->spline[k].points > 0)
-        return er_spline_torque(curve, k, x);
-    /* Without play the region is 1 and the backlash zero. */
-    return curve->stiffness[k] * (x - region * curve->backlash[k]);
+    er_branch branch = er_curve_branch(curve, k, region);
+    return branch.straight ? branch.slope * (x - branch.zero) : er_spline_torque(curve, k, x);
 }
 
 /* dS/dx [N m/rad] of coordinate k on the branch of a region. */

@@ -11,25 +11,33 @@
 #define ER_GAUSS_H
 
 #define ER_STAGES 4
+#if defined(__GNUC__)
+#define ER_ALIGNED __attribute__((aligned(32)))
+#else
+#define ER_ALIGNED
+#endif
 #define ER_PAIRS 2           /* conjugate pairs of eigenvalues of A1 */
 #define ER_DEGREE 5          /* of the position polynomial of a step */
 #define ER_CONTROL (ER_DEGREE + 1)
 
-extern const double er_gauss_node[ER_STAGES];
-extern const double er_gauss_once[ER_STAGES][ER_STAGES];  /* A1 */
-extern const double er_gauss_twice[ER_STAGES][ER_STAGES]; /* A2 */
+/* Nodes, and A1 and A2 by columns: [j][i]. */
+extern ER_ALIGNED const double er_gauss_node[ER_STAGES];
+extern ER_ALIGNED const double er_gauss_once[ER_STAGES][ER_STAGES];
+extern ER_ALIGNED const double er_gauss_twice[ER_STAGES][ER_STAGES];
 
 /* Weights of the accelerations for rate, position and acceleration at the step's end. */
 extern const double er_gauss_end_rate[ER_STAGES];
 extern const double er_gauss_end_position[ER_STAGES];
 extern const double er_gauss_end_acceleration[ER_STAGES];
 
-/* Eigenvalues of A1 with a positive imaginary part, that next to the real axis first, and A1 = T diag(..) T^-1: row p of `to` is that
- * of T^-1, row p of `back` the column of T that belongs to eigenvalue p; the other eigenvalues,
- * rows and columns are their conjugates. */
+/* Eigenvalues of A1 with a positive imaginary part, that next to the real axis first; the others are their
+ * conjugates. */
 extern const double er_gauss_eigen_re[ER_PAIRS], er_gauss_eigen_im[ER_PAIRS];
-extern const double er_gauss_to_re[ER_PAIRS][ER_STAGES], er_gauss_to_im[ER_PAIRS][ER_STAGES];
-extern const double er_gauss_back_re[ER_PAIRS][ER_STAGES], er_gauss_back_im[ER_PAIRS][ER_STAGES];
+
+/* A1 = T diag(..) T^-1.  A stage's column of T^-1, by eigenvalue: real parts, then imaginary ones.  And what
+ * these make of the stages, with their conjugates: twice the real part of T times them. */
+extern ER_ALIGNED const double er_gauss_to_pairs[ER_STAGES][2 * ER_PAIRS];
+extern ER_ALIGNED const double er_gauss_from_pairs[2 * ER_PAIRS][ER_STAGES];
 
 /* Bernstein coefficients of x(s) on [0, 1] from x_0, h v_0, h^2 a_1 .. h^2 a_4. */
 extern const double er_gauss_bernstein[ER_CONTROL][ER_CONTROL];

@@ -12,12 +12,6 @@
 /* States that one call takes. */
 #define ER_LANES ER_STAGES
 
-#if defined(__GNUC__)
-#define ER_ALIGNED __attribute__((aligned(32)))
-#else
-#define ER_ALIGNED
-#endif
-
 /* Quantities of several states: [angle][state]. */
 typedef double er_lanes[ER_LANES];
 
@@ -28,12 +22,21 @@ typedef struct {
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];                /* theta'' [rad/s^2] */
 } er_motion;
 
-/* Sines and cosines of theta = reference + change, from those of the reference.
- *
- * changes: small or not [rad]; reference: sine and cosine per angle. */
-typedef void er_turn_function(int angles, const double *reference_sine,
-                              const double *reference_cosine, const er_lanes *change,
-                              er_motion *motion);
+/* Drives at the nodes of a step, [joint][node]; and the time since the load's start [s]. */
+typedef struct {
+    double elapsed[ER_LANES];
+    ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+} er_nodes;
+
+/* Angles of the drives that theirs at the nodes are counted from [rad], with sines and cosines. */
+typedef struct {
+    double angle[ER_MAX_JOINTS], sine[ER_MAX_JOINTS], cosine[ER_MAX_JOINTS];
+} er_reference;
+
+/* The chain's motion at the nodes: drives and elastic coordinates, by [x][node]. */
+typedef void er_move_function(const er_robot *robot, const er_nodes *nodes,
+                              const er_reference *reference, const er_lanes *x, const er_lanes *v,
+                              const er_lanes *acceleration, er_motion *motion);
 
 /* A vector in each state, in base axes or in the frame behind a rotation. */
 typedef er_lanes er_vector[3];
@@ -57,33 +60,43 @@ typedef void er_stages_function(int count, double h, const double *x, const doub
                                 const er_lanes *acceleration, er_lanes *stage_x,
                                 er_lanes *stage_v);
 
+/* The same values in all states: [x][state]. */
+typedef void er_spread_function(int count, const double *values, er_lanes *lanes);
+
 /* An entry of two complex systems that are solved side by side. */
 typedef struct {
-    double re[2], im[2];
+    double re[ER_PAIRS], im[ER_PAIRS];
 } er_complex_pair;
 
-/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count; D is
- * stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
+/* The same as a factor: multiplied lane by lane with a pair, and with its parts exchanged, re and im add
+ * up to the product. */
+typedef struct {
+    double re[2 * ER_PAIRS], im[2 * ER_PAIRS]; /* re, re; -im, im */
+} er_factor;
+
+/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count and are
+ * overwritten; D is stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
  * definite M, D, K and |arg l| < pi/2: turned by -arg l their numerical range lies in the right half
  * plane.  False if an entry is not finite. */
-typedef bool er_factor_function(int n, er_complex_pair *matrix);
+typedef bool er_factor_function(int n, er_complex_pair *matrix, er_factor *factors);
 
 /* One pass of Newton's method: takes the solution for these residuals off the stage accelerations
  * and returns its length. */
-typedef double er_improve_function(int n, const er_complex_pair *factors, const er_lanes *residual,
+typedef double er_improve_function(int n, const er_factor *factors, const er_lanes *residual,
                                    er_lanes *acceleration);
 
 /* Length of the solution of the first system, the one next to the real axis, for a real right-hand
  * side: the error estimate's filter. */
-typedef double er_filter_function(int n, const er_complex_pair *factors, const double *defect);
+typedef double er_filter_function(int n, const er_factor *factors, const double *defect);
 
 /* What the tangent of the loads needs to know about the motion at one rotation. */
 typedef struct {
-    er_vector turn[3];                  /* rows of R: frame before it from frame behind it */
-    er_vector own;                      /* its axis times its rate */
-    er_vector spin, momentum;           /* omega; I omega */
-    er_vector sling;                    /* omega x the body's first moment */
-    er_vector carried;                  /* omega x the rotation's origin, in the frame before it */
+    er_vector turn[3];                  /* rows of R: frame before it from frame behind it; about a
+                                           coordinate axis, its sine and cosine in the first row */
+    er_lanes rate;                      /* about its axis */
+    er_vector carry[3];                 /* rows of d(omega x (omega x r))/d omega before it, r its origin */
+    er_vector sling[3];                 /* behind it, r the body's first moment */
+    er_vector wobble[3];                /* of d(omega x I omega)/d omega */
     er_vector push_by, spin_by, rate_by; /* what comes of push, omega, omega' before, x axis */
     er_vector force_by, moment_by;      /* axis x the load of all beyond it */
 } er_link;
@@ -106,25 +119,36 @@ typedef void er_link_function(const er_robot *robot, const er_motion *motion,
                               const double gravity[3], const double *wrench,
                               const er_lanes *pull, er_links *links);
 
+/* The direction that changes of x, x', x'' by [x][state] make, the drives at rest. */
+typedef void er_direct_function(const er_robot *robot, const er_lanes *x, const er_lanes *v,
+                                const er_lanes *acceleration, er_direction *direction);
+
+/* Adds what springs and dampers carry: slope x + damping v. */
+typedef void er_springs_function(int count, const er_lanes *slope, const double *damping,
+                                 const er_lanes *x, const er_lanes *v, er_lanes *load);
+
 /* Displacement of the TCP along a direction of the motion [m], base axes. */
 typedef void er_shift_function(const er_robot *robot, const er_links *links,
                                const er_direction *direction, er_vector shift);
 
-/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, NULL for
+/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, each NULL for
  * none. */
 typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_direction *direction, const double *wrench,
                                  const er_lanes *pull, er_lanes *load);
 
 typedef struct {
-    er_turn_function *turn;
+    er_move_function *move;
     er_reach_function *reach;
     er_loads_function *loads;
     er_stages_function *stages;
+    er_spread_function *spread;
     er_factor_function *factor;
     er_improve_function *improve;
     er_filter_function *filter;
     er_link_function *link;
+    er_direct_function *direct;
+    er_springs_function *springs;
     er_shift_function *shift;
     er_tangent_function *tangent;
 } er_kernel;

@@ -26,37 +26,58 @@ typedef double er_real __attribute__((vector_size(8 * ER_LANES), may_alias));
 #define ER_WIDTH ER_LANES
 #define ER_NAME(name) avx2_##name
 
-/* A pair of complex factors c as c and i c, ready to be multiplied by others. */
+/* A pair of complex numbers, and the same with real and imaginary parts exchanged. */
 typedef struct {
-    er_real straight, crossed;
-} factor_pair;
+    er_real straight, exchanged;
+} pair;
 
-static inline factor_pair as_factor(const er_complex_pair *c)
+static inline pair read_pair(const er_complex_pair *c)
 {
-    return (factor_pair){*(const er_real *)c, {-c->im[0], -c->im[1], c->re[0], c->re[1]}};
+    er_real value = *(const er_real *)c;
+    return (pair){value, (er_real)_mm256_permute2f128_pd((__m256d)value, (__m256d)value, 1)};
 }
 
-/* Two numbers twice. */
-static inline er_real doubled(const double pair[2])
+static inline void as_factor(const er_complex_pair *c, er_factor *factor)
 {
-    return (er_real)_mm256_broadcast_pd((const __m128d *)pair);
+    const __m256d value = (__m256d)read_pair(c).straight;
+    const er_real signs = {-1.0, -1.0, 1.0, 1.0};
+    *(er_real *)factor->re = (er_real)_mm256_permute2f128_pd(value, value, 0x00);
+    *(er_real *)factor->im = signs * (er_real)_mm256_permute2f128_pd(value, value, 0x11);
 }
 
-/* Multiplies b by c. */
-static inline void multiply(er_complex_pair *b, factor_pair c)
+/* Overwrites c with 1 / c; false where that is not finite. */
+static inline bool invert(er_complex_pair *c)
 {
-    er_real re = doubled(b->re), im = doubled(b->im);
-    *(er_real *)b = re * c.straight + im * c.crossed;
+    const pair value = read_pair(c);
+    const er_real conjugate = {1.0, 1.0, -1.0, -1.0};
+    er_real size = value.straight * value.straight + value.exchanged * value.exchanged;
+    *(er_real *)c = conjugate * value.straight / size;
+    return size[0] > 0.0 && size[0] < INFINITY && size[1] > 0.0 && size[1] < INFINITY;
+}
+
+static inline void set_real(er_complex_pair *c, double value)
+{
+    *(er_real *)c = (er_real){value, value, 0.0, 0.0};
+}
+
+/* product = b c */
+static inline void multiply(const er_complex_pair *b, const er_factor *c, er_complex_pair *product)
+{
+    pair by = read_pair(b);
+    *(er_real *)product = by.straight * *(const er_real *)c->re + by.exchanged * *(const er_real *)c->im;
 }
 
 /* Takes b c off a. */
-static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor_pair c)
+static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *b)
 {
-    er_real re = doubled(b->re), im = doubled(b->im);
-    *(er_real *)a = *(er_real *)a - re * c.straight - im * c.crossed;
+    *(er_real *)a = *(er_real *)a - b->straight * *(const er_real *)c->re -
+                    b->exchanged * *(const er_real *)c->im;
 }
 
+#include "kernel_vector.h"
 #include "kernel_body.h"
+#include "kernel_newton.h"
+#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 #if defined(__clang__)
@@ -80,10 +101,11 @@ static bool has_avx2(void)
 
 er_kernel er_best_kernel(void)
 {
-    return has_avx2() ? (er_kernel){avx2_turn, avx2_reach, avx2_loads, avx2_stages, avx2_factor,
-                                   avx2_improve, avx2_filter, avx2_link, avx2_shift,
-                                   avx2_tangent}
-                     : er_plain_kernel();
+    return has_avx2()
+               ? (er_kernel){avx2_move,   avx2_reach,  avx2_loads, avx2_stages, avx2_spread,
+                             avx2_factor, avx2_improve, avx2_filter, avx2_link,  avx2_direct,
+                             avx2_springs, avx2_shift, avx2_tangent}
+               : er_plain_kernel();
 }
 
 #else

@@ -10,38 +10,69 @@ typedef double er_real;
 #define ER_WIDTH 1
 #define ER_NAME(name) plain_##name
 
-/* A pair of complex factors, ready to be multiplied by others. */
-typedef er_complex_pair factor_pair;
+typedef er_complex_pair pair;
 
-static inline factor_pair as_factor(const er_complex_pair *c)
+static inline pair read_pair(const er_complex_pair *c)
 {
     return *c;
 }
 
-/* Multiplies b by c. */
-static inline void multiply(er_complex_pair *b, factor_pair c)
+static inline void as_factor(const er_complex_pair *c, er_factor *factor)
 {
     for (int p = 0; p < ER_PAIRS; p++) {
-        double re = b->re[p], im = b->im[p];
-        b->re[p] = re * c.re[p] - im * c.im[p];
-        b->im[p] = re * c.im[p] + im * c.re[p];
+        factor->re[p] = factor->re[ER_PAIRS + p] = c->re[p];
+        factor->im[p] = -c->im[p];
+        factor->im[ER_PAIRS + p] = c->im[p];
+    }
+}
+
+/* Overwrites c with 1 / c; false where that is not finite. */
+static inline bool invert(er_complex_pair *c)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        double size = c->re[p] * c->re[p] + c->im[p] * c->im[p];
+        if (!(size > 0.0 && size < INFINITY))
+            return false;
+        c->re[p] /= size;
+        c->im[p] /= -size;
+    }
+    return true;
+}
+
+static inline void set_real(er_complex_pair *c, double value)
+{
+    *c = (er_complex_pair){{value, value}, {0.0, 0.0}};
+}
+
+/* product = b c */
+static inline void multiply(const er_complex_pair *b, const er_factor *c, er_complex_pair *product)
+{
+    for (int p = 0; p < ER_PAIRS; p++) {
+        double re = b->re[p], im = b->im[p], factor = c->im[ER_PAIRS + p];
+        product->re[p] = re * c->re[p] - im * factor;
+        product->im[p] = re * factor + im * c->re[p];
     }
 }
 
 /* Takes b c off a. */
-static inline void take_off(er_complex_pair *a, const er_complex_pair *b, factor_pair c)
+static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *b)
 {
     for (int p = 0; p < ER_PAIRS; p++) {
-        a->re[p] = a->re[p] - b->re[p] * c.re[p] + b->im[p] * c.im[p];
-        a->im[p] = a->im[p] - b->re[p] * c.im[p] - b->im[p] * c.re[p];
+        double factor = c->im[ER_PAIRS + p];
+        a->re[p] = a->re[p] - b->re[p] * c->re[p] + b->im[p] * factor;
+        a->im[p] = a->im[p] - b->re[p] * factor - b->im[p] * c->re[p];
     }
 }
 
+#include "kernel_vector.h"
 #include "kernel_body.h"
+#include "kernel_newton.h"
+#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 er_kernel er_plain_kernel(void)
 {
-    return (er_kernel){plain_turn,    plain_reach,  plain_loads, plain_stages, plain_factor,
-                       plain_improve, plain_filter, plain_link,  plain_shift,  plain_tangent};
+    return (er_kernel){plain_move,   plain_reach,   plain_loads,  plain_stages, plain_spread,
+                       plain_factor, plain_improve, plain_filter, plain_link,   plain_direct,
+                       plain_springs, plain_shift,  plain_tangent};
 }

@@ -1,124 +1,61 @@
 /* The derivative of the loads in kernel_body.h along a direction, for every width of `er_real`.
  *
- * Included behind kernel_body.h.  The recursive Newton-Euler algorithm is differentiated line by
+ * Included behind kernel_link.h.  The recursive Newton-Euler algorithm is differentiated line by
  * line, in the bodies' frames: of v = R^T v_before follows dv = R^T dv_before + (v x axis) dtheta,
  * of f_before = R f follows df_before = R (df + (axis x f) dtheta).
  */
 
-static inline turned load_turn(const er_vector *rows, int first)
+/* v + w factor, of a w that is normal to the axis. */
+ER_INLINE vec plus_across(int along, vec v, vec w, er_real factor)
 {
-    return (turned){{load_vec(rows[0], first), load_vec(rows[1], first), load_vec(rows[2], first)}};
+    if (along != 0)
+        v.x += w.x * factor;
+    if (along != 1)
+        v.y += w.y * factor;
+    if (along != 2)
+        v.z += w.z * factor;
+    return v;
 }
 
-static inline void store_turn(er_vector *rows, int first, const turned *R)
+/* v + A w for the rows of A. */
+ER_INLINE vec plus_product(vec v, const er_vector *rows, int first, vec w)
 {
-    for (int i = 0; i < 3; i++)
-        store_vec(rows[i], first, R->row[i]);
+    vec x = load_vec(rows[0], first), y = load_vec(rows[1], first), z = load_vec(rows[2], first);
+    return (vec){v.x + x.x * w.x + x.y * w.y + x.z * w.z, v.y + y.x * w.x + y.y * w.y + y.z * w.z,
+                 v.z + z.x * w.x + z.y * w.y + z.z * w.z};
 }
 
-/* a + b factor */
-static inline vec plus(vec a, vec b, er_real factor)
+static void ER_NAME(direct)(const er_robot *robot, const er_lanes *x, const er_lanes *v,
+                            const er_lanes *acceleration, er_direction *direction)
 {
-    return (vec){a.x + b.x * factor, a.y + b.y * factor, a.z + b.z * factor};
-}
-
-static inline vec minus(vec a, vec b)
-{
-    return (vec){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-static inline er_real along(vec v, const double a[3])
-{
-    return v.x * a[0] + v.y * a[1] + v.z * a[2];
-}
-
-static void link_from(const er_robot *robot, const er_motion *motion, int first,
-                      const double gravity[3], const double *wrench, const er_lanes *pull,
-                      er_links *links)
-{
-    vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES]; /* that a body needs, about its origin */
-    er_real none = 0.0 * load(&motion->cosine[0][first]), one = 1.0 + none;
-    vec zero = {none, none, none}, spin = zero, spin_rate = zero, force = zero, moment = zero;
-    vec push = {none - gravity[0], none - gravity[1], none - gravity[2]};
-    turned base = {{{one, none, none}, {none, one, none}, {none, none, one}}};
-    int n = robot->angles;
-
-    for (int i = 0; i < n; i++) {
-        const er_rotation *rotation = &robot->rotation[i];
-        const double *a = rotation->axis;
-        er_link *link = &links->link[i];
-        vec own = scaled(a, load(&motion->rate[i][first]));
-        turned R = turn_about(a, load(&motion->sine[i][first]), load(&motion->cosine[i][first]));
-        if (rotation->shifted) {
-            vec carried = cross_fixed(spin, rotation->origin);
-            push = add(push, add(cross_fixed(spin_rate, rotation->origin), cross(spin, carried)));
-            store_vec(link->carried, first, carried);
-        }
-        push = into(&R, push);
-        spin = into(&R, spin);
-        spin_rate = into(&R, spin_rate);
-        store_turn(link->turn, first, &R);
-        store_vec(link->own, first, own);
-        store_vec(link->push_by, first, cross_fixed(push, a));
-        store_vec(link->spin_by, first, cross_fixed(spin, a));
-        store_vec(link->rate_by, first, cross_fixed(spin_rate, a));
-        spin_rate = add(add(spin_rate, cross(spin, own)),
-                        scaled(a, load(&motion->acceleration[i][first])));
-        spin = add(spin, own);
-        store_vec(link->spin, first, spin);
-        for (int k = 0; k < 3; k++) /* rows of base_from_before times R */
-            base.row[k] = into(&R, base.row[k]);
-        if (rotation->loaded) {
-            const er_body *body = &rotation->body;
-            vec momentum = symmetric_times(body->inertia, spin);
-            vec sling = cross_fixed(spin, body->moment);
-            forces[i] = plus(add(cross_fixed(spin_rate, body->moment), cross(spin, sling)), push,
-                             none + body->mass);
-            torques[i] = minus(add(symmetric_times(body->inertia, spin_rate), cross(spin, momentum)),
-                               cross_fixed(push, body->moment));
-            store_vec(link->momentum, first, momentum);
-            store_vec(link->sling, first, sling);
+    for (int i = 0; i < robot->angles; i++) {
+        int k = robot->rotation[i].elastic;
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+            er_real none = 0.0 * load(&er_gauss_from_pairs[0][first]);
+            *(er_real *)&direction->angle[i][first] = k < 0 ? none : load(&x[k][first]);
+            *(er_real *)&direction->rate[i][first] = k < 0 ? none : load(&v[k][first]);
+            *(er_real *)&direction->acceleration[i][first] =
+                k < 0 ? none : load(&acceleration[k][first]);
         }
     }
-    store_turn(links->base, first, &base);
-    if (links->loaded) {
-        for (int k = 0; wrench != NULL && k < 3; k++) {
-            force = plus(force, base.row[k], none + wrench[k]);
-            moment = plus(moment, base.row[k], none + wrench[3 + k]);
-        }
-        for (int k = 0; pull != NULL && k < 3; k++) {
-            force = plus(force, base.row[k], load(&pull[k][first]));
-            moment = plus(moment, base.row[k], load(&pull[3 + k][first]));
-        }
-        store_vec(links->force, first, force);
-        store_vec(links->moment, first, moment);
-        moment = minus(cross_fixed(force, robot->tool_position), moment);
-        force = minus(zero, force);
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        const er_rotation *rotation = &robot->rotation[i];
-        er_link *link = &links->link[i];
-        turned R = load_turn((const er_vector *)link->turn, first);
-        vec axis = scaled(rotation->axis, one);
-        if (rotation->loaded) {
-            force = add(force, forces[i]);
-            moment = add(moment, torques[i]);
-        }
-        store_vec(link->force_by, first, cross(axis, force));
-        store_vec(link->moment_by, first, cross(axis, moment));
-        force = out_of(&R, force);
-        moment = out_of(&R, moment);
-        if (rotation->shifted)
-            moment = minus(moment, cross_fixed(force, rotation->origin));
-    }
 }
 
-static void ER_NAME(link)(const er_robot *robot, const er_motion *motion, const double gravity[3],
-                          const double *wrench, const er_lanes *pull, er_links *links)
+static void ER_NAME(springs)(int count, const er_lanes *slope, const double *damping,
+                             const er_lanes *x, const er_lanes *v, er_lanes *result)
 {
-    links->loaded = wrench != NULL || pull != NULL;
-    for (int first = 0; first < ER_LANES; first += ER_WIDTH)
-        link_from(robot, motion, first, gravity, wrench, pull, links);
+    for (int k = 0; k < count; k++)
+        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
+            *(er_real *)&result[k][first] += load(&slope[k][first]) * load(&x[k][first]) +
+                                             damping[k] * load(&v[k][first]);
+}
+
+/* Shift of a frame's origin and its small rotation, behind a rotation that changes by `angle`. */
+ER_INLINE void shift_out(int along, const double a[3], const er_link *link, int first, er_real angle,
+                         vec *shift, vec *turn)
+{
+    turned R = turn_at(along, link, first);
+    *shift = into(along, &R, *shift);
+    *turn = plus_axis(along, a, into(along, &R, *turn), angle);
 }
 
 static void ER_NAME(shift)(const er_robot *robot, const er_links *links,
@@ -126,21 +63,57 @@ static void ER_NAME(shift)(const er_robot *robot, const er_links *links,
 {
     for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
         er_real none = 0.0 * load(&direction->angle[0][first]);
-        vec shift = {none, none, none}, turn = shift; /* of the frame */
+        vec shift = {none, none, none}, turn = shift;
+        turned base;
         for (int i = 0; i < robot->angles; i++) {
             const er_rotation *rotation = &robot->rotation[i];
-            turned R = load_turn(links->link[i].turn, first);
             if (rotation->shifted)
                 shift = add(shift, cross_fixed(turn, rotation->origin));
-            shift = into(&R, shift);
-            turn = add(into(&R, turn), scaled(rotation->axis, load(&direction->angle[i][first])));
+            FOR_AXIS(rotation->along,
+                     shift_out(along, rotation->axis, &links->link[i], first,
+                               load(&direction->angle[i][first]), &shift, &turn));
         }
         shift = add(shift, cross_fixed(turn, robot->tool_position));
-        {
-            turned base = load_turn(links->base, first);
-            store_vec(result, first, out_of(&base, shift));
-        }
+        for (int k = 0; k < 3; k++)
+            base.row[k] = load_vec(links->base[k], first);
+        store_vec(result, first, out_of(ER_ASKEW, &base, shift));
     }
+}
+
+/* How the motion of a frame changes, in its axes. */
+typedef struct {
+    vec turn; /* its small rotation */
+    vec push, spin, spin_rate;
+} frame_change;
+
+ER_INLINE void change_out(int along, const double a[3], const er_link *link,
+                          const er_direction *direction, int i, int first, bool loaded,
+                          frame_change *by)
+{
+    turned R = turn_at(along, link, first);
+    er_real angle = load(&direction->angle[i][first]), rate = load(&direction->rate[i][first]);
+    vec spin_by = load_vec(link->spin_by, first);
+    by->push = plus_across(along, into(along, &R, by->push), load_vec(link->push_by, first), angle);
+    by->spin = plus_across(along, into(along, &R, by->spin), spin_by, angle);
+    by->spin_rate = plus_across(along, into(along, &R, by->spin_rate), load_vec(link->rate_by, first),
+                                angle);
+    by->spin_rate = plus_cross_axis(along, a, by->spin_rate, by->spin, load(&link->rate[first]));
+    by->spin_rate = plus_across(along, by->spin_rate, spin_by, rate);
+    by->spin_rate = plus_axis(along, a, by->spin_rate, load(&direction->acceleration[i][first]));
+    by->spin = plus_axis(along, a, by->spin, rate);
+    if (loaded)
+        by->turn = plus_axis(along, a, into(along, &R, by->turn), angle);
+}
+
+ER_INLINE void change_in(int along, const double a[3], const er_link *link, int first, er_real angle,
+                         vec *force, vec *moment, er_real *torque)
+{
+    turned R = turn_at(along, link, first);
+    *torque = along_axis(along, a, *moment);
+    *force = plus_across(along, *force, load_vec(link->force_by, first), angle);
+    *moment = plus_across(along, *moment, load_vec(link->moment_by, first), angle);
+    *force = out_of(along, &R, *force);
+    *moment = out_of(along, &R, *moment);
 }
 
 static void tangent_from(const er_robot *robot, const er_links *links,
@@ -148,51 +121,31 @@ static void tangent_from(const er_robot *robot, const er_links *links,
                          const er_lanes *pull, er_lanes *result)
 {
     vec forces[ER_MAX_ANGLES], torques[ER_MAX_ANGLES];
-    er_real none = 0.0 * load(&direction->angle[0][first]);
-    vec zero = {none, none, none}, turn = zero; /* small rotation of the frame */
-    vec push = zero, spin = zero, spin_rate = zero, force = zero, moment = zero;
+    er_real none = 0.0 * load(&links->base[0][0][first]);
+    vec zero = {none, none, none}, force = zero, moment = zero;
+    frame_change by = {zero, zero, zero, zero};
     int n = robot->angles;
 
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; direction != NULL && i < n; i++) {
         const er_rotation *rotation = &robot->rotation[i];
         const er_link *link = &links->link[i];
-        const double *a = rotation->axis;
-        turned R = load_turn(link->turn, first);
-        er_real angle = load(&direction->angle[i][first]), rate = load(&direction->rate[i][first]);
-        vec spin_by = load_vec(link->spin_by, first);
-        if (rotation->shifted) {
-            push = add(push, add(cross_fixed(spin_rate, rotation->origin),
-                                 cross(spin, load_vec(link->carried, first))));
-            if (i > 0)
-                push = add(push, cross(load_vec(links->link[i - 1].spin, first),
-                                       cross_fixed(spin, rotation->origin)));
-        }
-        push = plus(into(&R, push), load_vec(link->push_by, first), angle);
-        spin = plus(into(&R, spin), spin_by, angle);
-        spin_rate = plus(into(&R, spin_rate), load_vec(link->rate_by, first), angle);
-        spin_rate = add(spin_rate, cross(spin, load_vec(link->own, first)));
-        spin_rate = add(plus(spin_rate, spin_by, rate),
-                        scaled(a, load(&direction->acceleration[i][first])));
-        spin = add(spin, scaled(a, rate));
-        if (links->loaded)
-            turn = add(into(&R, turn), scaled(a, angle));
+        if (rotation->shifted)
+            by.push = plus_product(add(by.push, cross_fixed(by.spin_rate, rotation->origin)),
+                                   (const er_vector *)link->carry, first, by.spin);
+        FOR_AXIS(rotation->along,
+                 change_out(along, rotation->axis, link, direction, i, first, links->loaded, &by));
         if (rotation->loaded) {
             const er_body *body = &rotation->body;
-            vec of_spin = load_vec(link->spin, first);
-            vec momentum = symmetric_times(body->inertia, spin);
-            vec swing = symmetric_times(body->inertia, spin_rate);
-            vec sling = cross_fixed(spin, body->moment);
-            forces[i] = plus(cross_fixed(spin_rate, body->moment), push, none + body->mass);
-            forces[i] = add(forces[i], add(cross(spin, load_vec(link->sling, first)),
-                                           cross(of_spin, sling)));
-            torques[i] = minus(swing, cross_fixed(push, body->moment));
-            torques[i] = add(torques[i], add(cross(spin, load_vec(link->momentum, first)),
-                                             cross(of_spin, momentum)));
+            vec swing = symmetric_times(body->inertia, by.spin_rate);
+            forces[i] = plus(cross_fixed(by.spin_rate, body->moment), by.push, none + body->mass);
+            forces[i] = plus_product(forces[i], (const er_vector *)link->sling, first, by.spin);
+            torques[i] = minus(swing, cross_fixed(by.push, body->moment));
+            torques[i] = plus_product(torques[i], (const er_vector *)link->wobble, first, by.spin);
         }
     }
     if (links->loaded) { /* the wrench keeps its direction in base axes */
-        force = cross(load_vec(links->force, first), turn);
-        moment = cross(load_vec(links->moment, first), turn);
+        force = cross(load_vec(links->force, first), by.turn);
+        moment = cross(load_vec(links->moment, first), by.turn);
     }
     for (int k = 0; wrench != NULL && k < 3; k++) {
         vec row = load_vec(links->base[k], first);
@@ -208,17 +161,15 @@ static void tangent_from(const er_robot *robot, const er_links *links,
     force = minus(zero, force);
     for (int i = n - 1; i >= 0; i--) {
         const er_rotation *rotation = &robot->rotation[i];
-        const er_link *link = &links->link[i];
-        turned R = load_turn(link->turn, first);
-        er_real angle = load(&direction->angle[i][first]);
-        if (rotation->loaded) {
+        er_real angle = direction != NULL ? load(&direction->angle[i][first]) : none, torque;
+        if (rotation->loaded && direction != NULL) {
             force = add(force, forces[i]);
             moment = add(moment, torques[i]);
         }
+        FOR_AXIS(rotation->along, change_in(along, rotation->axis, &links->link[i], first, angle,
+                                            &force, &moment, &torque));
         if (rotation->elastic >= 0)
-            *(er_real *)&result[rotation->elastic][first] = along(moment, rotation->axis);
-        force = out_of(&R, plus(force, load_vec(link->force_by, first), angle));
-        moment = out_of(&R, plus(moment, load_vec(link->moment_by, first), angle));
+            *(er_real *)&result[rotation->elastic][first] = torque;
         if (rotation->shifted)
             moment = minus(moment, cross_fixed(force, rotation->origin));
     }

@@ -312,7 +312,8 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
                      const er_command *command, const er_load *load, er_failure *failure)
 {
-    const er_memory memory = model->memory;
+    const er_state present = model->memory.state;
+    const er_held held = model->memory.held;
     bool good;
     model->memory.state = *state;
     model->memory.past = *past;
@@ -324,7 +325,8 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     good = er_model_step(model, end, command, load, failure);
     model->work.sensitivity = NULL;
     model->means.iteration = model->robot.settings.iteration;
-    model->memory = memory;
+    model->memory.state = present;
+    model->memory.held = held;
     return good;
 }
 
@@ -335,18 +337,42 @@ static void place(const er_model *model, const double *x, er_placement *placemen
     er_place(&model->robot, theta, placement);
 }
 
+static void place_tool(const er_model *model, const double *x, double position[3], double rotation[9])
+{
+    double theta[ER_MAX_ANGLES];
+    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_place_tool(&model->robot, theta, position, rotation);
+}
+
+static void pose_at(const er_model *model, const double *x, double pose[7])
+{
+    double position[3], rotation[9];
+    place_tool(model, x, position, rotation);
+    er_pose(position, rotation, pose);
+}
+
 void er_model_tcp(const er_model *model, double pose[7])
 {
-    er_placement placement;
-    place(model, model->memory.state.x, &placement);
-    er_pose(placement.tool_position, placement.tool_rotation, pose);
+    pose_at(model, model->memory.state.x, pose);
 }
 
 void er_model_rigid(const er_model *model, double pose[7])
 {
-    er_placement placement;
-    place(model, NULL, &placement);
-    er_pose(placement.tool_position, placement.tool_rotation, pose);
+    pose_at(model, NULL, pose);
+}
+
+const er_posture *er_model_posture(er_model *model, bool rigid)
+{
+    er_posture *posture = &model->posture[rigid];
+    double theta[ER_MAX_ANGLES];
+    size_t bytes = (size_t)model->robot.angles * sizeof *theta;
+    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    if (posture->pose[6] == 0.0 || memcmp(theta, posture->theta, bytes) != 0) {
+        memcpy(posture->theta, theta, bytes);
+        er_place(&model->robot, theta, &posture->at);
+        er_pose(posture->at.tool_position, posture->at.tool_rotation, posture->pose);
+    }
+    return posture;
 }
 
 void er_model_velocity(const er_model *model, double velocity[3])
@@ -366,12 +392,12 @@ void er_model_velocity(const er_model *model, double velocity[3])
 
 void er_model_deviation(const er_model *model, double deviation[6])
 {
-    er_placement elastic, rigid;
-    place(model, model->memory.state.x, &elastic);
-    place(model, NULL, &rigid);
+    double elastic[3], rigid[3], elastic_rotation[9], rigid_rotation[9];
+    place_tool(model, model->memory.state.x, elastic, elastic_rotation);
+    place_tool(model, NULL, rigid, rigid_rotation);
     for (int c = 0; c < 3; c++)
-        deviation[c] = elastic.tool_position[c] - rigid.tool_position[c];
-    er_rotation_between(elastic.tool_rotation, rigid.tool_rotation, deviation + 3);
+        deviation[c] = elastic[c] - rigid[c];
+    er_rotation_between(elastic_rotation, rigid_rotation, deviation + 3);
 }
 
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)

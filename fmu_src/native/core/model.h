@@ -38,6 +38,13 @@ typedef struct {
     er_state state;
 } er_memory;
 
+/* A posture of the elastic or the rigid robot, kept for the next that asks. */
+typedef struct {
+    double theta[ER_MAX_ANGLES];
+    er_placement at; /* without bodies */
+    double pose[7];
+} er_posture;
+
 /* The equation of motion solved for x'' at the present state (free_motion.h). */
 typedef struct {
     double acceleration[ER_MAX_ANGLES];            /* x'' [rad/s^2] */
@@ -67,6 +74,7 @@ typedef struct {
     er_curve curve;
     er_workspace work;
     er_sensitivity sensitivity; /* of the present state, for derivatives */
+    er_posture posture[2];      /* elastic and rigid, that were asked for last */
     er_free_motion free;        /* of the present state, for model exchange */
 } er_model;
 
@@ -110,6 +118,9 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
 /* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
 void er_model_tcp(const er_model *model, double pose[7]);
 void er_model_rigid(const er_model *model, double pose[7]);
+
+/* The present posture with levers and axes, and its pose as above. */
+const er_posture *er_model_posture(er_model *model, bool rigid);
 
 /* Velocity of the TCP [m/s]; in quasi-static mode that of the rigid robot. */
 void er_model_velocity(const er_model *model, double velocity[3]);

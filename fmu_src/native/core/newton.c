@@ -28,7 +28,7 @@ static void find_mass(const er_run *r)
         memcpy(w->lever[k], w->placement.lever[robot->elastic_angle[k]], sizeof w->lever[k]);
 }
 
-/* Adds J_p^T K J_p, the spring that the tool leans on, to the stiffness in the factors. */
+/* Adds J_p^T K J_p, the spring that the tool leans on, to the stiffness in the matrix. */
 static void add_anchor(const er_run *r)
 {
     er_workspace *w = r->work;
@@ -44,7 +44,7 @@ static void add_anchor(const er_run *r)
         er_anchor_times(at->anchor, w->lever[i], pull);
         for (int j = 0; j <= i; j++) {
             double stiffness = er_dot(pull, w->lever[j]);
-            er_complex_pair *entry = &w->factors[i * r->m + j];
+            er_complex_pair *entry = &w->matrix[i * r->m + j];
             for (int p = 0; p < ER_PAIRS; p++) {
                 entry->re[p] += squared_re[p] * stiffness;
                 entry->im[p] += squared_im[p] * stiffness;
@@ -70,11 +70,11 @@ static bool factorise(const er_run *r)
     for (int i = 0; i < m; i++)
         for (int j = 0; j <= i; j++) {
             double mass = w->mass[i * m + j];
-            w->factors[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
+            w->matrix[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
         }
     for (int k = 0; k < m; k++) {
         double damping = r->system->parameters->damping[k];
-        er_complex_pair *diagonal = &w->factors[k * m + k];
+        er_complex_pair *diagonal = &w->matrix[k * m + k];
         for (int p = 0; p < ER_PAIRS; p++) {
             double re = at->length * er_gauss_eigen_re[p], im = at->length * er_gauss_eigen_im[p];
             diagonal->re[p] += re * damping + (re * re - im * im) * at->slope[k];
@@ -83,7 +83,7 @@ static bool factorise(const er_run *r)
     }
     if (has_anchor(at))
         add_anchor(r);
-    return r->means->kernel.factor(m, w->factors);
+    return r->means->kernel.factor(m, w->matrix, w->factors);
 }
 
 /* Whether the factors are those of the present spring. */

@@ -78,31 +78,34 @@ bool er_equilibrium_along(const er_model *model, const er_held *held, double *x)
 }
 
 /* dq = (turn, 0) q / 2 for a quaternion q and a small rotation in base axes. */
-static void pose_along(const motion *p, double pose[7])
+static void pose_along(er_model *model, const er_change *change, bool rigid, double pose[7])
 {
-    const double *turn = p->along.turn;
-    double at[7], crossed[3];
-    er_pose(p->at.tool_position, p->at.tool_rotation, at);
+    const er_robot *robot = &model->robot;
+    const er_posture *posture = er_model_posture(model, rigid);
+    const double *at = posture->pose;
+    double theta[MOST], turn[3] = {0.0, 0.0, 0.0}, crossed[3];
+    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
+    pose[0] = pose[1] = pose[2] = 0.0;
+    for (int i = 0; i < robot->angles; i++)
+        for (int c = 0; c < 3; c++) {
+            pose[c] += posture->at.lever[i][c] * theta[i];
+            turn[c] += posture->at.axis[i][c] * theta[i];
+        }
     er_cross(turn, at + 3, crossed);
     for (int c = 0; c < 3; c++) {
-        pose[c] = p->along.tool_position[c];
         pose[3 + c] = 0.5 * (at[6] * turn[c] + crossed[c]);
     }
     pose[6] = -0.5 * er_dot(turn, at + 3);
 }
 
-void er_tcp_along(const er_model *model, const er_change *change, double pose[7])
+void er_tcp_along(er_model *model, const er_change *change, double pose[7])
 {
-    motion p;
-    move(model, change, false, false, &p);
-    pose_along(&p, pose);
+    pose_along(model, change, false, pose);
 }
 
-void er_rigid_along(const er_model *model, const er_change *change, double pose[7])
+void er_rigid_along(er_model *model, const er_change *change, double pose[7])
 {
-    motion p;
-    move(model, change, true, false, &p);
-    pose_along(&p, pose);
+    pose_along(model, change, true, pose);
 }
 
 void er_velocity_along(const er_model *model, const er_change *change, double velocity[3])

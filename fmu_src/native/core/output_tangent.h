@@ -16,8 +16,8 @@ typedef struct {
 bool er_equilibrium_along(const er_model *model, const er_held *held, double *x);
 
 /* Derivatives of the model's outputs along a change; arrays as those of er_model_tcp and so on. */
-void er_tcp_along(const er_model *model, const er_change *change, double pose[7]);
-void er_rigid_along(const er_model *model, const er_change *change, double pose[7]);
+void er_tcp_along(er_model *model, const er_change *change, double pose[7]);
+void er_rigid_along(er_model *model, const er_change *change, double pose[7]);
 void er_velocity_along(const er_model *model, const er_change *change, double velocity[3]);
 void er_deviation_along(const er_model *model, const er_change *change, double deviation[6]);
 bool er_compliance_along(const er_model *model, const er_change *change, double compliance[6]);

@@ -27,6 +27,18 @@ static void add_elastic(er_robot *robot, int tilt, const double values[3])
     robot->parameters.backlash[k] = values[2];
 }
 
+static bool read_axis(er_rotation *rotation, er_lines *lines)
+{
+    const double *a = rotation->axis;
+    if (!er_lines_numbers(lines, 3, rotation->axis))
+        return false;
+    rotation->along = ER_ASKEW;
+    for (int k = 0; k < 3; k++)
+        if (a[k] * a[k] == 1.0 && a[(k + 1) % 3] == 0.0 && a[(k + 2) % 3] == 0.0)
+            rotation->along = k;
+    return true;
+}
+
 static bool read_joint(er_robot *robot, er_lines *lines)
 {
     er_rotation *rotation;
@@ -37,7 +49,7 @@ static bool read_joint(er_robot *robot, er_lines *lines)
     rotation->drive = robot->joints;
     rotation->shifted = true;
     robot->drive_angle[robot->joints++] = robot->angles - 1;
-    return er_lines_numbers(lines, 3, rotation->origin) && er_lines_numbers(lines, 3, rotation->axis);
+    return er_lines_numbers(lines, 3, rotation->origin) && read_axis(rotation, lines);
 }
 
 /* Number of tilts that the last joint has. */
@@ -70,7 +82,7 @@ static bool read_tilt(er_robot *robot, er_lines *lines)
     if (tilts(robot) == 2)
         return er_lines_refuse(lines, "at most two tilts for each joint");
     rotation = add_rotation(robot);
-    if (!er_lines_numbers(lines, 3, rotation->axis) || !er_lines_numbers(lines, 2, values))
+    if (!read_axis(rotation, lines) || !er_lines_numbers(lines, 2, values))
         return false;
     add_elastic(robot, tilts(robot), values);
     return true;

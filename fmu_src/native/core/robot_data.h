@@ -15,6 +15,9 @@
 #define ER_MAX_KNOTS 64                   /* points of a joint's own torque table */
 #define ER_MAX_GUID 64
 
+/* An axis along none of the coordinates. */
+enum { ER_ASKEW = -1 };
+
 /* Mass distribution in a body's frame, about its origin. */
 typedef struct {
     double mass;       /* [kg] */
@@ -25,6 +28,7 @@ typedef struct {
 /* One rotation of the chain, with the body behind it. */
 typedef struct {
     double axis[3];   /* unit vector, in the body's axes */
+    int along;        /* the coordinate axis that it has or is opposite to, 0 to 2, or ER_ASKEW */
     double origin[3]; /* in the frame before it [m] */
     bool shifted;     /* the origin is not zero: a joint, not a tilt */
     bool loaded;      /* there is a body */

@@ -43,6 +43,7 @@ void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
     s->first = first;
     s->count = count;
     s->start = start;
+    s->still = true;
     s->reason = NULL;
     s->accuracy = ACCURACY;
     s->passes = 0;
@@ -55,6 +56,10 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
+    double unit[ER_MAX_ANGLES];
+    for (int k = 0; k < r->m; k++)
+        unit[k] = 1.0;
+    s->response = r->means->kernel.filter(r->m, w->factors, unit);
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
@@ -98,53 +103,38 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
                          er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
-    size_t lanes = (size_t)robot->angles * sizeof(er_lanes);
+    const er_kernel *kernel = &r->means->kernel;
     er_direction direction;
     ER_ALIGNED er_pull pull;
-    memset(direction.angle, 0, lanes);
-    memset(direction.rate, 0, lanes);
-    memset(direction.acceleration, 0, lanes);
+    kernel->direct(robot, x, v, acceleration, &direction);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
-        direction.angle[i][l] = share[l].q;
-        direction.rate[i][l] = share[l].qd;
-        direction.acceleration[i][l] = share[l].qdd;
+        direction.angle[i][l] += share[l].q;
+        direction.rate[i][l] += share[l].qd;
+        direction.acceleration[i][l] += share[l].qdd;
     }
-    for (int k = 0; k < r->m; k++) {
-        int i = robot->elastic_angle[k];
-        for (int l = 0; l < ER_STAGES; l++) {
-            direction.angle[i][l] += x[k][l];
-            direction.rate[i][l] += v[k][l];
-            direction.acceleration[i][l] += acceleration[k][l];
-        }
-    }
-    r->means->kernel.tangent(robot, &s->links, &direction,
-                             column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
-                             find_pull(s, r, column, share, &direction, pull), tangent);
-    for (int k = 0; k < r->m; k++)
-        for (int l = 0; l < ER_STAGES; l++)
-            tangent[k][l] += s->slope[k][l] * x[k][l] +
-                             r->system->parameters->damping[k] * v[k][l];
+    kernel->tangent(robot, &s->links, &direction,
+                    column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
+                    find_pull(s, r, column, share, &direction, pull), tangent);
+    kernel->springs(r->m, s->slope, r->system->parameters->damping, x, v, tangent);
 }
 
 static double length_of(int m, const er_lanes *values)
 {
-    double square = 0.0;
+    er_lanes square = {0.0};
     for (int k = 0; k < m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            square += values[k][l] * values[k][l];
-    return sqrt(square);
+            square[l] += values[k][l] * values[k][l];
+    return sqrt(square[0] + square[1] + square[2] + square[3]);
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(const er_run *r, int column, const er_share *share)
+static double negligible(const er_sensitivity *s, const er_run *r, int column, const er_share *share)
 {
-    double unit[ER_MAX_ANGLES], time = r->settings->longest_step, force = 1.0;
+    double time = r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
-    for (int k = 0; k < r->m; k++)
-        unit[k] = 1.0;
     if (column >= er_anchor_column(r->system->robot) && column < er_rate_column(r->system->robot)) {
         const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
                                 r->work->gap[2][ER_STAGES - 1]};
@@ -153,7 +143,7 @@ static double negligible(const er_run *r, int column, const er_share *share)
         er_anchor_along(&r->system->load.anchor, last, &share->load.anchor, still, pull);
         force = sqrt(er_dot(pull, pull));
     }
-    return force * NEGLIGIBLE * r->means->kernel.filter(r->m, r->work->factors, unit);
+    return force * NEGLIGIBLE * s->response;
 }
 
 /* Solves the linearised collocation equations
@@ -169,19 +159,27 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
-    double last = 0.0, least;
-    for (int l = 0; l < ER_STAGES; l++)
-        share[l] = er_share_of(s, r->system->robot, column,
-                               state->time + h * er_gauss_node[l] - s->start);
-    least = negligible(r, column, &share[ER_STAGES - 1]);
+    double last = 0.0, limit = 0.0, least;
+    share[0] = er_share_of(s, r->system->robot, column, state->time + h * er_gauss_node[0] - s->start);
+    for (int l = 1; l < ER_STAGES; l++) /* the wrench's does not depend on the time */
+        share[l] = column < ER_WRENCH_COLUMNS
+                       ? share[0]
+                       : er_share_of(s, r->system->robot, column,
+                                     state->time + h * er_gauss_node[l] - s->start);
+    least = negligible(s, r, column, &share[ER_STAGES - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
-        double size, rate, limit;
-        kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
-        find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
-                     (const er_lanes *)acceleration, tangent);
+        double size, rate;
+        if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS) {
+            kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
+        } else {
+            kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
+            find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
+                         (const er_lanes *)acceleration, tangent);
+        }
         size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
-        limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
+        if (pass <= 2) /* later ones hardly change its length */
+            limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */
@@ -217,6 +215,7 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
             s->v[column][k] += h * rate;
         }
     }
+    s->still = false;
 }
 
 /* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.
@@ -243,7 +242,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     double response[ER_MAX_ANGLES] = {0.0};
     if (s->reason != NULL || !(per_beyond > 0.0 && per_beyond < INFINITY))
         return;
-    er_angles(system->robot, r->work->reference, step->x, theta); /* the drives at the step's end */
+    er_angles(system->robot, r->work->reference.angle, step->x, theta); /* the drives at the step's end */
     er_place_bodies(system->robot, theta, &r->work->placement);
     er_mass_matrix(system->robot, &r->work->placement, mass);
     if (!er_lu_factor(m, mass, pivot)) {

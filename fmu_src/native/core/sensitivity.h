@@ -35,6 +35,7 @@ static inline int er_rate_column(const er_robot *robot)
 typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
+    bool still;         /* x and x' do not depend on the inputs yet */
     er_command_slopes commanded; /* how the drives follow the command */
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
@@ -42,6 +43,7 @@ typedef struct er_sensitivity {
     double x[ER_MAX_DIRECTIONS][ER_MAX_ANGLES], v[ER_MAX_DIRECTIONS][ER_MAX_ANGLES];
     /* Of the present step. */
     er_links links;
+    double response; /* of the accelerations to torques of 1 N m [rad/s^2] */
     ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of the torque curve at the stages [N m/rad] */
 } er_sensitivity;
 

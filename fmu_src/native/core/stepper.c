@@ -118,8 +118,11 @@ static bool take_step(const er_run *r, er_state *state, double end)
     const er_means *means = r->means;
     er_step *step = &r->work->solved;
     double tolerance = means->tolerance, factor, proposal;
-    double target = er_drives_next_kink(&r->system->drives, state->time, end, means->jump);
-    double left = target - state->time, wanted = fmin(state->step, settings->longest_step);
+    double wanted = fmin(state->step, settings->longest_step);
+    /* What lies beyond three steps does not change this one. */
+    double target = er_drives_next_kink(&r->system->drives, state->time,
+                                        fmin(end, state->time + 3.0 * wanted), means->jump);
+    double left = target - state->time;
     /* One step a little longer, or two equal ones, rather than one full and a sliver. */
     double h = left <= settings->stretch * wanted ? left : fmin(wanted, 0.5 * left);
     bool reaches_target = h == left;

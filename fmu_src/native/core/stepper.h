@@ -58,12 +58,6 @@ typedef struct {
     er_kernel kernel;
 } er_means;
 
-/* Drives at the nodes of a step: [joint][node]; and the time since the load's start [s]. */
-typedef struct {
-    double elapsed[ER_LANES];
-    ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
-} er_nodes;
-
 /* A solved step. */
 typedef struct {
     double length;                                           /* [s] */
@@ -79,10 +73,8 @@ typedef struct {
  * along is of one call. */
 typedef struct {
     er_nodes stages, end;
-    double reference_sine[ER_MAX_ANGLES], reference_cosine[ER_MAX_ANGLES]; /* of the drives */
-    double reference[ER_MAX_JOINTS];                                       /* their angles [rad] */
+    er_reference reference; /* the drives at the step's end */
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], residual[ER_MAX_ANGLES];
-    ER_ALIGNED er_lanes change[ER_MAX_ANGLES];
     ER_ALIGNED er_vector gap; /* from the TCP to the anchor [m] */
     ER_ALIGNED er_pull pull;
     er_motion motion;
@@ -90,7 +82,8 @@ typedef struct {
     er_linearisation linearisation; /* of the matrices that follow */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double lever[ER_MAX_ANGLES][3]; /* of the TCP about each entry of x, in the posture of the mass [m] */
-    ER_ALIGNED er_complex_pair factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_factor factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
     double tries; /* of a step that are left before the integration is given up */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */

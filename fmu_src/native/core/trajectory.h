@@ -1,7 +1,8 @@
 /* Joint motion of the drives: q, q', q'' over time, from samples or from commands.
  *
  * With rates and accelerations the motion is the quintic Hermite spline of the samples, else the C2
- * cubic spline through them with zero rate at both ends; elastic_robot/trajectory.py is the same.
+ * cubic spline through them with zero rate at both ends; elastic_robot/trajectory.py is the same.  A
+ * cubic spline is kept as the quintic one that takes its rates and accelerations.
  */
 #ifndef ER_TRAJECTORY_H
 #define ER_TRAJECTORY_H
@@ -11,28 +12,34 @@
 
 #include "commands.h"
 
-/* Polynomials through the samples. */
-typedef struct {
-    int joints;
-    size_t samples;
-    double start;   /* time of the first sample [s] */
-    double *time;   /* since then, rising [s] */
-    double *power;  /* coefficients 1, s, .. s^5 from the sample on: [sample][joint][6] */
-    double *jump;   /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
-    uint64_t fingerprint; /* hash of the samples */
-} er_trajectory;
-
 /* Columns of a table: time, q, and optionally rates and accelerations, [sample][column]. */
 typedef struct {
     size_t samples;
     int joints;
     bool rates;
-    double *data; /* time, q1.., then qd1.., qdd1.. if there are rates */
+    double *data; /* time, q1.., then qd1.., qdd1.. if there are rates; from malloc */
 } er_samples;
 
-/* Builds the polynomials; the samples remain the caller's. */
-bool er_trajectory_build(er_trajectory *trajectory, const er_samples *samples,
-                         const er_settings *settings, er_failure *failure);
+/* Samples with rates and accelerations; between two of them is the quintic that takes all six. */
+typedef struct {
+    int joints;
+    size_t samples;
+    double start; /* time of the first sample [s] */
+    double *time; /* since then, rising [s] */
+    double *row;  /* its own time, q1.., qd1.., qdd1..: [sample][1 + 3 joints] */
+    double *jump; /* largest jump of a third derivative at each sample [rad/s^3]; 0 at the ends */
+    uint64_t fingerprint; /* hash of the samples that it was built from */
+} er_trajectory;
+
+/* Numbers of a row. */
+static inline size_t er_trajectory_width(const er_trajectory *t)
+{
+    return 1 + 3 * (size_t)t->joints;
+}
+
+/* Builds the motion; takes the samples' data, and frees them if that fails. */
+bool er_trajectory_build(er_trajectory *trajectory, er_samples *samples, const er_settings *settings,
+                         er_failure *failure);
 
 /* Reads CSV with a header line, or NPZ with arrays `columns` and `data`. */
 bool er_trajectory_read(er_trajectory *trajectory, const char *path, int joints,

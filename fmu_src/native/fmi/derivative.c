@@ -180,7 +180,7 @@ static bool acceleration_along(er_instance *instance, const er_change *change, d
 
 static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
 {
-    const er_model *model = instance->model;
+    er_model *model = instance->model;
     size_t elastics = (size_t)model->robot.elastics * sizeof *out;
     switch (block) {
     case ER_TCP: er_tcp_along(model, change, out); return true;

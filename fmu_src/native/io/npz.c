@@ -9,7 +9,8 @@
 
 /* One array: its bytes and what the header says of them. */
 typedef struct {
-    unsigned char *content; /* the whole .npy, to be freed */
+    const unsigned char *content; /* the whole .npy */
+    unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
     const unsigned char *data;
     size_t bytes;
     er_npy_header header;
@@ -19,7 +20,7 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
                        array *a, er_failure *failure)
 {
     size_t content_size = 0, prefix, length;
-    a->content = er_zip_member(archive, size, file, &content_size, failure);
+    a->content = er_zip_member(archive, size, file, &content_size, &a->unpacked, failure);
     if (a->content == NULL)
         return false;
     if (content_size < 12 || memcmp(a->content, "\x93NUMPY", 6) != 0 || a->content[6] < 1 ||
@@ -124,7 +125,26 @@ static bool is_number(const er_npy_header *header)
                                : (header->kind == 'i' || header->kind == 'u') && power;
 }
 
-static bool take_data(er_data_table *table, const array *a, er_failure *failure)
+/* Whether the table lies in the file as this machine keeps it. */
+static bool is_own(const er_npy_header *header)
+{
+    const double one = 1.0;
+    unsigned char bytes[sizeof one];
+    memcpy(bytes, &one, sizeof one);
+    return header->kind == 'f' && header->size == sizeof one && !header->column_major &&
+           header->big == (bytes[0] != 0);
+}
+
+/* Puts the table at the start of the memory that it was read into, which is the table's then. */
+static void take_over(er_data_table *table, array *a, void *memory)
+{
+    memmove(memory, a->data, a->bytes);
+    table->data = memory;
+    if (memory == a->unpacked)
+        a->unpacked = NULL;
+}
+
+static bool take_data(er_data_table *table, array *a, void *spare, er_failure *failure)
 {
     size_t rows = (size_t)a->header.shape[0], columns = (size_t)a->header.shape[1];
     if (!is_number(&a->header) || a->header.axes != 2)
@@ -137,6 +157,10 @@ static bool take_data(er_data_table *table, const array *a, er_failure *failure)
     table->rows = columns > 0 ? rows : 0;
     if (table->rows == 0)
         return true;
+    if (is_own(&a->header) && (a->unpacked != NULL || spare != NULL)) {
+        take_over(table, a, a->unpacked != NULL ? a->unpacked : spare);
+        return true;
+    }
     table->data = malloc(rows * columns * sizeof *table->data);
     if (table->data == NULL)
         return er_fail(failure, "it does not fit into memory");
@@ -147,15 +171,15 @@ static bool take_data(er_data_table *table, const array *a, er_failure *failure)
     return true;
 }
 
-bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size,
+bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
                   er_failure *failure)
 {
     array columns = {0}, data = {0};
     bool good = open_array(archive, size, "columns", "columns.npy", &columns, failure) &&
                 take_names(table, &columns, failure) &&
                 open_array(archive, size, "data", "data.npy", &data, failure) &&
-                take_data(table, &data, failure);
-    free(columns.content);
-    free(data.content);
+                take_data(table, &data, spare, failure);
+    free(columns.unpacked);
+    free(data.unpacked);
     return good;
 }

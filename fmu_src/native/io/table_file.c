@@ -116,17 +116,25 @@ static bool parse_csv(er_data_table *table, const char *text, size_t size, er_fa
     return true;
 }
 
-bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
-                    er_failure *failure)
+/* `spare` as er_npz_parse has it. */
+static bool parse(er_data_table *table, const char *content, size_t size, bool is_npz, void *spare,
+                  er_failure *failure)
 {
     bool good;
     memset(table, 0, sizeof *table);
     if (size == 0)
         return er_fail(failure, "expected a table, got an empty file");
     if (is_npz || (size > 4 && memcmp(content, "PK\3\4", 4) == 0))
-        good = er_npz_parse(table, (const unsigned char *)content, size, failure);
+        good = er_npz_parse(table, (const unsigned char *)content, size, spare, failure);
     else
         good = parse_csv(table, content, size, failure);
+    return good;
+}
+
+bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
+                    er_failure *failure)
+{
+    bool good = parse(table, content, size, is_npz, NULL, failure);
     if (!good)
         er_table_free(table);
     return good;
@@ -136,10 +144,16 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure)
 {
     size_t size, length = strlen(path);
     char *content = er_read_file(path, &size, failure);
-    bool good = content != NULL &&
-                er_table_parse(table, content, size,
-                               length >= 4 && strcmp(path + length - 4, ".npz") == 0, failure);
-    free(content);
+    bool good, kept;
+    if (content == NULL)
+        return false;
+    good = parse(table, content, size, length >= 4 && strcmp(path + length - 4, ".npz") == 0, content,
+                 failure);
+    kept = (void *)table->data == (void *)content;
+    if (!good)
+        er_table_free(table);
+    if (!kept)
+        free(content);
     return good;
 }
 

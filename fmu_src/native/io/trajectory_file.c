@@ -43,11 +43,11 @@ static bool find_block(const er_data_table *table, const char *prefix, int joint
     return true;
 }
 
-/* Puts the wanted columns side by side, over the table's own numbers. */
+/* Puts the wanted columns side by side, over the table's own numbers, which are the samples' then. */
 static bool choose(er_data_table *table, int joints, er_samples *samples, er_failure *failure)
 {
     int column[1 + 3 * ER_MAX_JOINTS], width;
-    bool q, qd, qdd;
+    bool q, qd, qdd, there;
     if (!find_column(table, "time", &column[0], failure) ||
         !find_block(table, "q", joints, column + 1, &q, failure))
         return false;
@@ -60,7 +60,10 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
         return er_fail(failure, "expected qd and qdd, or none of them, got %s alone",
                        qd ? "qd" : "qdd");
     width = 1 + joints * (qd ? 3 : 1);
-    for (size_t k = 0; k < table->rows; k++) {
+    there = width == table->columns;
+    for (int c = 0; c < width; c++)
+        there &= column[c] == c;
+    for (size_t k = 0; !there && k < table->rows; k++) {
         double row[ER_MAX_TABLE_COLUMNS];
         memcpy(row, table->data + k * (size_t)table->columns,
                (size_t)table->columns * sizeof *row);
@@ -68,6 +71,7 @@ static bool choose(er_data_table *table, int joints, er_samples *samples, er_fai
             table->data[k * (size_t)width + (size_t)c] = row[column[c]];
     }
     *samples = (er_samples){table->rows, joints, qd, table->data};
+    table->data = NULL;
     return true;
 }
 

@@ -24,19 +24,29 @@ typedef struct {
     uint64_t flags, method, checksum, packed, full, offset;
 } entry;
 
+/* CRC-32, sixteen bytes at a time: table k tells what a byte does k bytes further on. */
 static uint32_t checksum_of(const unsigned char *bytes, size_t size)
 {
-    uint32_t table[16], value = UINT32_C(0xffffffff);
-    for (uint32_t k = 0; k < 16; k++) {
-        table[k] = k;
-        for (int bit = 0; bit < 4; bit++)
-            table[k] = table[k] >> 1 ^ (table[k] & 1 ? UINT32_C(0xedb88320) : 0);
+    enum { SPAN = 16 };
+    uint32_t table[SPAN][256], value = UINT32_C(0xffffffff);
+    for (uint32_t k = 0; k < 256; k++) {
+        table[0][k] = k;
+        for (int bit = 0; bit < 8; bit++)
+            table[0][k] = table[0][k] >> 1 ^ (table[0][k] & 1 ? UINT32_C(0xedb88320) : 0);
     }
-    for (size_t k = 0; k < size; k++) {
-        value ^= bytes[k];
-        value = value >> 4 ^ table[value & 15];
-        value = value >> 4 ^ table[value & 15];
+    for (int s = 1; s < SPAN; s++)
+        for (int k = 0; k < 256; k++)
+            table[s][k] = table[s - 1][k] >> 8 ^ table[0][table[s - 1][k] & 255];
+    for (; size >= SPAN; size -= SPAN, bytes += SPAN) {
+        uint32_t next = 0;
+        for (int k = 0; k < 4; k++)
+            next ^= table[SPAN - 1 - k][bytes[k] ^ (value >> 8 * k & 255)];
+        for (int k = 4; k < SPAN; k++)
+            next ^= table[SPAN - 1 - k][bytes[k]];
+        value = next;
     }
+    for (; size > 0; size--)
+        value = value >> 8 ^ table[0][(value ^ *bytes++) & 255];
     return ~value;
 }
 
@@ -119,35 +129,37 @@ static const unsigned char *packed_bytes(slice zip, const entry *e)
     return zip.bytes + start;
 }
 
-unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
-                             size_t *content_size, er_failure *failure)
+const unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
+                                   size_t *content_size, unsigned char **unpacked,
+                                   er_failure *failure)
 {
     slice zip = {archive, size};
     entry e;
-    const unsigned char *packed;
-    unsigned char *content;
-    bool good;
+    const unsigned char *content;
+    *unpacked = NULL;
     if (!find_entry(zip, name, &e, failure))
         return NULL;
-    packed = packed_bytes(zip, &e);
-    content = packed != NULL ? malloc((size_t)e.full + 1) : NULL;
+    content = packed_bytes(zip, &e);
     if (content == NULL) {
-        er_fail(failure, packed == NULL ? "the archive's member %s is broken"
-                                        : "the archive's member %s does not fit into memory", name);
+        er_fail(failure, "the archive's member %s is broken", name);
         return NULL;
     }
-    if (e.method == STORED) {
-        memcpy(content, packed, (size_t)e.full);
-        good = true;
-    } else {
-        good = er_inflate(packed, (size_t)e.packed, content, (size_t)e.full) ||
-               er_fail(failure, "the archive's member %s is broken", name);
+    if (e.method == DEFLATED) {
+        *unpacked = malloc((size_t)e.full + 1);
+        if (*unpacked == NULL) {
+            er_fail(failure, "the archive's member %s does not fit into memory", name);
+            return NULL;
+        }
+        if (!er_inflate(content, (size_t)e.packed, *unpacked, (size_t)e.full)) {
+            er_fail(failure, "the archive's member %s is broken", name);
+            return NULL;
+        }
+        content = *unpacked;
     }
-    good = good && (checksum_of(content, (size_t)e.full) == e.checksum ||
-                    er_fail(failure, "the archive's member %s is damaged: its checksum is another", name));
+    if (checksum_of(content, (size_t)e.full) != e.checksum) {
+        er_fail(failure, "the archive's member %s is damaged: its checksum is another", name);
+        return NULL;
+    }
     *content_size = (size_t)e.full;
-    if (good)
-        return content;
-    free(content);
-    return NULL;
+    return content;
 }

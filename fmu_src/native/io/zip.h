@@ -7,10 +7,12 @@
 
 #include "failure.h"
 
-/* The content of a member, to be freed, with its checksum verified; NULL with the reason if it is not
- * there or broken.  Nothing is allocated that the archive's own size does not bear out. */
-unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
-                             size_t *content_size, er_failure *failure);
+/* The content of a member, with its checksum verified; NULL with the reason if it is not there or broken.
+ * It lies in the archive, or in `unpacked`, which is to be freed in any case.  Nothing is allocated that
+ * the archive's own size does not bear out. */
+const unsigned char *er_zip_member(const unsigned char *archive, size_t size, const char *name,
+                                   size_t *content_size, unsigned char **unpacked,
+                                   er_failure *failure);
 
 /* An unsigned number of some bytes, the least significant first. */
 static inline uint64_t er_little(const unsigned char *at, int bytes)

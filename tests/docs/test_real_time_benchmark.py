@@ -1,0 +1,22 @@
+"""The benchmark of cycles: a short run of it, and what its table says."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from benchmarks.real_time import Cycles, lines, measured
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="its master counts calls of glibc")
+def test_cycles_are_timed():
+    """Half of the cycles take less than the rest, and far less than they simulate."""
+    for row in measured(steps=2000):
+        assert 0.0 < row.median <= row.slow <= row.largest
+        assert row.median < row.period
+
+
+def test_the_table_tells_multiples_of_the_median():
+    text = lines([Cycles(1e-3, 2e-6, 5e-6, 1e-4)])
+    assert "| 1 ms | 2.0 | 2.5 | 50 | 2.0e-03 |" in text
