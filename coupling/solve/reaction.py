@@ -22,7 +22,7 @@ _EARLY = 3
 # matter [m].
 _TURNS, _SETTLES, _STILL = 0.5, 0.5, 1e-7
 # Stiffness that holds such a sample in all directions: to begin with, part of the process's own (the
-# median along the path), its growth from evaluation to evaluation, and the most.
+# median along the path), by how much it changes from evaluation to evaluation, and the most.
 _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
 # One that creeps, straight on (by this cosine at least), is held too tightly: it gets this multiple of
 # the stiffness that its last two steps tell.
@@ -41,6 +41,7 @@ class Reaction:
         step: How every tool has moved between the last two evaluations [m], (tools, n, 3).
         eased: Stiffness that a tool was met with along its step, over that which it is met with now: how
             much farther it may move, (tools, n).
+        firm: Whether it jumped after it had been held less, and is not to be again, (tools, n).
         evaluations: Number of evaluations.
     """
 
@@ -50,6 +51,7 @@ class Reaction:
     hold: np.ndarray
     step: np.ndarray
     eased: np.ndarray
+    firm: np.ndarray
     evaluations: int = 1
 
     @classmethod
@@ -67,7 +69,8 @@ class Reaction:
     def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
         """Return what is known of a process whose stiffness is given."""
         free = np.zeros(force.shape[:-1])
-        return cls(position, force, stiffness, free, np.zeros_like(force), np.ones_like(free))
+        eased, firm = np.ones_like(free), np.zeros(free.shape, dtype=bool)
+        return cls(position, force, stiffness, free, np.zeros_like(force), eased, firm)
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -93,7 +96,7 @@ class Reaction:
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
         count = self.evaluations + 1
-        return Reaction(position, force, own, self.hold, step, self.eased, count)
+        return Reaction(position, force, own, self.hold, step, self.eased, self.firm, count)
 
     def held_after(self, last: Reaction) -> Reaction:
         """Return the same, with tools held where they do not settle: gears that hang in their play.
@@ -101,8 +104,9 @@ class Reaction:
         A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
         taken a little too small; and what one sample answers depends on its neighbours' jumps.
 
-        Where one then creeps, it is held less.  A gear that the spring alone holds makes steps s with
-        F = K s, so that two of them tell the process's stiffness, K* s_1 = K_1 s_1 - K_2 s_2.
+        Where one then creeps, it is held less, unless it jumped when it was before.  A gear that the
+        spring alone holds makes steps s with F = K s, so that two of them tell the process's stiffness,
+        K* s_1 = K_1 s_1 - K_2 s_2.
 
         Args:
             last: What was known one evaluation before.
@@ -124,10 +128,11 @@ class Reaction:
         along = _ratio(self.step, moved[..., None])
         stiff = np.einsum("...i,...ij,...j->...", along, own, along)
         told = (self.eased - _ratio(onward, before**2)) * (stiff + self.hold)
-        looser = np.clip(_SAFE * told - stiff, 0.0, self.hold)
-        hold = np.where(restless, tighter, np.where(creeps, looser, self.hold))
+        looser = np.clip(_SAFE * told - stiff, self.hold / _TIGHTER, self.hold)
+        firm = self.firm | (restless & (self.eased > 1.0))
+        hold = np.where(restless, tighter, np.where(creeps & ~firm, looser, self.hold))
         eased = np.where(stiff + hold > 0.0, _ratio(stiff + self.hold, stiff + hold), 1.0)
-        return replace(self, hold=hold, eased=eased)
+        return replace(self, hold=hold, eased=eased, firm=firm)
 
 
 def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -57,7 +57,9 @@ PYTHON = {**FMI2, "GetDirectionalDerivative": [], "GetRealStatus": EVER}
 def test_calls_are_taken_where_the_standard_allows_them(
     example, tmp_path, run_host, kind, fmi, table
 ):
-    file = build_fmu(example, tmp_path / "Robot.fmu", BuildOptions(kind, fmi=fmi))
+    file = build_fmu(
+        example, tmp_path / "Robot.fmu", BuildOptions(kind, fmi=fmi, arrays=fmi == "3")
+    )
     run_host("life_cycle", file, tmp_path / "found.json")
     found = json.loads((tmp_path / "found.json").read_text())
     assert found.pop("pairs") == table
