@@ -58,7 +58,8 @@ class Given:
         return f"{self.kind}, FMI {self.fmi} (m)"
 
 
-GIVEN = (Given("native", "2"), Given("native", "3"), Given("python", "2"))
+_BOTH = ("CS", "ME")
+GIVEN = (Given("native", "2", _BOTH), Given("native", "3", _BOTH), Given("python", "2"))
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,8 @@ class Master:
         overlay: Folder of packages that only this master sees.
         versions: Versions of FMI that it opens.
         interface: What it runs: "CS" or "ME".
+        within: Largest difference from single calls of the same FMU that its runs may show [m]:
+            rounding, or what its own solver leaves.
     """
 
     snippet: str
@@ -82,6 +85,7 @@ class Master:
     overlay: Path | None = None
     versions: tuple[str, ...] = ("2", "3")
     interface: str = "CS"
+    within: float = 1e-12
 
     def takes(self, given: Given) -> bool:
         """Whether it runs an FMU."""
@@ -104,6 +108,13 @@ class Master:
 
 MASTERS = (
     Master("FMPy", "fmpy", "`simulate_fmu`, or `fmpy simulate`; input file and plot"),
+    Master(
+        "FMPy-CVode",
+        "fmpy",
+        "`simulate_fmu`, its own solver at 1e-8",
+        interface="ME",
+        within=1e-7,
+    ),
     # It crashes while it opens any FMU of FMI 3.
     Master(
         "libcosimpy",

@@ -68,8 +68,8 @@ def test_the_pages_snippet_gives_fmpys_pose_at_every_step(master, given, folder,
             run(master, folder)
         return
     position, rotation = differences(run(master, folder), reference[master.by_inputs])
-    assert position < 1e-12
-    assert rotation < 1e-12
+    assert position < master.within
+    assert rotation < master.within
 
 
 def test_the_task_tells_wrong_imports_apart(reference):
