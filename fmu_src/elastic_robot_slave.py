@@ -42,13 +42,8 @@ from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi import lifecycle
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.fmi.interface import (
-    DERIVATIVES,
-    MODEL_NAME,
-    OF_DERIVATIVES,
-    TOLERANCE,
-    blocks,
-)
+from elastic_robot.fmi.inputs import DERIVATIVES, OF_DERIVATIVES
+from elastic_robot.fmi.interface import MODEL_NAME, TOLERANCE, blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.motion import Drives

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export import model_description as md
-from elastic_robot.fmi.interface import TIME, Block, Variable
+from elastic_robot.fmi.variables import TIME, Block, Variable
 
 _EXCHANGE_FLAGS = (
     "needsExecutionTool",

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from elastic_robot.fmi.interface import Array, Block, Variable
+from elastic_robot.fmi.variables import Array, Block, Variable
 
 
 @dataclass(frozen=True)

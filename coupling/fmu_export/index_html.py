@@ -7,7 +7,7 @@ from html import escape
 
 from coupling.fmu_export.grouping import Groups
 from elastic_robot.description import Body, Joint, Robot
-from elastic_robot.fmi.interface import Block, Variable
+from elastic_robot.fmi.variables import Block, Variable
 
 VariableRow = tuple[str, str, str, str, str, str]
 _VARIABLE_HEADER = ("name", "causality", "variability", "unit", "start", "meaning")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from coupling.fmu_export.grouping import Group, Groups
-from elastic_robot.fmi.interface import STATES, TOLERANCE
+from elastic_robot.fmi.interface import TOLERANCE
+from elastic_robot.fmi.outputs import STATES
 
 
 def interface_text(groups: Groups) -> str:
@@ -18,7 +19,7 @@ def interface_text(groups: Groups) -> str:
 
     Example:
         >>> from coupling.fmu_export.grouping import arrays
-        >>> from elastic_robot.fmi.interface import Array, Block, Variable
+        >>> from elastic_robot.fmi.variables import Array, Block, Variable
         >>> axes = tuple(Variable(f"gravity.{c}", "m/s2", "Gravity", 0.0) for c in "xyz")
         >>> mode = Variable("mode", "", "Mode", "fast", choices=("slow", "fast"))
         >>> gravity = Block("parameter", "tunable", axes, arrays=(Array("gravity", "Gravity", 3),))

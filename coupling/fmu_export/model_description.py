@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from coupling.fmu_export.units import BASE_UNITS
-from elastic_robot.fmi.interface import Block, Variable
+from elastic_robot.fmi.variables import Block, Variable
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
 from coupling.fmu_export.model_description import About
-from elastic_robot.fmi.interface import MODEL_NAME, Block
+from elastic_robot.fmi.interface import MODEL_NAME
+from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]
 

@@ -15,7 +15,7 @@ from coupling.fmu_export.python_slave import PythonSlave
 from coupling.path.histories import ToolPath
 from coupling.process import Process, force_laws
 from coupling.process.base import MemorylessProcess
-from elastic_robot.fmi.interface import AXES, POSE, Block, Variable
+from elastic_robot.fmi.variables import AXES, POSE, Block, Variable
 
 MODEL_NAME = "Process"
 

@@ -17,7 +17,7 @@ from coupling.fmu_export.compiler import FMU_SOURCES
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.identity import about, licenses
 from coupling.fmu_export.python_host import with_host
-from elastic_robot.fmi.interface import Block
+from elastic_robot.fmi.variables import Block
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
-from elastic_robot.fmi.interface import AXES, POSE, Mode
+from elastic_robot.fmi.interface import Mode
+from elastic_robot.fmi.variables import AXES, POSE
 
 # Error allowed at the TCP over a path [m].  Where gears chatter along a command, the FMU's own 1e-6 is
 # wrong by tens of micrometres.

@@ -19,7 +19,7 @@ from coupling.path.controller import on_cycle
 from coupling.path.histories import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
-from elastic_robot.fmi.interface import AXES, POSE
+from elastic_robot.fmi.variables import AXES, POSE
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
 SSD, SSC, SSV = f"{_SSP1}Description", f"{_SSP1}Common", f"{_SSP1}ParameterValues"

@@ -16,7 +16,7 @@
 #define SLAVE_FILE "slavemodule.txt"
 #define GUID_FILE "guid.txt"
 
-/* elastic_robot/fmi/interface.py has the same: beyond it are the derivatives of inputs. */
+/* elastic_robot/fmi/inputs.py has the same: beyond it are the derivatives of inputs. */
 #define OF_DERIVATIVES (1u << 30)
 
 const char *fmi2GetTypesPlatform(void)

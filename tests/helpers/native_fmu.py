@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 from places import TESTS
 
 from coupling.fmu_export.compiler import SOURCES, host_platform
-from elastic_robot.fmi.interface import POSE
+from elastic_robot.fmi.variables import POSE
 
 POSTURE = [0.0, -0.3, 0.5, 0.0, 0.6, 0.0]
 WRENCH = tuple(f"{kind}.{c}" for kind in ("force", "moment") for c in "xyz")

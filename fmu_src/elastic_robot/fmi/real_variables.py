@@ -9,7 +9,7 @@ from math import isfinite
 import numpy as np
 
 from elastic_robot.errors import ParameterError
-from elastic_robot.fmi.interface import Block
+from elastic_robot.fmi.variables import Block
 
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from elastic_robot.errors import ParameterError
-from elastic_robot.fmi.interface import LONGEST_TEXT, Variable
+from elastic_robot.fmi.interface import LONGEST_TEXT
+from elastic_robot.fmi.variables import Variable
 
 
 class StringVariables:

@@ -1,0 +1,67 @@
+"""What model exchange asks for beside the outputs."""
+
+from __future__ import annotations
+
+from elastic_robot.chain import Chain
+from elastic_robot.fmi.outputs import HELD, REST, STATES
+from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, RATE
+from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
+
+
+def exchange(chain: Chain) -> dict[str, Block]:
+    """Return, by block, derivatives of the states and event indicators."""
+    names = chain.elastic_names
+    moving = (*HELD, "qd_cmd", "qdd_cmd", TIME, *STATES)
+    bend = "of the torque curve of"
+
+    def derivatives(
+        state: str, unit: str, nominal: float, starts_from: Names, exchanged: Names, own: Names = ()
+    ) -> Block:
+        text = {"deflection": "Rate", "deflection_rate": "Acceleration"}[state]
+        return Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"der({state}[{k}])",
+                    unit,
+                    f"{text} of {name} as the equation of motion has it",
+                    nominal=nominal,
+                )
+                for k, name in enumerate(names, start=1)
+            ),
+            starts_from=starts_from,
+            arrays=(Array(f"der({state})", f"Derivatives of {state} by time", len(names)),),
+            exchanged=exchanged,
+            own=own,
+            derivative_of=state,
+        )
+
+    return {
+        "deflection_derivative": derivatives(
+            "deflection", "rad/s", RATE, (), ("deflection_rate",), ("deflection_rate",)
+        ),
+        "rate_derivative": derivatives(
+            "deflection_rate",
+            "rad/s2",
+            ACCELERATION,
+            (*REST, "qd_cmd", "qdd_cmd"),
+            moving,
+        ),
+        "bend": Block(
+            "local",
+            "continuous",
+            tuple(
+                Variable(
+                    f"{names[k]}.bend.{side}",
+                    "rad",
+                    f"Way to the next bend {bend} {names[k]} {side}; 1 where there is none",
+                    nominal=ANGLE,
+                )
+                for k in chain.torsions
+                for side in ("below", "above")
+            ),
+            exchanged=("deflection",),
+            is_event_indicator=True,
+        ),
+    }

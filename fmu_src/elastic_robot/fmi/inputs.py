@@ -1,0 +1,102 @@
+"""The FMU's inputs."""
+
+from __future__ import annotations
+
+from elastic_robot.fmi.sizes import FORCE, MOMENT, SPRING
+from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
+
+# Blocks of inputs that are the first derivatives of others.
+DERIVATIVES = {"wrench": "wrench_rate", "anchor": "anchor_velocity"}
+# python_host adds this to the value references of inputs whose derivatives it sets.
+OF_DERIVATIVES = 1 << 30
+
+
+def inputs(joints: int) -> dict[str, Block]:
+    """Return the inputs by block: the load, the drives, the contact spring."""
+
+    def block(variables: list[Variable], *arrays: Array) -> Block:
+        return Block("input", "continuous", tuple(variables), arrays=arrays)
+
+    def drives(name: str, unit: str, text: str, all_text: str) -> Block:
+        variables = [
+            Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
+            for i in range(1, joints + 1)
+        ]
+        return block(variables, Array(name, all_text, joints))
+
+    on_tool = "on the tool at the TCP"
+    of_anchor = "of the spring's anchor, base axes,"
+    stiffness = "Stiffness of the spring from TCP to anchor, base axes"
+    return {
+        "wrench": block(
+            [
+                Variable(
+                    f"{name}.{c}", unit, f"{text}, {c}, {on_tool}, base axes", 0.0, nominal=nominal
+                )
+                for name, unit, text, nominal in (
+                    ("force", "N", "Force", FORCE),
+                    ("moment", "N.m", "Moment", MOMENT),
+                )
+                for c in AXES
+            ],
+            Array("force", f"Force {on_tool}: x, y, z in base axes", 3),
+            Array("moment", f"Moment {on_tool}: x, y, z in base axes", 3),
+        ),
+        "q_cmd": drives(
+            "q_cmd", "rad", "Angle at the step's start", "Angles of the drives at the step's start"
+        ),
+        "qd_cmd": drives(
+            "qd_cmd", "rad/s", "Rate at the step's start", "Rates of the drives at the step's start"
+        ),
+        "qdd_cmd": drives(
+            "qdd_cmd",
+            "rad/s2",
+            "Acceleration at the step's start",
+            "Accelerations of the drives at the step's start",
+        ),
+        "anchor": block(
+            [
+                Variable(f"anchor.{c}", "m", f"Position {c} {of_anchor} at the step's start", 0.0)
+                for c in AXES
+            ],
+            Array("anchor.position", f"Position {of_anchor} at the step's start: x, y, z", 3),
+        ),
+        "anchor_velocity": block(
+            [
+                Variable(f"anchor.v{c}", "m/s", f"Velocity {c} {of_anchor} over the step", 0.0)
+                for c in AXES
+            ],
+            Array("anchor.velocity", f"Velocity {of_anchor} over the step: x, y, z", 3),
+        ),
+        "anchor_stiffness": block(
+            [
+                Variable(
+                    f"anchor.k{c}",
+                    "N/m",
+                    f"{stiffness}: force {c[0]} by its length {c[1]}",
+                    0.0,
+                    nominal=SPRING,
+                )
+                for c in SYMMETRIC
+            ],
+            Array("anchor.stiffness", f"{stiffness}: {', '.join(SYMMETRIC)}", 6),
+        ),
+        "wrench_rate": block(
+            [
+                Variable(
+                    f"{name}_rate.{c}",
+                    unit,
+                    f"Rate of {name}.{c} over the step",
+                    0.0,
+                    nominal=nominal,
+                )
+                for name, unit, nominal in (
+                    ("force", "N/s", FORCE),
+                    ("moment", "N.m/s", MOMENT),
+                )
+                for c in AXES
+            ],
+            Array("force_rate", "Rate of force over the step: x, y, z in base axes", 3),
+            Array("moment_rate", "Rate of moment over the step: x, y, z in base axes", 3),
+        ),
+    }

@@ -1,0 +1,164 @@
+"""The FMU's outputs, and what they depend on."""
+
+from __future__ import annotations
+
+from elastic_robot.chain import Chain
+from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, RATE
+from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
+
+# The states of model exchange, and how large they are: x [rad] and x' [rad/s].
+STATES: dict[str, float] = {"deflection": ANGLE, "deflection_rate": RATE}
+# What the state at a step's end follows, what loads and posture follow, and the initial equilibrium.
+STEP = (
+    "wrench",
+    "q_cmd",
+    "qd_cmd",
+    "qdd_cmd",
+    "anchor",
+    "anchor_velocity",
+    "anchor_stiffness",
+    "wrench_rate",
+)
+HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness")
+REST = (
+    "wrench",
+    "q_cmd",
+    "anchor",
+    "anchor_stiffness",
+    "gravity",
+    "stiffness",
+    "backlash",
+    "strings",
+)
+
+
+def outputs(chain: Chain) -> dict[str, Block]:
+    """Return the outputs by block."""
+
+    def block(
+        variables: list[Variable],
+        *arrays: Array,
+        follows: Names = STEP,
+        starts_from: Names = REST,
+        exchanged: Names = (*HELD, TIME, "deflection"),
+        own: Names = (),
+    ) -> Block:
+        return Block(
+            "output",
+            "continuous",
+            tuple(variables),
+            follows,
+            starts_from,
+            arrays,
+            exchanged,
+            own,
+        )
+
+    def pose(
+        group: str,
+        text: str,
+        follows: Names = STEP,
+        starts_from: Names = REST,
+        exchanged: Names = ("q_cmd", TIME, "deflection"),
+    ) -> Block:
+        position = [
+            Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
+        ]
+        orientation = [
+            Variable(
+                f"{group}.{c}",
+                "1",
+                f"Unit quaternion of {text}, component {c[1]}: tool axes to base axes",
+                minimum=0.0 if c == "qw" else -1.0,
+                maximum=1.0,
+            )
+            for c in POSE[3:]
+        ]
+        return block(
+            position + orientation,
+            Array(f"{group}.position", f"Position of {text}: x, y, z in base axes", 3),
+            Array(
+                f"{group}.orientation",
+                f"Unit quaternion of {text}: x, y, z, w; tool axes to base axes",
+                4,
+            ),
+            follows=follows,
+            starts_from=starts_from,
+            exchanged=exchanged,
+        )
+
+    apart = "TCP minus rigid TCP"
+    turned = "Rotation vector from the rigid to the elastic tool"
+    compliance = "Static compliance of the TCP on the anchor's spring"
+    names = chain.elastic_names
+    return {
+        "tcp": pose("tcp", "the elastic robot's TCP"),
+        "velocity": block(
+            [Variable(f"tcp.v{c}", "m/s", f"Velocity {c} of the TCP, base axes") for c in AXES],
+            Array("tcp.velocity", "Velocity of the TCP: x, y, z in base axes", 3),
+            starts_from=(*REST, "qd_cmd"),
+            exchanged=("q_cmd", "qd_cmd", TIME, *STATES),
+        ),
+        "rigid": pose(
+            "rigid",
+            "the TCP with undeflected joints",
+            follows=("q_cmd", "qd_cmd", "qdd_cmd"),
+            starts_from=("q_cmd", "strings"),
+            exchanged=("q_cmd", TIME),
+        ),
+        "deviation": block(
+            [
+                Variable(f"deviation.{prefix}{c}", unit, f"{text}, {c}, base axes", nominal=nominal)
+                for prefix, unit, text, nominal in (
+                    ("", "m", apart, DEVIATION),
+                    ("r", "rad", turned, ANGLE),
+                )
+                for c in AXES
+            ],
+            Array("deviation.position", f"{apart}: x, y, z in base axes", 3),
+            Array("deviation.rotation", f"{turned}: x, y, z in base axes", 3),
+            exchanged=("q_cmd", TIME, "deflection"),
+        ),
+        "compliance": block(
+            [
+                Variable(
+                    f"compliance.{c}",
+                    "m/N",
+                    f"{compliance}: displacement {c[0]} by force {c[1]}, base axes",
+                    nominal=COMPLIANCE,
+                )
+                for c in SYMMETRIC
+            ],
+            Array(
+                "compliance",
+                f"{compliance} in base axes, displacement by force: {', '.join(SYMMETRIC)}",
+                6,
+            ),
+        ),
+        "deflection": block(
+            [
+                Variable(f"deflection[{k}]", "rad", f"Elastic angle of {name}", nominal=ANGLE)
+                for k, name in enumerate(names, start=1)
+            ],
+            Array(
+                "deflection", "Elastic angles, in the order of the stiffness parameters", len(names)
+            ),
+            exchanged=("deflection",),
+            own=("deflection",),
+        ),
+        "deflection_rate": block(
+            [
+                Variable(
+                    f"deflection_rate[{k}]",
+                    "rad/s",
+                    f"Rate of elastic angle of {name}",
+                    nominal=RATE,
+                )
+                for k, name in enumerate(names, start=1)
+            ],
+            Array("deflection_rate", "Rates of the elastic angles", len(names)),
+            starts_from=(),
+            exchanged=("deflection_rate",),
+            own=("deflection_rate",),
+        ),
+    }

@@ -1,0 +1,83 @@
+"""What the FMU's variables are made of: single ones, arrays, and blocks of one kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+AXES = ("x", "y", "z")
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+# Entries of a symmetric 3x3 matrix, in their order.
+SYMMETRIC = ("xx", "xy", "xz", "yy", "yz", "zz")
+Names = tuple[str, ...]
+# In `exchanged`: the independent variable.
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One FMI variable.
+
+    Attributes:
+        name: Structured name.
+        unit: Of a real; empty for strings.
+        text: Description.
+        start: Start value of an input or parameter; None for outputs.
+        minimum, maximum: Range, where there is one.
+        nominal: Usual size, where it is not about 1.
+        choices: Values that a string may have; empty for any.
+    """
+
+    name: str
+    unit: str
+    text: str
+    start: float | str | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    choices: Names = ()
+
+
+@dataclass(frozen=True)
+class Array:
+    """Variables of a block, one after another, that are one array in an FMU of FMI 3.0 with arrays.
+
+    Attributes:
+        name: Structured name.
+        text: Description.
+        size: Number of elements.
+    """
+
+    name: str
+    text: str
+    size: int
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive variables of one kind.
+
+    Attributes:
+        causality: "input", "output", "parameter" or "local".
+        variability: "continuous", "tunable" or "fixed".
+        variables: In the order of their value references.
+        follows: Of outputs: the blocks of inputs that their value at a step's end depends on, in
+            one of the modes at least.
+        starts_from: Of outputs and derivatives: the blocks that their initial value depends on.
+        arrays: What they are in FMI 3.0 with arrays; empty where each stands alone there too.
+        exchanged: Of outputs, derivatives and event indicators: the blocks that their value depends on
+            in model exchange; TIME for what the drives of a trajectory move.
+        own: Those of them of which it is the element at the same place only.
+        derivative_of: The block of states whose derivatives by time these are.
+        is_event_indicator: Whether a change of their sign is an event of model exchange.
+    """
+
+    causality: str
+    variability: str
+    variables: tuple[Variable, ...]
+    follows: Names = ()
+    starts_from: Names = ()
+    arrays: tuple[Array, ...] = ()
+    exchanged: Names = ()
+    own: Names = ()
+    derivative_of: str = ""
+    is_event_indicator: bool = False
