@@ -251,11 +251,11 @@ def _hanging(models: Models) -> Iterator[CouplingTask]:
         yield from of_case(name, case, models)
 
 
-def _fem(models: Models) -> Iterator[CouplingTask]:
-    """Yield the sheet that is computed, a minute for each evaluation, which is kept in results/store."""
-    for task in of_case("cone_fem", example("cone_fem"), models):
+def _fem(name: str, models: Models) -> Iterator[CouplingTask]:
+    """Yield a sheet that is computed; evaluations take up to a minute and are kept in results/store."""
+    for task in of_case(name, example(name), models):
         process = StoredProcess(task.process, Store(Path("results", "store")))
-        yield replace(task, process=process, most=15, most_for_reference=25)
+        yield replace(task, process=process, most=40, most_for_reference=60)
 
 
 TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
@@ -269,4 +269,7 @@ TASKS: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
     "two_robots": lambda models: of_case("two robots", example("two_robots"), models),
 }
 # Only where they are named: they take long.
-LONG: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {"cone_fem": _fem}
+LONG: dict[str, Callable[[Models], Iterator[CouplingTask]]] = {
+    "cone_fem": lambda models: _fem("cone_fem", models),
+    "two_robots_fem": lambda models: _fem("two_robots_fem", models),
+}

@@ -1,6 +1,6 @@
 """Evaluations of the process that every scheme and method takes: python -m benchmarks.evaluations.
 
-    python -m benchmarks.evaluations                    all but cone_fem
+    python -m benchmarks.evaluations                    all but the computed sheets
     python -m benchmarks.evaluations cone two_robots    only these
     python -m benchmarks.evaluations cone_fem           the computed sheet, hours; goes on where it was
 
@@ -68,10 +68,10 @@ class Reference:
         """
         found = []
         for scheme in (STATED, WITHHELD, "anderson"):
-            coupled = _coupled(
+            ended = coupled(
                 task, scheme, _REFERENCE, task.most_for_reference, Counted(task.robot), start
             )
-            found.append(cls(coupled.path, coupled.changes[-1]))
+            found.append(cls(ended.path, ended.changes[-1]))
             if found[-1].known:
                 break
         return min(found, key=lambda reference: reference.change)
@@ -144,8 +144,16 @@ class Counted:
 
 
 @dataclass(frozen=True)
-class _Coupled:
-    """A coupling: its last path, all of them, their changes, and how it ended."""
+class Coupled:
+    """A coupling.
+
+    Attributes:
+        path: Its last path.
+        paths: All paths.
+        changes: Largest changes of the path in every evaluation [m].
+        converged: Whether the scheme says so.
+        outcome: Word for how it ended.
+    """
 
     path: ToolPath
     paths: list[ToolPath]
@@ -154,14 +162,24 @@ class _Coupled:
     outcome: str
 
 
-def _coupled(
+def coupled(
     task: CouplingTask,
     scheme: str,
     tolerance: Tolerance,
     most: int,
     robot: Counted,
     start: ToolPath | None = None,
-) -> _Coupled:
+) -> Coupled:
+    """Return how a scheme couples a task.
+
+    Args:
+        task: The task.
+        scheme: One of SCHEMES_RUN.
+        tolerance: Tolerance of the coupling.
+        most: Evaluations at most.
+        robot: The task's robot.
+        start: Path from which is started; the unloaded one unless given.
+    """
     process = Withheld(task.process) if scheme == WITHHELD else task.process
     paths: list[ToolPath] = []
     changes: list[float] = []
@@ -178,14 +196,14 @@ def _coupled(
     try:
         found = couple(loop, task.command, start, rows)
     except SimulationError:
-        return _Coupled(start, [start], [np.inf], False, "robot failed")
-    return _Coupled(found.path, paths, changes, found.converged, found.outcome.value)
+        return Coupled(start, [start], [np.inf], False, "robot failed")
+    return Coupled(found.path, paths, changes, found.converged, found.outcome.value)
 
 
 def measured(task: CouplingTask, scheme: str, reference: Reference) -> CouplingRow:
     """Return how a scheme does in a task."""
     robot, start = Counted(task.robot), time.perf_counter()
-    found = _coupled(task, scheme, Tolerance(), task.most, robot)
+    found = coupled(task, scheme, Tolerance(), task.most, robot)
     wall = time.perf_counter() - start
     off = [path.distance_to(reference.path) for path in found.paths]
     return CouplingRow(

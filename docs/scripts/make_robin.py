@@ -1,6 +1,6 @@
 """Write the tables and the picture of docs/robin.md: make robin.
 
-With names, only those parts; `fem`, the sheet that is computed, takes hours and is written only where it
+With names, only those parts; `fem`, sheets that are computed, takes an hour and is written only where it
 is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
 """
 
@@ -14,8 +14,10 @@ import plotly.graph_objects as go
 
 from benchmarks import evaluation_methods, evaluations
 from benchmarks.evaluation_tasks import LONG, TASKS
-from benchmarks.evaluations import STATED, WITHHELD, CouplingRow
-from docs.scripts.page import finish, replace_parts
+from benchmarks.evaluations import STATED, WITHHELD, Counted, CouplingRow
+from coupling.run.models import Models
+from coupling.solve.fixed_point import Tolerance
+from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
 
 # Tasks of the picture, and the distance below which its lines end [um].
@@ -101,8 +103,16 @@ def methods() -> str:
 
 
 def fem() -> str:
-    """Return the evaluations of the sheet that is computed."""
-    return evaluations.lines(evaluations.rows(LONG))
+    """Return the evaluations of the sheets that are computed, by the default scheme."""
+    rows = []
+    with Models("native") as models:
+        for task in (task for tasks in LONG.values() for task in tasks(models)):
+            robot = Counted(task.robot)
+            found = evaluations.coupled(task, STATED, Tolerance(), task.most, robot)
+            changes = ", ".join(f"{1e6 * change:.2g}" for change in found.changes)
+            rows.append((task.name, task.mode, f"{len(found.changes)}", found.outcome, changes))
+            print(*rows[-1], sep="; ", flush=True)
+    return table(("case", "mode", "evaluations", "ended", "changes of the path (um)"), rows)
 
 
 PARTS: dict[str, Callable[[], str]] = {
