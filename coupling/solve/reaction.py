@@ -27,6 +27,8 @@ _HOLD, _TIGHTER, _TIGHTEST = 0.1, 4.0, 400.0
 # One that creeps, straight on (by this cosine at least), is held too tightly: it gets this multiple of
 # the stiffness that its last two steps tell.
 _STRAIGHT, _SAFE = 0.9, 1.5
+# What it jumped at, times this, is then the least.
+_ABOVE = 2.0
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Reaction:
         step: How every tool has moved between the last two evaluations [m], (tools, n, 3).
         eased: Stiffness that a tool was met with along its step, over that which it is met with now: how
             much farther it may move, (tools, n).
-        firm: Whether it jumped after it had been held less, and is not to be again, (tools, n).
+        least: What a tool that jumped after it had been held less is held by at least [N/m], (tools, n).
         evaluations: Number of evaluations.
     """
 
@@ -51,7 +53,7 @@ class Reaction:
     hold: np.ndarray
     step: np.ndarray
     eased: np.ndarray
-    firm: np.ndarray
+    least: np.ndarray
     evaluations: int = 1
 
     @classmethod
@@ -69,8 +71,8 @@ class Reaction:
     def known(cls, position: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> Reaction:
         """Return what is known of a process whose stiffness is given."""
         free = np.zeros(force.shape[:-1])
-        eased, firm = np.ones_like(free), np.zeros(free.shape, dtype=bool)
-        return cls(position, force, stiffness, free, np.zeros_like(force), eased, firm)
+        eased = np.ones_like(free)
+        return cls(position, force, stiffness, free, np.zeros_like(force), eased, least=free)
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -96,7 +98,7 @@ class Reaction:
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
         count = self.evaluations + 1
-        return Reaction(position, force, own, self.hold, step, self.eased, self.firm, count)
+        return Reaction(position, force, own, self.hold, step, self.eased, self.least, count)
 
     def held_after(self, last: Reaction) -> Reaction:
         """Return the same, with tools held where they do not settle: gears that hang in their play.
@@ -104,9 +106,9 @@ class Reaction:
         A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
         taken a little too small; and what one sample answers depends on its neighbours' jumps.
 
-        Where one then creeps, it is held less, unless it jumped when it was before.  A gear that the
-        spring alone holds makes steps s with F = K s, so that two of them tell the process's stiffness,
-        K* s_1 = K_1 s_1 - K_2 s_2.
+        Where one then creeps, it is held less, but by more than when it jumped for that.  A gear that
+        the spring alone holds makes steps s with F = K s, so that two of them tell the process's
+        stiffness, K* s_1 = K_1 s_1 - K_2 s_2.
 
         Args:
             last: What was known one evaluation before.
@@ -129,10 +131,12 @@ class Reaction:
         stiff = np.einsum("...i,...ij,...j->...", along, own, along)
         told = (self.eased - _ratio(onward, before**2)) * (stiff + self.hold)
         looser = np.clip(_SAFE * told - stiff, self.hold / _TIGHTER, self.hold)
-        firm = self.firm | (restless & (self.eased > 1.0))
-        hold = np.where(restless, tighter, np.where(creeps & ~firm, looser, self.hold))
+        jumped = restless & (self.eased > 1.0)
+        least = np.where(jumped, np.maximum(self.least, _ABOVE * self.hold), self.least)
+        looser = np.maximum(looser, np.minimum(least, self.hold))
+        hold = np.where(restless, tighter, np.where(creeps, looser, self.hold))
         eased = np.where(stiff + hold > 0.0, _ratio(stiff + self.hold, stiff + hold), 1.0)
-        return replace(self, hold=hold, eased=eased, firm=firm)
+        return replace(self, hold=hold, eased=eased, least=least)
 
 
 def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
