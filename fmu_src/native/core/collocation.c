@@ -14,45 +14,54 @@
 enum { MOST = ER_MAX_ANGLES };
 
 /* What is there already is kept: drives often stand still. */
-static void refer_to(int joints, const double *q, er_reference *reference)
+static void refer_to(int joints, const er_nodes *end, er_reference *reference)
 {
     for (int i = 0; i < joints; i++) {
-        bool same = q[i] == reference->angle[i] &&
+        double q = end->q[i][0];
+        bool same = q == reference->angle[i] &&
                     (reference->sine[i] != 0.0 || reference->cosine[i] != 0.0);
         if (same)
             continue;
-        reference->angle[i] = q[i];
-        reference->sine[i] = sin(q[i]);
-        reference->cosine[i] = cos(q[i]);
+        reference->angle[i] = q;
+        reference->sine[i] = sin(q);
+        reference->cosine[i] = cos(q);
     }
 }
 
-/* Drives at the nodes and the end of a step, and the sines that their changes are counted from. */
+/* Drives at the times of nodes. */
+static void drive_nodes(const er_run *r, const er_lanes time, er_nodes *nodes)
+{
+    const er_system *system = r->system;
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
+    for (int l = 0; l < ER_LANES; l++)
+        nodes->elapsed[l] = time[l] - system->start;
+    if (system->drives->trajectory == NULL) {
+        r->means->kernel.drive(system->robot->joints, system->drives->powers, nodes);
+        return;
+    }
+    for (int l = 0; l < ER_LANES; l++) {
+        if (l == 0 || time[l] != time[l - 1])
+            er_drives_at(system->drives, time[l], q, qd, qdd);
+        for (int i = 0; i < system->robot->joints; i++) {
+            nodes->q[i][l] = q[i];
+            nodes->qd[i][l] = qd[i];
+            nodes->qdd[i][l] = qdd[i];
+        }
+    }
+}
+
+/* Drives at the stages and the end of a step, and the sines that their changes are counted from. */
 static void drive_step(const er_run *r, double time, double h)
 {
-    const er_robot *robot = r->system->robot;
     er_workspace *w = r->work;
-    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
-    for (int l = 0; l < ER_STAGES; l++) {
-        double at = time + h * er_gauss_node[l];
-        er_drives_at(&r->system->drives, at, q, qd, qdd);
-        w->stages.elapsed[l] = at - r->system->start;
-        w->end.elapsed[l] = time + h - r->system->start;
-        for (int i = 0; i < robot->joints; i++) {
-            w->stages.q[i][l] = q[i];
-            w->stages.qd[i][l] = qd[i];
-            w->stages.qdd[i][l] = qdd[i];
-        }
+    er_lanes stages, end;
+    for (int l = 0; l < ER_LANES; l++) {
+        stages[l] = time + h * er_gauss_node[l];
+        end[l] = time + h;
     }
-    er_drives_at(&r->system->drives, time + h, q, qd, qdd);
-    for (int i = 0; i < robot->joints; i++) {
-        for (int l = 0; l < ER_LANES; l++) {
-            w->end.q[i][l] = q[i];
-            w->end.qd[i][l] = qd[i];
-            w->end.qdd[i][l] = qdd[i];
-        }
-    }
-    refer_to(robot->joints, q, &w->reference);
+    drive_nodes(r, stages, &w->stages);
+    drive_nodes(r, end, &w->end);
+    refer_to(r->system->robot->joints, &w->end, &w->reference);
 }
 
 void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration)
@@ -91,9 +100,27 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
     return (const er_lanes *)w->pull;
 }
 
+/* The laws that coordinates obey through a step: slope (x - zero), to which splines are added. */
+typedef struct {
+    double slope[MOST], zero[MOST]; /* [N m/rad, rad] */
+    int splines, spline[MOST];      /* coordinates that have one */
+} laws;
+
+static void find_laws(const er_run *r, const int *region, laws *laws)
+{
+    laws->splines = 0;
+    for (int k = 0; k < r->m; k++) {
+        er_branch branch = er_curve_branch(r->system->curve, k, region[k]);
+        laws->slope[k] = branch.slope;
+        laws->zero[k] = branch.zero;
+        if (!branch.straight)
+            laws->spline[laws->splines++] = k;
+    }
+}
+
 /* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
 static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
-                          const int *region, int states)
+                          const laws *laws, int states)
 {
     const er_system *system = r->system;
     const er_robot *robot = system->robot;
@@ -104,12 +131,11 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
                            er_stage_pull(r, nodes, states), w->residual);
-    for (int k = 0; k < r->m; k++) {
-        er_branch branch = er_curve_branch(system->curve, k, region[k]);
-        double damping = system->parameters->damping[k];
+    r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->parameters->damping,
+                           (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
+    for (int s = 0; s < laws->splines; s++) {
+        int k = laws->spline[s];
         for (int l = 0; l < states; l++)
-            w->residual[k][l] += branch.slope * (w->x[k][l] - branch.zero) + damping * w->v[k][l];
-        for (int l = 0; !branch.straight && l < states; l++)
             w->residual[k][l] += er_spline_torque(system->curve, k, w->x[k][l]);
     }
 }
@@ -132,7 +158,7 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
 
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
  * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
-static double estimate_error(const er_run *r, const er_state *state, const er_step *step)
+static double estimate_error(const er_run *r, const laws *laws, const er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
@@ -141,7 +167,7 @@ static double estimate_error(const er_run *r, const er_state *state, const er_st
     kernel->spread(r->m, step->x, w->x);
     kernel->spread(r->m, step->v, w->v);
     kernel->spread(r->m, step->a, acceleration);
-    find_residual(r, &w->end, (const er_lanes *)acceleration, state->region, 1);
+    find_residual(r, &w->end, (const er_lanes *)acceleration, laws, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
     return step->length * step->length * kernel->filter(r->m, w->factors, defect);
@@ -155,16 +181,17 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
      * time scale of the motion later; the longest step stands for the latter. */
     double target = accuracy / (h * fmax(h, r->settings->longest_step)), last = 0.0;
     bool converged = false;
+    laws laws;
     step->length = h;
     drive_step(r, state->time, h);
+    find_laws(r, state->region, &laws);
     if (!er_linearise(r, state, h))
         return false;
     for (step->passes = 1; step->passes <= r->settings->most_passes && !converged; step->passes++) {
         double size, rate = RATE_SAFETY * state->rate;
         kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
                        w->v);
-        find_residual(r, &w->stages, (const er_lanes *)step->acceleration, state->region,
-                      ER_STAGES);
+        find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
         size = kernel->improve(r->m, w->factors, (const er_lanes *)w->residual,
                                step->acceleration);
         if (step->passes == 1) {
@@ -183,6 +210,6 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         return false;
     step->passes--;
     place_end(r, state, step);
-    step->error = estimate_error(r, state, step);
+    step->error = estimate_error(r, &laws, step);
     return step->error < INFINITY;
 }

@@ -12,7 +12,9 @@ typedef struct {
 
 static double median(limited x)
 {
-    return fmax(fmin(x.value, fmax(x.bound, 0.0)), fmin(x.bound, 0.0));
+    double low = x.bound < 0.0 ? x.bound : 0.0, high = x.bound > 0.0 ? x.bound : 0.0;
+    double below = x.value < high ? x.value : high;
+    return below > low ? below : low;
 }
 
 /* Derivative of the median along a change of value and bound: of those of the three that are the median,
@@ -46,7 +48,7 @@ static double median_along(limited x, limited change)
 typedef struct {
     double rate, acceleration; /* last commanded */
     double end[ORDERS];        /* where the drive arrived */
-    double known, counts;      /* length of the last step, and as far as it counts here [s] */
+    double per_known, counts;  /* 1 over the length of the last step; as far as it counts here [s] */
 } history;
 
 /* What q'' would gain over one more step as long as the last one, and what the drive missed in angle and
@@ -55,7 +57,7 @@ static void find_limits(const double command[ORDERS], const history *past, limit
                         limited *angle, limited *rate)
 {
     double c = past->counts, missed = command[2] - past->end[2];
-    double mean = (command[1] - past->rate) / past->known;
+    double mean = (command[1] - past->rate) * past->per_known;
     *gained = (limited){4.0 * command[2] + 2.0 * past->acceleration - 6.0 * mean,
                         2.0 * (command[2] - past->acceleration)};
     *angle = (limited){command[0] - past->end[0], 0.5 * c * c * missed};
@@ -72,13 +74,15 @@ static void put_command(const double command[ORDERS], double jerk, double powers
     powers[4] = 0.0;
 }
 
-/* Adds (1 - u)^3 (a + (3 a + b) u), u = s / h, that begins with -angle and -rate. */
-static void add_offset(double angle, double rate, double h, double powers[POWERS])
+/* Adds (1 - u)^3 (a + (3 a + b) u), u = s / h, that begins with -angle and -rate; `per` is 1 / h. */
+static void add_offset(double angle, double rate, double per, double powers[POWERS])
 {
-    double a = -angle, b = -h * rate, c = 3.0 * a + b, per = 1.0, each = 1.0 / h;
-    const double offset[POWERS] = {a, b, 3.0 * (a - c), 3.0 * c - a, -c};
-    for (int p = 0; p < POWERS; p++, per *= each)
-        powers[p] += offset[p] * per;
+    double a = -angle * per, b = -rate, c = 3.0 * a + b, per2 = per * per;
+    powers[0] -= angle;
+    powers[1] += b;
+    powers[2] += 3.0 * (a - c) * per;
+    powers[3] += (3.0 * c - a) * per2;
+    powers[4] -= c * (per2 * per);
 }
 
 bool er_command_counts(const er_robot *robot, double length)
@@ -92,12 +96,13 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
 {
     double ratio = robot->settings.neighbour_ratio;
     double counts = fmin(past->length, ratio * length), per = 1.0 / fmax(past->length, length / ratio);
-    const history none = {0.0, 0.0, {0.0, 0.0, 0.0}, past->length, counts};
+    double per_known = 1.0 / past->length, per_length = 1.0 / length;
+    const history none = {0.0, 0.0, {0.0, 0.0, 0.0}, per_known, counts};
     bool followed = past->length > 0.0 && er_command_counts(robot, length);
     for (int i = 0; i < robot->joints; i++) {
         const double given[ORDERS] = {command->q[i], command->qd[i], command->qdd[i]};
         const history last = {past->rate[i], past->acceleration[i],
-                              {past->q[i], past->qd[i], past->qdd[i]}, past->length, counts};
+                              {past->q[i], past->qd[i], past->qdd[i]}, per_known, counts};
         bool told = !isnan(command->jerk[i]);
         limited gained, angle, rate;
         put_command(given, told ? command->jerk[i] : 0.0, powers[i]);
@@ -105,7 +110,7 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
             find_limits(given, &last, &gained, &angle, &rate);
             if (!told)
                 powers[i][3] = per * median(gained) / 6.0;
-            add_offset(median(angle), median(rate), length, powers[i]);
+            add_offset(median(angle), median(rate), per_length, powers[i]);
         }
         for (int k = 0; slopes != NULL && k < ORDERS; k++) {
             double unit[ORDERS] = {0.0};
@@ -117,7 +122,7 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
             find_limits(unit, &none, &of_gained, &of_angle, &of_rate);
             if (!told)
                 slopes[i][k][3] = per * median_along(gained, of_gained) / 6.0;
-            add_offset(median_along(angle, of_angle), median_along(rate, of_rate), length,
+            add_offset(median_along(angle, of_angle), median_along(rate, of_rate), per_length,
                        slopes[i][k]);
         }
     }

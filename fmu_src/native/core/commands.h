@@ -4,10 +4,8 @@
 #ifndef ER_COMMANDS_H
 #define ER_COMMANDS_H
 
-#include "robot_data.h"
+#include "kernel.h"
 
-/* Powers of the time since a step's start. */
-enum { ER_COMMAND_POWERS = 5 };
 /* What a command says of a drive: q, q', q''. */
 enum { ER_COMMAND_ORDERS = 3 };
 
@@ -23,9 +21,6 @@ typedef struct {
     double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS]; /* of the drives at its end */
     double rate[ER_MAX_JOINTS], acceleration[ER_MAX_JOINTS];        /* commanded at its start */
 } er_past;
-
-/* Coefficients of 1 to s^4 of the angle of each drive, s after a step's start. */
-typedef double er_command_powers[ER_MAX_JOINTS][ER_COMMAND_POWERS];
 
 /* And how they follow q, q' and q'' of their drive's command. */
 typedef double er_command_slopes[ER_MAX_JOINTS][ER_COMMAND_ORDERS][ER_COMMAND_POWERS];

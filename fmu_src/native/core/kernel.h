@@ -24,9 +24,18 @@ typedef struct {
 
 /* Drives at the nodes of a step, [joint][node]; and the time since the load's start [s]. */
 typedef struct {
-    double elapsed[ER_LANES];
+    ER_ALIGNED er_lanes elapsed;
     ER_ALIGNED er_lanes q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], qdd[ER_MAX_JOINTS];
 } er_nodes;
+
+/* Powers of the time since a step's start, from 1 on. */
+enum { ER_COMMAND_POWERS = 5 };
+
+/* Coefficients of 1 to s^4 of the angle of each drive, s after a step's start. */
+typedef double er_command_powers[ER_MAX_JOINTS][ER_COMMAND_POWERS];
+
+/* Drives that follow commands, a time `elapsed` after the step's start. */
+typedef void er_drive_function(int joints, const er_command_powers powers, er_nodes *nodes);
 
 /* Angles of the drives that theirs at the nodes are counted from [rad], with sines and cosines. */
 typedef struct {
@@ -127,6 +136,11 @@ typedef void er_direct_function(const er_robot *robot, const er_lanes *x, const 
 typedef void er_springs_function(int count, const er_lanes *slope, const double *damping,
                                  const er_lanes *x, const er_lanes *v, er_lanes *load);
 
+/* Adds what straight springs and dampers carry in each state: slope (x - zero) + damping v. */
+typedef void er_carry_function(int count, int states, const double *slope, const double *zero,
+                               const double *damping, const er_lanes *x, const er_lanes *v,
+                               er_lanes *load);
+
 /* Displacement of the TCP along a direction of the motion [m], base axes. */
 typedef void er_shift_function(const er_robot *robot, const er_links *links,
                                const er_direction *direction, er_vector shift);
@@ -138,9 +152,11 @@ typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_lanes *pull, er_lanes *load);
 
 typedef struct {
+    er_drive_function *drive;
     er_move_function *move;
     er_reach_function *reach;
     er_loads_function *loads;
+    er_carry_function *carry;
     er_stages_function *stages;
     er_spread_function *spread;
     er_factor_function *factor;

@@ -102,9 +102,9 @@ static bool has_avx2(void)
 er_kernel er_best_kernel(void)
 {
     return has_avx2()
-               ? (er_kernel){avx2_move,   avx2_reach,  avx2_loads, avx2_stages, avx2_spread,
-                             avx2_factor, avx2_improve, avx2_filter, avx2_link,  avx2_direct,
-                             avx2_springs, avx2_shift, avx2_tangent}
+               ? (er_kernel){avx2_drive, avx2_move, avx2_reach, avx2_loads, avx2_carry, avx2_stages,
+                             avx2_spread, avx2_factor, avx2_improve, avx2_filter, avx2_link,
+                             avx2_direct, avx2_springs, avx2_shift, avx2_tangent}
                : er_plain_kernel();
 }
 

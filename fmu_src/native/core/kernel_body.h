@@ -146,6 +146,16 @@ static void ER_NAME(loads)(const er_robot *robot, const er_motion *motion, int s
         loads_from(robot, motion, first, gravity, wrench, pull, result);
 }
 
+static void ER_NAME(carry)(int count, int states, const double *slope, const double *zero,
+                           const double *damping, const er_lanes *x, const er_lanes *v,
+                           er_lanes *result)
+{
+    for (int first = 0; first < states; first += ER_WIDTH)
+        for (int k = 0; k < count; k++)
+            *(er_real *)&result[k][first] += slope[k] * (load(&x[k][first]) - zero[k]) +
+                                             damping[k] * load(&v[k][first]);
+}
+
 static bool is_small(er_real change)
 {
     er_lanes lanes;
@@ -175,6 +185,21 @@ static void large_turn(er_real d, er_real *sine, er_real *cosine)
     }
     memcpy(sine, s, sizeof *sine);
     memcpy(cosine, c, sizeof *cosine);
+}
+
+/* As er_command_at. */
+static void ER_NAME(drive)(int joints, const er_command_powers powers, er_nodes *nodes)
+{
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+        er_real s = load(&nodes->elapsed[first]);
+        for (int i = 0; i < joints; i++) {
+            const double *c = powers[i];
+            *(er_real *)&nodes->q[i][first] = c[0] + (c[1] + (c[2] + (c[3] + c[4] * s) * s) * s) * s;
+            *(er_real *)&nodes->qd[i][first] =
+                c[1] + (2.0 * c[2] + (3.0 * c[3] + 4.0 * c[4] * s) * s) * s;
+            *(er_real *)&nodes->qdd[i][first] = 2.0 * c[2] + (6.0 * c[3] + 12.0 * c[4] * s) * s;
+        }
+    }
 }
 
 static void move_at(const er_robot *robot, const er_nodes *nodes, const er_reference *reference,

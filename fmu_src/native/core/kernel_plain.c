@@ -72,7 +72,7 @@ static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *
 
 er_kernel er_plain_kernel(void)
 {
-    return (er_kernel){plain_move,   plain_reach,   plain_loads,  plain_stages, plain_spread,
-                       plain_factor, plain_improve, plain_filter, plain_link,   plain_direct,
-                       plain_springs, plain_shift,  plain_tangent};
+    return (er_kernel){plain_drive, plain_move, plain_reach, plain_loads, plain_carry, plain_stages,
+                       plain_spread, plain_factor, plain_improve, plain_filter, plain_link,
+                       plain_direct, plain_springs, plain_shift, plain_tangent};
 }

@@ -186,21 +186,20 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
 static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
                     const er_held *held, er_failure *failure)
 {
-    const er_state before = model->memory.state;
-    er_system system = {&model->robot, &model->curve, &model->memory.parameters, *drives, *load,
-                        before.time, false, er_anchor_holds(&load->anchor),
-                        er_load_changes(load)};
+    const double start = model->began.time;
+    er_system system = {&model->robot, &model->curve, &model->memory.parameters, drives, *load,
+                        start, false, er_anchor_holds(&load->anchor), er_load_changes(load)};
     double most = model->robot.settings.most_step;
-    if (!(end - before.time <= most))
+    if (!(end - start <= most))
         return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
-                       end - before.time);
+                       end - start);
     for (int k = 0; k < 6; k++)
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
         memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
     if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
         return true;
-    model->memory.state = before;
+    model->memory.state = model->began;
     return tell_acting(model, held, failure);
 }
 
@@ -227,6 +226,7 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     er_drives drives = drives_of(model, start, end, command);
     er_held held = model->memory.held;
     bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
+    model->began = model->memory.state;
     if (!hold(model, &drives, end, load, end - start, &held, failure) ||
         !(still ? rest_at(model, end, &held, failure)
                 : move_to(model, end, &drives, load, &held, failure)))

@@ -73,6 +73,7 @@ typedef struct {
     er_means means;
     er_curve curve;
     er_workspace work;
+    er_state began;             /* where the last step that was asked for began */
     er_sensitivity sensitivity; /* of the present state, for derivatives */
     er_posture posture[2];      /* elastic and rigid, that were asked for last */
     er_free_motion free;        /* of the present state, for model exchange */

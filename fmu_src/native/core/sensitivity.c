@@ -74,7 +74,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 }
 
 /* Derivative of the pull along a change of the motion and of a column's input, into `pull`; NULL where
- * there is none. */
+ * there is none.  The wrench's share does not depend on the time: it is there once for all stages. */
 static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int column,
                                  const er_share share[], const er_direction *direction,
                                  er_pull pull)
@@ -88,11 +88,12 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     for (int l = 0; l < ER_STAGES; l++) {
         const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
         const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
+        const er_load *load = &share[column < ER_WRENCH_COLUMNS ? 0 : l].load;
         double force[3];
-        er_anchor_along(&system->load.anchor, gap, &share[l].load.anchor, moved, force);
+        er_anchor_along(&system->load.anchor, gap, &load->anchor, moved, force);
         for (int k = 0; k < 6; k++)
-            pull[k][l] = (k < 3 ? force[k] : 0.0) + (column < er_rate_column(system->robot)
-                                                         ? 0.0 : share[l].load.wrench[k]);
+            pull[k][l] = (k < 3 ? force[k] : 0.0) +
+                         (column < er_rate_column(system->robot) ? 0.0 : load->wrench[k]);
     }
     return (const er_lanes *)pull;
 }
@@ -159,14 +160,12 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
+    int shares = column < ER_WRENCH_COLUMNS ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0, least;
-    share[0] = er_share_of(s, r->system->robot, column, state->time + h * er_gauss_node[0] - s->start);
-    for (int l = 1; l < ER_STAGES; l++) /* the wrench's does not depend on the time */
-        share[l] = column < ER_WRENCH_COLUMNS
-                       ? share[0]
-                       : er_share_of(s, r->system->robot, column,
-                                     state->time + h * er_gauss_node[l] - s->start);
-    least = negligible(s, r, column, &share[ER_STAGES - 1]);
+    for (int l = 0; l < shares; l++)
+        share[l] = er_share_of(s, r->system->robot, column,
+                               state->time + h * er_gauss_node[l] - s->start);
+    least = negligible(s, r, column, &share[shares - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;

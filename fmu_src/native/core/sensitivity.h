@@ -36,7 +36,7 @@ typedef struct er_sensitivity {
     int first, count;
     double start;       /* of the command [s] */
     bool still;         /* x and x' do not depend on the inputs yet */
-    er_command_slopes commanded; /* how the drives follow the command */
+    er_command_slopes commanded; /* how the drives follow the command; for its columns only */
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */

@@ -120,7 +120,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
     double tolerance = means->tolerance, factor, proposal;
     double wanted = fmin(state->step, settings->longest_step);
     /* What lies beyond three steps does not change this one. */
-    double target = er_drives_next_kink(&r->system->drives, state->time,
+    double target = er_drives_next_kink(r->system->drives, state->time,
                                         fmin(end, state->time + 3.0 * wanted), means->jump);
     double left = target - state->time;
     /* One step a little longer, or two equal ones, rather than one full and a sliver. */

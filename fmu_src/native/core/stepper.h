@@ -42,7 +42,7 @@ typedef struct {
     const er_robot *robot;
     const er_curve *curve;
     const er_parameters *parameters;
-    er_drives drives;
+    const er_drives *drives;
     er_load load;  /* its anchor is that of `start` */
     double start;  /* [s] */
     bool loaded;   /* the wrench is not zero */

@@ -36,8 +36,9 @@ static void start_group(er_model *model, column_group group, const er_step_start
     const int count[] = {ER_WRENCH_COLUMNS, 3 * robot->joints, ER_ANCHOR_COLUMNS, ER_SYMMETRIC,
                          ER_WRENCH_COLUMNS};
     er_sensitivity_start(&model->sensitivity, first[group], count[group], time);
-    er_command_along(robot, &start->past, &start->command, start->stepped ? start->end - time : 0.0,
-                     model->sensitivity.commanded);
+    if (group == OF_COMMAND)
+        er_command_along(robot, &start->past, &start->command,
+                         start->stepped ? start->end - time : 0.0, model->sensitivity.commanded);
 }
 
 static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))

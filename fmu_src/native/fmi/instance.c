@@ -177,13 +177,12 @@ static bool require_anchor(er_instance *instance)
 static bool move(er_instance *instance, double end)
 {
     er_model *model = instance->model;
-    const er_state before = model->memory.state;
     const er_past past = model->memory.past;
     if (!require_anchor(instance) ||
         !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load,
                        &instance->failure))
         return false;
-    keep_step_start(instance, &before, &past, end, true);
+    keep_step_start(instance, &model->began, &past, end, true);
     return true;
 }
 

@@ -65,13 +65,12 @@ static bool compute_block(er_instance *instance, er_block block)
 bool er_instance_require(er_instance *instance, er_block block)
 {
     unsigned bit = 1u << block;
-    if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
+    if ((instance->fresh & bit) != 0) /* nothing has changed since */
+        return true;
+    if (!er_instance_initialise(instance) || !er_exchange_hold(instance) ||
+        !compute_block(instance, block))
         return false;
-    if ((instance->fresh & bit) == 0) {
-        if (!compute_block(instance, block))
-            return false;
-        instance->fresh |= bit;
-    }
+    instance->fresh |= bit;
     return true;
 }
 
