@@ -70,7 +70,7 @@ def scalars(example, tmp_path_factory) -> Scalars:
 
 
 def test_variables_are_those_of_fmi2_to_the_reference_unit_and_start(scalars):
-    """And time, the independent variable."""
+    """Time, the independent variable, is the last one."""
 
     def told(fmi: str) -> dict[str, tuple]:
         common = attrgetter(
@@ -84,14 +84,13 @@ def test_variables_are_those_of_fmi2_to_the_reference_unit_and_start(scalars):
         }
 
     two, three = told("2"), told("3")
-    time = three.pop("time")
-    assert time[:2] == (len(two), "independent")
+    assert three["time"][:2] == (len(two) - 1, "independent")
     assert three == two
     text = (scalars.folder / "3" / "modelDescription.xml").read_text()
     assert "<Dimension" not in text
 
 
-def test_what_outputs_follow_is_as_in_fmi2(scalars):
+def test_what_outputs_and_derivatives_follow_is_as_in_fmi2(scalars):
     """FMI 2 counts variables from one, FMI 3 names value references, which count from zero."""
 
     def structure(fmi: str, elements: tuple[str, str], key: str, first: int) -> list[list[int]]:
@@ -101,9 +100,12 @@ def test_what_outputs_follow_is_as_in_fmi2(scalars):
             [int(k) - first for k in (e.get(key), *e.get("dependencies").split())] for e in found
         ]
 
-    two = structure("2", ("Outputs/Unknown", "InitialUnknowns/Unknown"), "index", 1)
-    assert structure("3", ("Output", "InitialUnknown"), "valueReference", 0) == two
-    assert len(two) == 2 * len(scalars.of_causality("output"))
+    lists = [f"{name}/Unknown" for name in ("Outputs", "Derivatives", "InitialUnknowns")]
+    two = structure("2", tuple(lists), "index", 1)
+    names = ("Output", "ContinuousStateDerivative", "InitialUnknown")
+    assert structure("3", names, "valueReference", 0) == two
+    states = [v for v in scalars.description["2"].modelVariables if v.derivative is not None]
+    assert len(two) == 2 * (len(scalars.of_causality("output")) + len(states))
 
 
 @pytest.mark.parametrize(("seed", "joints"), [(2, 1), (6, 4)])
