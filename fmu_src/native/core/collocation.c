@@ -104,9 +104,9 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
 typedef struct {
     double slope[MOST], zero[MOST]; /* [N m/rad, rad] */
     int splines, spline[MOST];      /* coordinates that have one */
-} laws;
+} step_laws;
 
-static void find_laws(const er_run *r, const int *region, laws *laws)
+static void find_laws(const er_run *r, const int *region, step_laws *laws)
 {
     laws->splines = 0;
     for (int k = 0; k < r->m; k++) {
@@ -120,7 +120,7 @@ static void find_laws(const er_run *r, const int *region, laws *laws)
 
 /* Residuals at the nodes from w->x, w->v and the accelerations, into w->residual [N m]. */
 static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration,
-                          const laws *laws, int states)
+                          const step_laws *laws, int states)
 {
     const er_system *system = r->system;
     const er_robot *robot = system->robot;
@@ -158,7 +158,7 @@ static void place_end(const er_run *r, const er_state *state, er_step *step)
 
 /* The defect of the polynomial at the step's end, filtered by the matrix of an implicit step (as in
  * Hairer and Wanner 1996, sec. IV.8) and scaled to a length of x. */
-static double estimate_error(const er_run *r, const laws *laws, const er_step *step)
+static double estimate_error(const er_run *r, const step_laws *laws, const er_step *step)
 {
     er_workspace *w = r->work;
     const er_kernel *kernel = &r->means->kernel;
@@ -181,7 +181,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
      * time scale of the motion later; the longest step stands for the latter. */
     double target = accuracy / (h * fmax(h, r->settings->longest_step)), last = 0.0;
     bool converged = false;
-    laws laws;
+    step_laws laws;
     step->length = h;
     drive_step(r, state->time, h);
     find_laws(r, state->region, &laws);
