@@ -9,7 +9,7 @@ from coupling.fmu_export import model_description as md
 from coupling.fmu_export.grouping import Group, Groups
 from elastic_robot.fmi.variables import TIME, Block, Variable
 
-_EXCHANGE_FLAGS = (
+_COMMON_FLAGS = (
     "needsExecutionTool",
     "canBeInstantiatedOnlyOncePerProcess",
     "canGetAndSetFMUState",
@@ -17,17 +17,14 @@ _EXCHANGE_FLAGS = (
     "providesDirectionalDerivatives",
     "providesAdjointDerivatives",
     "providesPerElementDependencies",
+)
+_EXCHANGE_FLAGS = (
+    *_COMMON_FLAGS,
     "needsCompletedIntegratorStep",
     "providesEvaluateDiscreteStates",
 )
 _FLAGS = (
-    "needsExecutionTool",
-    "canBeInstantiatedOnlyOncePerProcess",
-    "canGetAndSetFMUState",
-    "canSerializeFMUState",
-    "providesDirectionalDerivatives",
-    "providesAdjointDerivatives",
-    "providesPerElementDependencies",
+    *_COMMON_FLAGS,
     "canHandleVariableCommunicationStepSize",
     "providesIntermediateUpdate",
     "mightReturnEarlyFromDoStep",

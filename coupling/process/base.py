@@ -47,6 +47,11 @@ class Answer:
     stiffness: np.ndarray | None = None
 
 
+def joined(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of all tools, (tools, n, 3), one tool after the other, (n, 3 tools)."""
+    return np.concatenate(list(vectors), axis=-1)
+
+
 def own_blocks(stiffness: np.ndarray) -> np.ndarray:
     """Return what every tool feels of its own displacement, (tools, n, 3, 3).
 

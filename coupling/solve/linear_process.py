@@ -8,6 +8,7 @@ import numpy as np
 
 from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import ToolPath
+from coupling.process.base import joined
 from coupling.solve.scheme import Seen, mean_of_steps
 from elastic_robot.fmi.interface import Mode
 
@@ -29,8 +30,7 @@ class LinearProcess:
     def change(self, path: ToolPath) -> np.ndarray:
         """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
         moved = (self.seen.path.position - path.position)[:, self.seen.rows]
-        every = np.concatenate(list(moved), axis=1)
-        change = np.einsum("nij,nj->ni", self.stiffness, every)
+        change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
         return self._told(straight(self.seen.answer.wrench.time, tools, path.time))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.process.base import own_blocks
+from coupling.process.base import joined, own_blocks
 
 # Displacement along its force that a tool may make in the first update [m].  The stiffness that this
 # asks for should rather be too large, which is slow, than too small, which loses contact.
@@ -91,7 +91,7 @@ class Reaction:
         where no tool moved or the forces did not fall back.
         """
         step = position - self.position
-        moves, changed = _joined(step), _joined(force - self.force)
+        moves, changed = joined(step), joined(force - self.force)
         work = -np.sum(changed * moves, axis=-1)
         moved, strong = np.linalg.norm(moves, axis=-1), np.linalg.norm(changed, axis=-1)
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
@@ -142,11 +142,6 @@ class Reaction:
 def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """Return part / whole, 0 where the whole is."""
     return np.divide(part, whole, where=whole > 0.0, out=np.zeros_like(part))
-
-
-def _joined(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors of all tools (tools, n, 3) one after the other, (n, 3 tools)."""
-    return np.concatenate(list(vectors), axis=-1)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:

@@ -38,7 +38,8 @@ void er_model_free(er_model *model)
     free(((void **)model)[-1]);
 }
 
-static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
+/* The drives of a trajectory, if there is one. */
+static er_drives own_drives(er_model *model)
 {
     er_drives drives;
     memset(&drives, 0, sizeof drives);
@@ -47,7 +48,14 @@ static er_drives drives_of(er_model *model, double start, double end, const er_c
         drives.trajectory = &model->trajectory;
         drives.hint = &model->hint;
         drives.start = model->trajectory.start - model->memory.origin;
-    } else {
+    }
+    return drives;
+}
+
+static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
+{
+    er_drives drives = own_drives(model);
+    if (drives.trajectory == NULL) {
         drives.start = start;
         er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
     }
@@ -234,20 +242,6 @@ bool er_model_step(er_model *model, double end, const er_command *command, const
     model->memory.held = held;
     remember(model, end - start, command);
     return true;
-}
-
-/* The drives of a trajectory, if there is one. */
-static er_drives own_drives(er_model *model)
-{
-    er_drives drives;
-    memset(&drives, 0, sizeof drives);
-    drives.joints = model->robot.joints;
-    if (model->memory.options.trajectory[0] != '\0') {
-        drives.trajectory = &model->trajectory;
-        drives.hint = &model->hint;
-        drives.start = model->trajectory.start - model->memory.origin;
-    }
-    return drives;
 }
 
 void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load)
