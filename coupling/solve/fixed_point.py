@@ -232,12 +232,14 @@ def couple(
         evaluations.append(Evaluation.of(number, x, g, told, last, carried))
         last = told
         loop.watch(Evaluated(evaluations[-1], g))
-        if _met(evaluations, loop.tolerance, springs=loads.spring is not None):
+        seen_at = x.deviation_from(origin)
+        update = loop.scheme.update(seen_at, g.deviation_from(origin))
+        ahead = float(np.linalg.norm((update - seen_at)[..., :3], axis=-1).max())
+        if _met(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
         if trouble is not None:
             return ended(*trouble)
-        update = loop.scheme.update(x.deviation_from(origin), g.deviation_from(origin))
         x = origin.displaced(update)
     reason = f"not converged within {loop.max_evaluations} evaluations of the process"
     return ended(Outcome.EXHAUSTED, reason)
@@ -260,7 +262,8 @@ def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcom
     return Outcome.ROBOT_FAILED, reason
 
 
-def _met(evaluations: list[Evaluation], tolerance: Tolerance, springs: bool) -> bool:
+def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, springs: bool) -> bool:
+    """Return whether the tolerance is met; `ahead` is how far the scheme would go on [m]."""
     last = evaluations[-1]
     left = _left_over_change(evaluations) if springs else 1.0
     # Forces agree where the process has not changed its mind, or where it need not be asked again
@@ -271,7 +274,7 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, springs: bool) -> 
         else last.force_change
     )
     return (
-        last.path_change <= tolerance.path
+        max(last.path_change, ahead) <= tolerance.path
         and left * last.path_change_rms <= tolerance.rms
         and change <= tolerance.force
         and last.carried <= _CARRIED * tolerance.force

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from coupling.errors import SimulationError
 from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import JointPath
 from coupling.process.base import own_blocks
@@ -14,6 +15,7 @@ from coupling.solve.linear_process import LinearProcess
 from coupling.solve.reaction import Reaction
 from coupling.solve.relaxation import Anderson, Constant
 from coupling.solve.scheme import Moved, Seen
+from coupling.solve.settling import Settling
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -43,13 +45,15 @@ class Robin(Constant):
     def __init__(self, first: float = 1.0) -> None:
         super().__init__(first)
         self._seen: Reaction | None = None
-        self._stiffness: np.ndarray | None = None
+        self._own: np.ndarray | None = None
+        self._settling: Settling | None = None
+        self._rows = np.arange(0)
 
     def moved(self, robot: SimulatedRobot, command: JointPath, seen: Seen, mode: Mode) -> Moved:
         """Return how robots move against a process that goes on as it has answered.
 
         Raises:
-            SimulationError: If a robot cannot be simulated.
+            SimulationError: If a robot cannot be simulated under the process's answer and the springs.
         """
         process = LinearProcess(seen, self._react(seen, mode), mode)
         time, x = seen.path.time, seen.path
@@ -59,7 +63,12 @@ class Robin(Constant):
         inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
             loads = answered.plus(beyond)
-            found = Moved(loads, robot.simulate(command, loads, mode))
+            try:
+                found = Moved(loads, robot.simulate(command, loads, mode))
+            except SimulationError:
+                if best is None:
+                    raise
+                break  # the next evaluation goes on from the best there is
             left = float(np.abs(process.beyond(spring, found.path) - beyond).max())
             if best is None or left < least:
                 best, least = found, left
@@ -72,6 +81,17 @@ class Robin(Constant):
         assert best is not None
         return best
 
+    def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the relaxed iterate, with tools that creep carried on."""
+        if self._settling is None:
+            return super().update(x, g)
+        assert self._seen is not None
+        move = (g - x)[:, self._rows, :3]
+        self._settling = self._settling.after(move, self._seen.usual)
+        factor = np.ones((*x.shape[:2], 1))
+        factor[:, self._rows, 0] = self._settling.factor
+        return super().update(x, x + factor * (g - x))
+
     def _react(self, seen: Seen, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
         position, force = seen.path.position[:, seen.rows], seen.answer.wrench.force
@@ -79,21 +99,25 @@ class Robin(Constant):
         if self._seen is not None:
             if stated is not None:
                 stated = self._kept(force, stated)
-            last, self._seen = self._seen, self._seen.then(position, force, stated)
-            if mode == "quasistatic":  # a moving robot cannot jump from sample to sample
-                self._seen = self._seen.held_after(last)
+            self._seen = self._seen.then(position, force, stated)
         elif stated is not None:
-            self._seen = Reaction.known(position, force, stated)
+            self._seen = Reaction(position, force, stated)
         else:
             self._seen = self._guess(position, force)
-        self._stiffness = self._seen.stiffness
-        return self._stiffness
+        self._own, self._rows = self._seen.own, seen.rows
+        if mode == "dynamic":  # a moving robot cannot jump from sample to sample
+            return self._own
+        if self._settling is None or self._settling.hold.shape != force.shape[:2]:
+            self._settling = Settling.begun(np.zeros(force.shape[:2]))
+        held = np.repeat(self._settling.hold, 3, axis=0).T[..., None]
+        stiffness: np.ndarray = self._own + held * np.eye(held.shape[1])
+        return stiffness
 
     def _guess(self, position: np.ndarray, force: np.ndarray) -> Reaction:
         """Return the stiffness that the coupling before this one found, or a first guess."""
         size = 3 * len(force)
-        if self._stiffness is not None and self._stiffness.shape == (force.shape[1], size, size):
-            return Reaction.known(position, force, self._stiffness)
+        if self._own is not None and self._own.shape == (force.shape[1], size, size):
+            return Reaction(position, force, self._own)
         return Reaction.first(position, force)
 
     def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
@@ -107,5 +131,7 @@ class Robin(Constant):
         return kept
 
     def reset(self) -> None:
-        """Forget earlier evaluations, but how stiff the process was in the last one."""
+        """Forget earlier evaluations, but how stiff the process was and what did not settle."""
         self._seen = None
+        if self._settling is not None:
+            self._settling = self._settling.again()

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
+from coupling.errors import SimulationError
 from coupling.path.contact_spring import straight
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import refined
@@ -16,6 +17,7 @@ from coupling.process import Answer, ElasticWall
 from coupling.robot.cell import Cell, Member, Placement
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
 from coupling.solve.robin import Robin
+from elastic_robot.fmi.interface import Mode
 
 SAMPLES = 40
 
@@ -113,3 +115,36 @@ def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
     force = WrenchHistory(told.time, straight(samples, answered, told.time))
     again = robot.simulate(command, force, "quasistatic")
     np.testing.assert_allclose(again.position, found.path.position, rtol=0, atol=1e-6)
+
+
+class Breaking:
+    """Two tools on springs of which one breaks at a certain simulation."""
+
+    def __init__(self, cell: Cell, breaks_at: int) -> None:
+        self.cell, self.left = cell, breaks_at
+
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        self.left -= 1
+        if self.left == 0:
+            raise SimulationError("a joint is too soft")
+        return self.cell.simulate(command, wrench, mode)
+
+
+def test_robots_that_cannot_be_simulated_again_cost_no_more_than_evaluations():
+    """The second simulation of an evaluation only refines the first; the first is needed."""
+    rng = np.random.default_rng(0)
+    sheet = Sheet(pinched(rng))
+    cell = cell_of_springs(rng, 1.0, sheet.stiffness)
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    path = ToolPath.of_tools([ToolPath(time, upright(np.zeros((SAMPLES, 3)))) for _ in range(2)])
+    path = path.displaced(1e-3 * rng.normal(size=(2, SAMPLES, 6)))
+    command = cell.plan(path)
+    start = cell.simulate(command, WrenchHistory.none(time, 2), "quasistatic")
+
+    whole = couple(Loop(Breaking(cell, 0), sheet, "quasistatic", Robin()), command, start)
+    second = couple(Loop(Breaking(cell, 2), sheet, "quasistatic", Robin()), command, start)
+    assert whole.converged
+    assert second.converged
+    np.testing.assert_allclose(second.path.position, whole.path.position, rtol=0, atol=1e-6)
+    with pytest.raises(SimulationError, match="too soft"):
+        couple(Loop(Breaking(cell, 1), sheet, "quasistatic", Robin()), command, start)
