@@ -29,12 +29,12 @@ def fill(page: str, **values: object) -> None:
 
 
 def replace(page: str, part: str, text: str) -> None:
-    """Replace what stands between the two marks of a part of docs/<page>.md."""
+    """Replace what stands between the two marks of a part of docs/<page>.md, nothing at first."""
     file = DOCS / f"{page}.md"
-    marked = re.compile(f"(?<=<!-- {part} -->\n).*(?=\n<!-- end of {part} -->)", re.DOTALL)
+    marked = re.compile(f"(?<=<!-- {part} -->\n)(.*\n)?(?=<!-- end of {part} -->)", re.DOTALL)
     old = file.read_text(encoding="utf-8")
     assert marked.search(old), f"{file}: expected a pair of marks of {part!r}, got none"
-    _write(file, marked.sub(lambda _: text, old))
+    _write(file, marked.sub(lambda _: f"{text}\n", old, count=1))
 
 
 def replace_parts(page: str, parts: Mapping[str, Callable[[], str]], names: Sequence[str]) -> None:

@@ -41,6 +41,13 @@ def test_a_part_is_replaced_as_often_as_it_is_made(folder):
         )
 
 
+def test_a_part_that_was_never_made_is_filled(folder):
+    begin, end = "before\n<!-- a -->\n", "<!-- end of a -->\n<!-- a -->\nelsewhere\n"
+    (folder / "page.md").write_text(begin + end)
+    page.replace("page", "a", "new")
+    assert (folder / "page.md").read_text() == begin + "new\n" + end
+
+
 def test_a_part_without_marks_is_refused(folder):
     with pytest.raises(AssertionError, match="a pair of marks of 'b'"):
         page.replace("page", "b", "new")

@@ -178,6 +178,7 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
     memcpy(along.rate, direction + count, bytes);
     memcpy(along.acceleration, direction + 2 * count, bytes);
     model->kernel.link(robot, &motion, robot->parameters.gravity, wrench, NULL, &links);
+    memset(result, 0, sizeof result);
     model->kernel.tangent(robot, &links, &along, wrench_direction, NULL, result);
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }

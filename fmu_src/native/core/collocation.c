@@ -142,17 +142,14 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
 
 static void place_end(const er_run *r, const er_state *state, er_step *step)
 {
-    double h = step->length;
+    size_t bytes = (size_t)r->m * sizeof *step->x;
+    memcpy(step->x, state->x, bytes);
+    memcpy(step->v, state->v, bytes);
+    r->means->kernel.finish(r->m, step->length, (const er_lanes *)step->acceleration, step->x, step->v);
     for (int k = 0; k < r->m; k++) {
-        double rate = 0.0, position = 0.0, acceleration = 0.0;
-        for (int j = 0; j < ER_STAGES; j++) {
-            rate += er_gauss_end_rate[j] * step->acceleration[k][j];
-            position += er_gauss_end_position[j] * step->acceleration[k][j];
-            acceleration += er_gauss_end_acceleration[j] * step->acceleration[k][j];
-        }
-        step->x[k] = state->x[k] + h * (state->v[k] + h * position);
-        step->v[k] = state->v[k] + h * rate;
-        step->a[k] = acceleration;
+        step->a[k] = 0.0;
+        for (int j = 0; j < ER_STAGES; j++)
+            step->a[k] += er_gauss_end_acceleration[j] * step->acceleration[k][j];
     }
 }
 
@@ -170,7 +167,7 @@ static double estimate_error(const er_run *r, const step_laws *laws, const er_st
     find_residual(r, &w->end, (const er_lanes *)acceleration, laws, 1);
     for (int k = 0; k < r->m; k++)
         defect[k] = w->residual[k][0];
-    return step->length * step->length * kernel->filter(r->m, w->factors, defect);
+    return step->length * step->length * kernel->filter(r->m, w->inverse, defect);
 }
 
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
@@ -192,7 +189,7 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
                        w->v);
         find_residual(r, &w->stages, (const er_lanes *)step->acceleration, &laws, ER_STAGES);
-        size = kernel->improve(r->m, w->factors, (const er_lanes *)w->residual,
+        size = kernel->improve(r->m, w->inverse, (const er_lanes *)w->residual,
                                step->acceleration);
         if (step->passes == 1) {
             step->rate = RATE_AGEING * state->rate;

@@ -91,6 +91,7 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     memcpy(wrench, change->held.load.wrench, sizeof wrench);
     for (int c = 0; c < 3; c++)
         wrench[c] += pull[c];
+    memset(load, 0, sizeof load);
     model->kernel.tangent(robot, &free->links, &direction, wrench, NULL, load);
     for (int k = 0; k < robot->elastics; k++)
         acceleration[k] = -(load[k][0] + free->slope[k] * change->x[k] +

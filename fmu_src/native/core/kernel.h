@@ -69,6 +69,10 @@ typedef void er_stages_function(int count, double h, const double *x, const doub
                                 const er_lanes *acceleration, er_lanes *stage_x,
                                 er_lanes *stage_v);
 
+/* Takes positions and rates at the start of a step of length h [s] to its end. */
+typedef void er_finish_function(int count, double h, const er_lanes *acceleration, double *x,
+                                double *v);
+
 /* The same values in all states: [x][state]. */
 typedef void er_spread_function(int count, const double *values, er_lanes *lanes);
 
@@ -77,26 +81,28 @@ typedef struct {
     double re[ER_PAIRS], im[ER_PAIRS];
 } er_complex_pair;
 
-/* The same as a factor: multiplied lane by lane with a pair, and with its parts exchanged, re and im add
- * up to the product. */
+/* The same as a factor: multiplied lane by lane with a pair, re and, with its parts exchanged, im add up
+ * to the product. */
 typedef struct {
-    double re[2 * ER_PAIRS], im[2 * ER_PAIRS]; /* re, re; -im, im */
+    double re[2 * ER_PAIRS], im[2 * ER_PAIRS]; /* re, re; im, -im */
 } er_factor;
 
-/* L D L^T of two complex symmetric n x n matrices by rows, of which the lower triangles count and are
- * overwritten; D is stored inverted.  There is no pivoting, because the matrices are M + l D + l^2 K with positive
- * definite M, D, K and |arg l| < pi/2: turned by -arg l their numerical range lies in the right half
- * plane.  False if an entry is not finite. */
-typedef bool er_factor_function(int n, er_complex_pair *matrix, er_factor *factors);
+/* The inverses of two complex symmetric n x n matrices by rows, of which the lower triangles count and are
+ * overwritten, as A^-1 = (L^-T D^-1) L^-1 of A = L D L^T: L^-1 below the diagonal, the other factor from it
+ * on.  Products with both take no longer than solving with L would, and none of them waits for another.
+ * There is no pivoting, because the matrices are M + l D + l^2 K with positive definite M, D, K and
+ * |arg l| < pi/2: turned by -arg l their numerical range lies in the right half plane.  False if a pivot is
+ * not finite. */
+typedef bool er_invert_function(int n, er_complex_pair *matrix, er_factor *inverse);
 
 /* One pass of Newton's method: takes the solution for these residuals off the stage accelerations
  * and returns its length. */
-typedef double er_improve_function(int n, const er_factor *factors, const er_lanes *residual,
+typedef double er_improve_function(int n, const er_factor *inverse, const er_lanes *residual,
                                    er_lanes *acceleration);
 
 /* Length of the solution of the first system, the one next to the real axis, for a real right-hand
  * side: the error estimate's filter. */
-typedef double er_filter_function(int n, const er_factor *factors, const double *defect);
+typedef double er_filter_function(int n, const er_factor *inverse, const double *defect);
 
 /* What the tangent of the loads needs to know about the motion at one rotation. */
 typedef struct {
@@ -128,13 +134,12 @@ typedef void er_link_function(const er_robot *robot, const er_motion *motion,
                               const double gravity[3], const double *wrench,
                               const er_lanes *pull, er_links *links);
 
-/* The direction that changes of x, x', x'' by [x][state] make, the drives at rest. */
-typedef void er_direct_function(const er_robot *robot, const er_lanes *x, const er_lanes *v,
-                                const er_lanes *acceleration, er_direction *direction);
-
-/* Adds what springs and dampers carry: slope x + damping v. */
-typedef void er_springs_function(int count, const er_lanes *slope, const double *damping,
-                                 const er_lanes *x, const er_lanes *v, er_lanes *load);
+/* The direction that the stages of a step of length h [s] take when x, x' at its start and the stage
+ * accelerations change, the drives at rest; and what springs and dampers of these slopes
+ * [x][state] carry then [N m]. */
+typedef void er_direct_function(const er_robot *robot, double h, const double *x, const double *v,
+                                const er_lanes *acceleration, const er_lanes *slope,
+                                const double *damping, er_direction *direction, er_lanes *load);
 
 /* Adds what straight springs and dampers carry in each state: slope (x - zero) + damping v. */
 typedef void er_carry_function(int count, int states, const double *slope, const double *zero,
@@ -145,8 +150,8 @@ typedef void er_carry_function(int count, int states, const double *slope, const
 typedef void er_shift_function(const er_robot *robot, const er_links *links,
                                const er_direction *direction, er_vector shift);
 
-/* Derivative of the loads along a direction of the motion, of the wrench and of the pull, each NULL for
- * none. */
+/* Adds the derivative of the loads along a direction of the motion, of the wrench and of the pull, each
+ * NULL for none. */
 typedef void er_tangent_function(const er_robot *robot, const er_links *links,
                                  const er_direction *direction, const double *wrench,
                                  const er_lanes *pull, er_lanes *load);
@@ -158,13 +163,13 @@ typedef struct {
     er_loads_function *loads;
     er_carry_function *carry;
     er_stages_function *stages;
+    er_finish_function *finish;
     er_spread_function *spread;
-    er_factor_function *factor;
+    er_invert_function *invert;
     er_improve_function *improve;
     er_filter_function *filter;
     er_link_function *link;
     er_direct_function *direct;
-    er_springs_function *springs;
     er_shift_function *shift;
     er_tangent_function *tangent;
 } er_kernel;

@@ -31,28 +31,33 @@ typedef struct {
     er_real straight, exchanged;
 } pair;
 
+static inline er_real exchange(er_real value)
+{
+    return (er_real)_mm256_permute2f128_pd((__m256d)value, (__m256d)value, 1);
+}
+
 static inline pair read_pair(const er_complex_pair *c)
 {
     er_real value = *(const er_real *)c;
-    return (pair){value, (er_real)_mm256_permute2f128_pd((__m256d)value, (__m256d)value, 1)};
+    return (pair){value, exchange(value)};
 }
 
 static inline void as_factor(const er_complex_pair *c, er_factor *factor)
 {
-    const __m256d value = (__m256d)read_pair(c).straight;
-    const er_real signs = {-1.0, -1.0, 1.0, 1.0};
+    const __m256d value = (__m256d) * (const er_real *)c;
+    const er_real conjugate = {1.0, 1.0, -1.0, -1.0};
     *(er_real *)factor->re = (er_real)_mm256_permute2f128_pd(value, value, 0x00);
-    *(er_real *)factor->im = signs * (er_real)_mm256_permute2f128_pd(value, value, 0x11);
+    *(er_real *)factor->im = conjugate * (er_real)_mm256_permute2f128_pd(value, value, 0x11);
 }
 
 /* Overwrites c with 1 / c; false where that is not finite. */
-static inline bool invert(er_complex_pair *c)
+static inline bool take_reciprocal(er_complex_pair *c)
 {
     const pair value = read_pair(c);
     const er_real conjugate = {1.0, 1.0, -1.0, -1.0};
     er_real size = value.straight * value.straight + value.exchanged * value.exchanged;
     *(er_real *)c = conjugate * value.straight / size;
-    return size[0] > 0.0 && size[0] < INFINITY && size[1] > 0.0 && size[1] < INFINITY;
+    return _mm256_movemask_pd(_mm256_and_pd((__m256d)(size > 0.0), (__m256d)(size < INFINITY))) == 15;
 }
 
 static inline void set_real(er_complex_pair *c, double value)
@@ -60,18 +65,46 @@ static inline void set_real(er_complex_pair *c, double value)
     *(er_real *)c = (er_real){value, value, 0.0, 0.0};
 }
 
-/* product = b c */
-static inline void multiply(const er_complex_pair *b, const er_factor *c, er_complex_pair *product)
+/* result = b c */
+static inline void multiply(const pair *b, const er_factor *c, er_complex_pair *result)
 {
-    pair by = read_pair(b);
-    *(er_real *)product = by.straight * *(const er_real *)c->re + by.exchanged * *(const er_real *)c->im;
+    *(er_real *)result = b->straight * *(const er_real *)c->re +
+                         b->exchanged * exchange(*(const er_real *)c->im);
 }
 
 /* Takes b c off a. */
 static inline void take_off(er_complex_pair *a, const er_factor *c, const pair *b)
 {
     *(er_real *)a = *(er_real *)a - b->straight * *(const er_real *)c->re -
-                    b->exchanged * *(const er_real *)c->im;
+                    b->exchanged * exchange(*(const er_real *)c->im);
+}
+
+/* A sum of products: `crossed` is exchanged once, at its end. */
+typedef struct {
+    er_real straight, crossed;
+} product;
+
+static inline product as_product(const er_complex_pair *b)
+{
+    return (product){*(const er_real *)b, (er_real){0.0, 0.0, 0.0, 0.0}};
+}
+
+static inline product product_of(const er_factor *c, const er_complex_pair *b)
+{
+    const er_real value = *(const er_real *)b;
+    return (product){value * *(const er_real *)c->re, value * *(const er_real *)c->im};
+}
+
+static inline void add_product(product *sum, const er_factor *c, const er_complex_pair *b)
+{
+    const er_real value = *(const er_real *)b;
+    sum->straight += value * *(const er_real *)c->re;
+    sum->crossed += value * *(const er_real *)c->im;
+}
+
+static inline void write_product(const product *sum, er_complex_pair *result)
+{
+    *(er_real *)result = sum->straight + exchange(sum->crossed);
 }
 
 #include "kernel_vector.h"
@@ -103,8 +136,8 @@ er_kernel er_best_kernel(void)
 {
     return has_avx2()
                ? (er_kernel){avx2_drive, avx2_move, avx2_reach, avx2_loads, avx2_carry, avx2_stages,
-                             avx2_spread, avx2_factor, avx2_improve, avx2_filter, avx2_link,
-                             avx2_direct, avx2_springs, avx2_shift, avx2_tangent}
+                             avx2_finish, avx2_spread, avx2_invert, avx2_improve, avx2_filter,
+                             avx2_link, avx2_direct, avx2_shift, avx2_tangent}
                : er_plain_kernel();
 }
 

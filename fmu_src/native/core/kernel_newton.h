@@ -1,7 +1,8 @@
 /* The linear part of a step, once for every width of `er_real`: stage positions, Newton's corrections.
  *
  * Included behind kernel_vector.h; how pairs of complex numbers are multiplied is told by the includer:
- * pair, read_pair, set_real, as_factor, invert, multiply, take_off.
+ * pair, read_pair, set_real, as_factor, take_reciprocal, multiply, take_off, and the sums of products:
+ * product, as_product, product_of, add_product, write_product.
  */
 
 /* sum_j column_j value_j, from lane `first` on. */
@@ -27,6 +28,19 @@ static void ER_NAME(stages)(int count, double h, const double *x, const double *
     }
 }
 
+static void ER_NAME(finish)(int count, double h, const er_lanes *acceleration, double *x, double *v)
+{
+    for (int k = 0; k < count; k++) {
+        double rate = 0.0, position = 0.0;
+        for (int j = 0; j < ER_STAGES; j++) {
+            rate += er_gauss_end_rate[j] * acceleration[k][j];
+            position += er_gauss_end_position[j] * acceleration[k][j];
+        }
+        x[k] += h * (v[k] + h * position);
+        v[k] += h * rate;
+    }
+}
+
 static void ER_NAME(spread)(int count, const double *values, er_lanes *lanes)
 {
     for (int k = 0; k < count; k++)
@@ -34,52 +48,71 @@ static void ER_NAME(spread)(int count, const double *values, er_lanes *lanes)
             *(er_real *)&lanes[k][first] = values[k] + 0.0 * load(&er_gauss_from_pairs[0][first]);
 }
 
-static bool ER_NAME(factor)(int n, er_complex_pair *a, er_factor *factors)
+/* Row k of L and of its inverse are found side by side: what equation k takes off those below it, it takes
+ * off their rows of the inverse as well. */
+static bool ER_NAME(invert)(int n, er_complex_pair *restrict a, er_factor *restrict inverse)
 {
-    ER_ALIGNED er_complex_pair scaled;
-    for (int j = 0; j < n; j++) {
-        er_factor *diagonal = &factors[j * n + j];
-        if (!invert(&a[j * n + j]))
+    pair row[ER_MAX_ANGLES]; /* k: of L^-1, the diagonal, what is left of column k of A */
+    ER_ALIGNED er_complex_pair one;
+    set_real(&one, 1.0);
+    for (int k = 0; k < n; k++) {
+        ER_ALIGNED er_factor pivot, scaled;
+        ER_ALIGNED er_complex_pair quotient;
+        if (!take_reciprocal(&a[k * n + k]))
             return false;
-        as_factor(&a[j * n + j], diagonal);
-        for (int i = j + 1; i < n; i++) {
-            multiply(&a[i * n + j], diagonal, &scaled);
-            as_factor(&scaled, &factors[i * n + j]);
+        as_factor(&a[k * n + k], &pivot);
+        inverse[k * n + k] = pivot;
+        row[k] = read_pair(&one);
+        for (int j = 0; j < k; j++) {
+            row[j] = read_pair(&a[k * n + j]);
+            as_factor(&a[k * n + j], &inverse[k * n + j]);
+            multiply(&row[j], &pivot, &quotient);
+            as_factor(&quotient, &inverse[j * n + k]);
         }
-        for (int i = j + 1; i < n; i++) {
-            const er_factor factor = factors[i * n + j];
-            for (int k = j + 1; k <= i; k++) {
-                pair column = read_pair(&a[k * n + j]);
-                take_off(&a[i * n + k], &factor, &column);
-            }
+        for (int i = k + 1; i < n; i++)
+            row[i] = read_pair(&a[i * n + k]);
+        for (int i = k + 1; i < n; i++) {
+            multiply(&row[i], &pivot, &quotient);
+            as_factor(&quotient, &scaled);
+            set_real(&a[i * n + k], 0.0);
+            for (int j = 0; j <= i; j++)
+                take_off(&a[i * n + j], &scaled, &row[j]);
         }
     }
     return true;
 }
 
-/* By columns, so that the products of a loop do not wait for each other; by two of them, so that each
- * entry is loaded and stored half as often. */
-static void solve_pair(int n, const er_factor *restrict factors, er_complex_pair *restrict b)
+/* Two rows of a matrix times b, from column `first` to before `last`; each entry of b is loaded once. */
+ER_INLINE void add_rows(const er_factor *row, const er_factor *next, int first, int last,
+                        const er_complex_pair *b, product *one, product *two)
 {
-    for (int j = 0; j + 1 < n; j += 2) {
-        pair first = read_pair(&b[j]), second;
-        take_off(&b[j + 1], &factors[(j + 1) * n + j], &first);
-        second = read_pair(&b[j + 1]);
-        for (int i = j + 2; i < n; i++) {
-            take_off(&b[i], &factors[i * n + j], &first);
-            take_off(&b[i], &factors[i * n + j + 1], &second);
+    for (int j = first; j < last; j++) {
+        add_product(one, &row[j], &b[j]);
+        add_product(two, &next[j], &b[j]);
+    }
+}
+
+ER_INLINE void solve_pair(int n, const er_factor *restrict inverse, const er_complex_pair *restrict b,
+                          er_complex_pair *restrict x)
+{
+    ER_ALIGNED er_complex_pair y[ER_MAX_ANGLES];
+    for (int i = 0; i < n; i += 2) {
+        const er_factor *row = &inverse[i * n], *next = i + 1 < n ? row + n : row;
+        product one = as_product(&b[i]), two = as_product(&b[i + 1 < n ? i + 1 : i]);
+        add_rows(row, next, 0, i, b, &one, &two);
+        write_product(&one, &y[i]);
+        if (i + 1 < n) {
+            add_product(&two, &next[i], &b[i]);
+            write_product(&two, &y[i + 1]);
         }
     }
-    for (int j = 0; j < n; j++)
-        multiply(&b[j], &factors[j * n + j], &b[j]);
-    for (int i = n - 1; i > 0; i -= 2) {
-        pair first = read_pair(&b[i]), second;
-        take_off(&b[i - 1], &factors[i * n + i - 1], &first);
-        second = read_pair(&b[i - 1]);
-        for (int j = 0; j < i - 1; j++) {
-            take_off(&b[j], &factors[i * n + j], &first);
-            take_off(&b[j], &factors[(i - 1) * n + j], &second);
-        }
+    for (int i = 0; i < n; i += 2) {
+        const er_factor *row = &inverse[i * n], *next = i + 1 < n ? row + n : row;
+        product one = product_of(&row[i], &y[i]), two = {0};
+        add_rows(row, next, i + 1, n, y, &one, &two);
+        write_product(&one, &x[i]);
+        if (i + 1 < n)
+            write_product(&two, &x[i + 1]);
     }
 }
 
@@ -88,19 +121,19 @@ static double sum_of(const er_lanes lanes)
     return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-static double ER_NAME(improve)(int n, const er_factor *factors, const er_lanes *residual,
+static double ER_NAME(improve)(int n, const er_factor *inverse, const er_lanes *residual,
                                er_lanes *acceleration)
 {
-    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
+    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES], x[ER_MAX_ANGLES];
     ER_ALIGNED er_lanes square;
     for (int first = 0; first < ER_LANES; first += ER_WIDTH)
         for (int k = 0; k < n; k++)
             *(er_real *)((double *)&b[k] + first) = mix(er_gauss_to_pairs, residual[k], first);
-    solve_pair(n, factors, b);
+    solve_pair(n, inverse, b, x);
     for (int first = 0; first < ER_STAGES; first += ER_WIDTH) {
         er_real sum = 0.0 * load(&er_gauss_from_pairs[0][first]);
         for (int k = 0; k < n; k++) {
-            er_real change = mix(er_gauss_from_pairs, (const double *)&b[k], first);
+            er_real change = mix(er_gauss_from_pairs, (const double *)&x[k], first);
             *(er_real *)&acceleration[k][first] = load(&acceleration[k][first]) - change;
             sum += change * change;
         }
@@ -109,17 +142,17 @@ static double ER_NAME(improve)(int n, const er_factor *factors, const er_lanes *
     return sqrt(sum_of(square));
 }
 
-static double ER_NAME(filter)(int n, const er_factor *factors, const double *defect)
+static double ER_NAME(filter)(int n, const er_factor *inverse, const double *defect)
 {
-    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES];
+    ER_ALIGNED er_complex_pair b[ER_MAX_ANGLES], x[ER_MAX_ANGLES];
     ER_ALIGNED er_lanes square;
     for (int k = 0; k < n; k++)
         set_real(&b[k], defect[k]);
-    solve_pair(n, factors, b);
+    solve_pair(n, inverse, b, x);
     for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
         er_real sum = 0.0 * load(&er_gauss_from_pairs[0][first]);
         for (int k = 0; k < n; k++) {
-            er_real part = load((const double *)&b[k] + first);
+            er_real part = load((const double *)&x[k] + first);
             sum += part * part;
         }
         *(er_real *)&square[first] = sum;

@@ -25,28 +25,26 @@ ER_INLINE vec plus_product(vec v, const er_vector *rows, int first, vec w)
                  v.z + z.x * w.x + z.y * w.y + z.z * w.z};
 }
 
-static void ER_NAME(direct)(const er_robot *robot, const er_lanes *x, const er_lanes *v,
-                            const er_lanes *acceleration, er_direction *direction)
+static void ER_NAME(direct)(const er_robot *robot, double h, const double *x, const double *v,
+                            const er_lanes *acceleration, const er_lanes *slope,
+                            const double *damping, er_direction *direction, er_lanes *result)
 {
-    for (int i = 0; i < robot->angles; i++) {
-        int k = robot->rotation[i].elastic;
-        for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
-            er_real none = 0.0 * load(&er_gauss_from_pairs[0][first]);
-            *(er_real *)&direction->angle[i][first] = k < 0 ? none : load(&x[k][first]);
-            *(er_real *)&direction->rate[i][first] = k < 0 ? none : load(&v[k][first]);
-            *(er_real *)&direction->acceleration[i][first] =
-                k < 0 ? none : load(&acceleration[k][first]);
+    for (int first = 0; first < ER_LANES; first += ER_WIDTH) {
+        er_real node = h * load(&er_gauss_node[first]), none = 0.0 * node;
+        for (int i = 0; i < robot->angles; i++) {
+            int k = robot->rotation[i].elastic;
+            er_real angle = none, rate = none, bend = none;
+            if (k >= 0) {
+                angle = x[k] + node * v[k] + h * h * mix(er_gauss_twice, acceleration[k], first);
+                rate = v[k] + h * mix(er_gauss_once, acceleration[k], first);
+                bend = load(&acceleration[k][first]);
+                *(er_real *)&result[k][first] = load(&slope[k][first]) * angle + damping[k] * rate;
+            }
+            *(er_real *)&direction->angle[i][first] = angle;
+            *(er_real *)&direction->rate[i][first] = rate;
+            *(er_real *)&direction->acceleration[i][first] = bend;
         }
     }
-}
-
-static void ER_NAME(springs)(int count, const er_lanes *slope, const double *damping,
-                             const er_lanes *x, const er_lanes *v, er_lanes *result)
-{
-    for (int k = 0; k < count; k++)
-        for (int first = 0; first < ER_LANES; first += ER_WIDTH)
-            *(er_real *)&result[k][first] += load(&slope[k][first]) * load(&x[k][first]) +
-                                             damping[k] * load(&v[k][first]);
 }
 
 /* Shift of a frame's origin and its small rotation, behind a rotation that changes by `angle`. */
@@ -169,7 +167,7 @@ static void tangent_from(const er_robot *robot, const er_links *links,
         FOR_AXIS(rotation->along, change_in(along, rotation->axis, &links->link[i], first, angle,
                                             &force, &moment, &torque));
         if (rotation->elastic >= 0)
-            *(er_real *)&result[rotation->elastic][first] = torque;
+            *(er_real *)&result[rotation->elastic][first] += torque;
         if (rotation->shifted)
             moment = minus(moment, cross_fixed(force, rotation->origin));
     }

@@ -62,7 +62,7 @@ static bool has_anchor(const er_linearisation *at)
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
-static bool factorise(const er_run *r)
+static bool invert(const er_run *r)
 {
     er_workspace *w = r->work;
     const er_linearisation *at = &w->linearisation;
@@ -83,10 +83,10 @@ static bool factorise(const er_run *r)
     }
     if (has_anchor(at))
         add_anchor(r);
-    return r->means->kernel.factor(m, w->matrix, w->factors);
+    return r->means->kernel.invert(m, w->matrix, w->inverse);
 }
 
-/* Whether the factors are those of the present spring. */
+/* Whether the inverses are those of the present spring. */
 static bool is_held(const er_system *system, const er_linearisation *at)
 {
     return memcmp(at->anchor, system->load.anchor.stiffness, sizeof at->anchor) == 0;
@@ -113,7 +113,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
         at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
     at->length = h;
-    if (factorise(r))
+    if (invert(r))
         return true;
     er_relinearise(w);
     return false;
@@ -138,7 +138,7 @@ void er_linearise_as(const er_run *r, const er_linearisation *linearisation)
     if (w->linearisation.has_mass)
         find_mass(r);
     if (w->linearisation.length > 0.0)
-        factorise(r); /* which succeeded when they were first made */
+        invert(r); /* which succeeded when they were first made */
 }
 
 void er_relinearise(er_workspace *work)

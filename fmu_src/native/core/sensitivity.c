@@ -59,7 +59,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     double unit[ER_MAX_ANGLES];
     for (int k = 0; k < r->m; k++)
         unit[k] = 1.0;
-    s->response = r->means->kernel.filter(r->m, w->factors, unit);
+    s->response = r->means->kernel.filter(r->m, w->inverse, unit);
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
@@ -98,16 +98,17 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     return (const er_lanes *)pull;
 }
 
-/* Tangent of the stage residuals along changes of x, x', x'' and of a column's input [N m]. */
-static void find_tangent(const er_sensitivity *s, const er_run *r, int column, const er_share share[],
-                         const er_lanes *x, const er_lanes *v, const er_lanes *acceleration,
-                         er_lanes *tangent)
+/* Tangent of the stage residuals along a column of x and x' at the start of a step of length h, its stage
+ * accelerations and its input [N m]. */
+static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int column,
+                         const er_share share[], const er_lanes *acceleration, er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
     const er_kernel *kernel = &r->means->kernel;
     er_direction direction;
     ER_ALIGNED er_pull pull;
-    kernel->direct(robot, x, v, acceleration, &direction);
+    kernel->direct(robot, h, s->x[column], s->v[column], acceleration, s->slope,
+                   r->system->parameters->damping, &direction, tangent);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
         direction.angle[i][l] += share[l].q;
@@ -117,16 +118,6 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, int column, c
     kernel->tangent(robot, &s->links, &direction,
                     column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
                     find_pull(s, r, column, share, &direction, pull), tangent);
-    kernel->springs(r->m, s->slope, r->system->parameters->damping, x, v, tangent);
-}
-
-static double length_of(int m, const er_lanes *values)
-{
-    er_lanes square = {0.0};
-    for (int k = 0; k < m; k++)
-        for (int l = 0; l < ER_STAGES; l++)
-            square[l] += values[k][l] * values[k][l];
-    return sqrt(square[0] + square[1] + square[2] + square[3]);
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
@@ -152,33 +143,31 @@ static double negligible(const er_sensitivity *s, const er_run *r, int column, c
  *     M_i da_i + D_i dv_i + K_i dx_i + dr_i/du = 0,
  *     dx_i = dx_0 + c_i h dv_0 + h^2 sum_j A2_ij da_j,    dv_i = dv_0 + h sum_j A1_ij da_j
  *
- * by the step's own factors, which belong to its start, and refines with the exact tangent of the
+ * by the step's own matrices, which belong to its start, and refines with the exact tangent of the
  * residual at its stages.  False if that does not converge. */
 static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, double h, int column,
                   er_lanes *acceleration)
 {
     const er_kernel *kernel = &r->means->kernel;
-    ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], tangent[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
     int shares = column < ER_WRENCH_COLUMNS ? 1 : ER_STAGES;
-    double last = 0.0, limit = 0.0, least;
+    double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
         share[l] = er_share_of(s, r->system->robot, column,
                                state->time + h * er_gauss_node[l] - s->start);
-    least = negligible(s, r, column, &share[shares - 1]);
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;
         if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS) {
+            memset(tangent, 0, (size_t)r->m * sizeof *tangent);
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
-            kernel->stages(r->m, h, s->x[column], s->v[column], (const er_lanes *)acceleration, x, v);
-            find_tangent(s, r, column, share, (const er_lanes *)x, (const er_lanes *)v,
-                         (const er_lanes *)acceleration, tangent);
+            find_tangent(s, r, h, column, share, (const er_lanes *)acceleration, tangent);
         }
-        size = kernel->improve(r->m, r->work->factors, (const er_lanes *)tangent, acceleration);
-        if (pass <= 2) /* later ones hardly change its length */
-            limit = fmax(s->accuracy * length_of(r->m, (const er_lanes *)acceleration), least);
+        size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
+        if (pass == 1) /* the length of the first solution is nearly that of the last */
+            limit = fmax(s->accuracy * size, negligible(s, r, column, &share[shares - 1]));
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */
@@ -194,25 +183,18 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
 void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *state,
                            const er_step *step)
 {
-    double h = step->length;
+    const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes acceleration[ER_MAX_ANGLES];
     if (s->reason != NULL)
         return;
     prepare(s, r, state, step);
     for (int column = s->first; column < s->first + s->count; column++) {
-        if (!solve(s, r, state, h, column, acceleration)) {
+        if (!solve(s, r, state, step->length, column, acceleration)) {
             s->reason = "the linearised step does not converge";
             return;
         }
-        for (int k = 0; k < r->m; k++) {
-            double rate = 0.0, position = 0.0;
-            for (int j = 0; j < ER_STAGES; j++) {
-                rate += er_gauss_end_rate[j] * acceleration[k][j];
-                position += er_gauss_end_position[j] * acceleration[k][j];
-            }
-            s->x[column][k] += h * (s->v[column][k] + h * position);
-            s->v[column][k] += h * rate;
-        }
+        kernel->finish(r->m, step->length, (const er_lanes *)acceleration, s->x[column],
+                       s->v[column]);
     }
     s->still = false;
 }

@@ -19,7 +19,7 @@
 typedef struct {
     bool has_mass;                                /* q and x are there */
     double q[ER_MAX_JOINTS], x[ER_MAX_ANGLES];    /* posture of the mass matrix [rad] */
-    double length;                                /* of the step [s]; 0: there are no factors */
+    double length;                                /* of the step [s]; 0: there are no matrices */
     double slope[ER_MAX_ANGLES];                  /* of the torque curves [N m/rad] */
     double anchor[ER_SYMMETRIC];                  /* stiffness of the contact spring [N/m] */
 } er_linearisation;
@@ -83,7 +83,7 @@ typedef struct {
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double lever[ER_MAX_ANGLES][3]; /* of the TCP about each entry of x, in the posture of the mass [m] */
     ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
-    ER_ALIGNED er_factor factors[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_factor inverse[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
     double tries; /* of a step that are left before the integration is given up */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
