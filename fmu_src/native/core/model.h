@@ -1,7 +1,8 @@
 /* The elastic robot as one object: reset, step, outputs.  elastic_robot/robot.py is the same in Python.
  *
  * What it remembers is one flat block, er_memory; the rest of the object follows from that block and
- * from files, so that copying the block saves and restores a simulation.
+ * from files, so that copying the block saves and restores a simulation.  model.c has its beginning and its
+ * states, model_drives.c what drives and holds it, model_step.c its steps, model_outputs.c its outputs.
  */
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
