@@ -33,6 +33,7 @@ def library() -> ctypes.CDLL:
     lib.probe_create.restype = ctypes.c_void_p
     lib.probe_failure.restype = ctypes.c_char_p
     lib.probe_next_kink.restype = ctypes.c_double
+    lib.probe_newton.restype = ctypes.c_double
     for name in ("reset", "step", "outputs", "run", "drives", "read", "parse"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
@@ -114,6 +115,15 @@ class Core:
         arrays = [_array(values) for values in (*lanes, wrench, along, wrench_direction, load)]
         self._lib.probe_tangent(self._model, *arrays)
         return load.T
+
+    def newton(self, matrices: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, float]:
+        """One pass from rest by complex (2, m, m), residual (LANES, m): accelerations, their length."""
+        m = residual.shape[1]
+        acceleration, lanes = np.zeros((m, LANES)), np.ascontiguousarray(residual.T)
+        parts = [np.ascontiguousarray(part) for part in (matrices.real, matrices.imag)]
+        arrays = [_array(values) for values in (*parts, lanes, acceleration)]
+        length = self._lib.probe_newton(self._model, m, *arrays)
+        return acceleration.T, length
 
     def columns(self, end, q, load, m: int, accuracy: float) -> tuple[np.ndarray, int]:
         """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""

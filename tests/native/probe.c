@@ -183,6 +183,28 @@ void probe_tangent(const er_model *model, const double *theta, const double *rat
     memcpy(load, result, (size_t)robot->elastics * sizeof(er_lanes));
 }
 
+/* One pass of Newton's method from rest: matrices by [pair][row][column], of which the lower triangles count;
+ * residual and acceleration by [x][stage].  Returns the length of the change, NaN if they are singular. */
+double probe_newton(const er_model *model, int n, const double *re, const double *im,
+                    const double *residual, double *acceleration)
+{
+    ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_factor inverse[ER_MAX_ANGLES * ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes given[ER_MAX_ANGLES], change[ER_MAX_ANGLES];
+    double length = NAN;
+    for (int i = 0; i < n * n; i++)
+        for (int p = 0; p < ER_PAIRS; p++) {
+            matrix[i].re[p] = i % n <= i / n ? re[p * n * n + i] : NAN;
+            matrix[i].im[p] = i % n <= i / n ? im[p * n * n + i] : NAN;
+        }
+    memcpy(given, residual, (size_t)n * sizeof *given);
+    memset(change, 0, sizeof change);
+    if (model->kernel.invert(n, matrix, inverse))
+        length = model->kernel.improve(n, inverse, (const er_lanes *)given, change);
+    memcpy(acceleration, change, (size_t)n * sizeof *change);
+    return length;
+}
+
 /* Columns of the wrench, x and x' each, over a step that is then taken back; returns the passes of
  * the column that took most, 0 if it fails. */
 int probe_columns(er_model *model, double end, const double *q, const double *load_values,

@@ -124,6 +124,40 @@ def test_the_gauss_coefficients_are_those_of_the_python_stepper():
     )
 
 
+@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize("m", [1, 2, 3, 11, 12, 36])
+def test_a_pass_of_newtons_method_solves_the_collocation_equations(example, m, plain):
+    """Linear ones, of any size: the stages' equations written out, (4 m x 4 m) real."""
+    random, h = np.random.default_rng(m), 0.004
+    root = random.normal(size=(m, m))
+    mass = root @ root.T / m + np.eye(m)
+    damping, stiffness = np.diag(random.uniform(0.0, 300.0, m)), np.diag(random.uniform(0.0, 1e6, m))
+    eigenvalues = np.linalg.eigvals(gauss.A1)
+    eigenvalues = sorted(eigenvalues[eigenvalues.imag > 0.0], key=lambda value: value.imag)
+    matrices = np.array([mass + h * u * damping + (h * u) ** 2 * stiffness for u in eigenvalues])
+    residual = random.normal(size=(4, m))
+    whole = sum(
+        np.kron(stages, part)
+        for stages, part in (
+            (np.eye(4), mass),
+            (h * gauss.A1, damping),
+            (h * h * gauss.A2, stiffness),
+        )
+    )
+    found, length = Core(example, plain).newton(matrices, residual)
+    expected = -np.linalg.solve(whole, residual.ravel()).reshape(4, m)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * m * np.abs(expected).max())
+    np.testing.assert_allclose(length, np.linalg.norm(expected), rtol=1e-13 * m)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_a_singular_matrix_is_told(example, plain):
+    """Its last pivot is exactly zero."""
+    singular = np.array([np.eye(3), np.ones((3, 3)) + np.diag([0.0, 1.0, 0.0])]) + 0j
+    _, length = Core(example, plain).newton(singular, np.ones((4, 3)))
+    assert np.isnan(length)
+
+
 def test_forward_kinematics_of_ten_poses(example):
     robot = replace(example, gravity=(0.0, 0.0, 0.0))
     core = Core(robot)

@@ -12,6 +12,8 @@
  * the drive's own motion over a longest step: there rounding is all that is left. */
 #define NEGLIGIBLE 1e-14
 #define MAX_PASSES 40
+/* Most columns are done by then, without asking what is negligible. */
+#define USUAL_PASSES 3
 
 er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column, double elapsed)
 {
@@ -56,10 +58,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
 {
     const er_system *system = r->system;
     er_workspace *w = r->work;
-    double unit[ER_MAX_ANGLES];
-    for (int k = 0; k < r->m; k++)
-        unit[k] = 1.0;
-    s->response = r->means->kernel.filter(r->m, w->inverse, unit);
+    s->response = 0.0;
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
@@ -120,8 +119,18 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int
                     find_pull(s, r, column, share, &direction, pull), tangent);
 }
 
+static double response(er_sensitivity *s, const er_run *r)
+{
+    double unit[ER_MAX_ANGLES];
+    for (int k = 0; k < r->m; k++)
+        unit[k] = 1.0;
+    if (s->response == 0.0)
+        s->response = r->means->kernel.filter(r->m, r->work->inverse, unit);
+    return s->response;
+}
+
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(const er_sensitivity *s, const er_run *r, int column, const er_share *share)
+static double negligible(er_sensitivity *s, const er_run *r, int column, const er_share *share)
 {
     double time = r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
@@ -135,7 +144,7 @@ static double negligible(const er_sensitivity *s, const er_run *r, int column, c
         er_anchor_along(&r->system->load.anchor, last, &share->load.anchor, still, pull);
         force = sqrt(er_dot(pull, pull));
     }
-    return force * NEGLIGIBLE * s->response;
+    return force * NEGLIGIBLE * response(s, r);
 }
 
 /* Solves the linearised collocation equations
@@ -167,7 +176,9 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
         if (pass == 1) /* the length of the first solution is nearly that of the last */
-            limit = fmax(s->accuracy * size, negligible(s, r, column, &share[shares - 1]));
+            limit = s->accuracy * size;
+        if (pass == USUAL_PASSES + 1)
+            limit = fmax(limit, negligible(s, r, column, &share[shares - 1]));
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */

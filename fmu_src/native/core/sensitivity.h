@@ -43,7 +43,7 @@ typedef struct er_sensitivity {
     double x[ER_MAX_DIRECTIONS][ER_MAX_ANGLES], v[ER_MAX_DIRECTIONS][ER_MAX_ANGLES];
     /* Of the present step. */
     er_links links;
-    double response; /* of the accelerations to torques of 1 N m [rad/s^2] */
+    double response; /* of the accelerations to torques of 1 N m [rad/s^2]; 0: not asked for yet */
     ER_ALIGNED er_lanes slope[ER_MAX_ANGLES]; /* of the torque curve at the stages [N m/rad] */
 } er_sensitivity;
 
