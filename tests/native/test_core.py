@@ -131,7 +131,10 @@ def test_a_pass_of_newtons_method_solves_the_collocation_equations(example, m, p
     random, h = np.random.default_rng(m), 0.004
     root = random.normal(size=(m, m))
     mass = root @ root.T / m + np.eye(m)
-    damping, stiffness = np.diag(random.uniform(0.0, 300.0, m)), np.diag(random.uniform(0.0, 1e6, m))
+    damping, stiffness = (
+        np.diag(random.uniform(0.0, 300.0, m)),
+        np.diag(random.uniform(0.0, 1e6, m)),
+    )
     eigenvalues = np.linalg.eigvals(gauss.A1)
     eigenvalues = sorted(eigenvalues[eigenvalues.imag > 0.0], key=lambda value: value.imag)
     matrices = np.array([mass + h * u * damping + (h * u) ** 2 * stiffness for u in eigenvalues])
