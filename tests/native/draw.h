@@ -2,6 +2,7 @@
 #ifndef DRAW_H
 #define DRAW_H
 
+#include <limits.h>
 #include <math.h>
 
 #include "description.h"
@@ -87,6 +88,21 @@ static inline const char *draw_text(void)
                                         "%n%s", "undeflected", "no_such_file.csv",
                                         "\xff\xc3", "Gr\xc3\xb6\xc3\x9f" "e.csv"};
     return texts[draw(11)];
+}
+
+/* A category of messages, mostly one that there is. */
+static inline const char *draw_category(void)
+{
+    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
+                                        NULL};
+    return names[draw(6)];
+}
+
+/* The order of a derivative, mostly the first. */
+static inline int draw_order(void)
+{
+    static const int odd[] = {0, 2, -1, INT_MAX, INT_MIN};
+    return draw(16) == 0 ? odd[draw(5)] : 1;
 }
 
 /* A variable of a causality, or of any. */

@@ -3,8 +3,8 @@
  * Calls out of their time and with wrong arguments are among them: no instance, no arrays, references
  * that do not exist, states that are damaged.  A refused call leaves the serialised state as it was.
  */
-#include "draw.h"
 #include "master.h"
+#include "request.h"
 
 typedef struct {
     fmi2Component c;
@@ -26,46 +26,12 @@ static size_t snapshot(fmi2Component c, char **bytes)
     return size;
 }
 
-/* A spring as it may be; its entries are the variables behind the first. */
 static fmi2Status set_spring(fmi2Component c)
 {
-    fmi2ValueReference references[6];
-    double entries[6];
-    draw_stiffness(entries);
-    for (unsigned k = 0; k < 6; k++)
-        references[k] = named("anchor.kxx")->reference + k;
-    return ffmi2SetReal(c, references, 6, entries);
-}
-
-enum { MOST = 8 };
-
-/* Arrays of the size that is told and not a byte more. */
-typedef struct {
-    size_t count;
-    fmi2ValueReference *references;
-    double *values;
-} request;
-
-static request draw_request(const char *causality)
-{
-    request r = {draw(MOST), NULL, NULL};
-    r.references = malloc(r.count * sizeof *r.references);
-    r.values = malloc(r.count * sizeof *r.values);
-    CHECK(r.count == 0 || (r.references != NULL && r.values != NULL));
-    for (size_t i = 0; i < r.count; i++) {
-        const variable *v = draw_variable(causality, false);
-        if (strncmp(v->name, "anchor.k", 8) == 0 && draw(16) != 0)
-            v = named("force.x"); /* six random entries are no spring */
-        r.references[i] = draw(20) == 0 ? draw_reference() : v->reference;
-        r.values[i] = causality == NULL ? draw_value() : draw_input();
-    }
-    return r;
-}
-
-static void drop(request r)
-{
-    free(r.references);
-    free(r.values);
+    request r = draw_spring();
+    fmi2Status status = ffmi2SetReal(c, r.references, r.count, r.values);
+    drop(r);
+    return status;
 }
 
 static fmi2Status set(fmi2Component c, const char *causality)
@@ -100,6 +66,25 @@ static fmi2Status differentiate(fmi2Component c)
     return status;
 }
 
+/* First derivatives of inputs; others, and those of other variables, are refused. */
+static fmi2Status set_derivatives(fmi2Component c)
+{
+    request r = draw_request(draw(10) == 0 ? NULL : "input");
+    fmi2Integer *orders = malloc(r.count * sizeof *orders);
+    fmi2Status status;
+    CHECK(orders != NULL || r.count == 0);
+    for (size_t i = 0; i < r.count; i++)
+        orders[i] = draw_order();
+    status = ffmi2SetRealInputDerivatives(c, draw(40) == 0 ? NULL : r.references, r.count,
+                                          draw(40) == 0 ? NULL : orders,
+                                          draw(40) == 0 ? NULL : r.values);
+    for (size_t i = 0; status == fmi2OK && i < r.count; i++)
+        CHECK(orders[i] == 1 && isfinite(r.values[i]));
+    free(orders);
+    drop(r);
+    return status;
+}
+
 static fmi2Status set_strings(fmi2Component c)
 {
     fmi2ValueReference references[3];
@@ -123,9 +108,7 @@ static fmi2Status get_strings(fmi2Component c)
 
 static fmi2Status turn_log(fmi2Component c)
 {
-    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
-                                        NULL};
-    const char *categories[2] = {names[draw(6)], names[draw(6)]};
+    const char *categories[2] = {draw_category(), draw_category()};
     return ffmi2SetDebugLogging(c, draw(8) != 0, draw(3), categories);
 }
 
@@ -190,7 +173,7 @@ static fmi2Status misuse(session *s)
     fmi2Status status = fmi2Error;
     size_t size = 0;
     double value = 0.0;
-    switch (draw(12)) {
+    switch (draw(14)) {
     case 0: status = ffmi2GetInteger(s->c, &reference, 1, &number); break;
     case 1: status = ffmi2SetBoolean(s->c, &reference, 1, &truth); break;
     case 2: status = ffmi2GetFMUstate(s->c, NULL); break;
@@ -202,7 +185,9 @@ static fmi2Status misuse(session *s)
     case 8: status = ffmi2SetFMUstate(NULL, s->state); break;
     case 9: status = ffmi2Reset(NULL); break;
     case 10: status = ffmi2CancelStep(s->c); break;
-    case 11: ffmi2FreeInstance(NULL); break;
+    case 11: status = ffmi2SetRealInputDerivatives(NULL, &reference, 1, &number, &value); break;
+    case 12: status = ffmi2GetRealOutputDerivatives(s->c, &reference, 1, &number, &value); break;
+    case 13: ffmi2FreeInstance(NULL); break;
     }
     CHECK(status == fmi2Error);
     return status;
@@ -242,6 +227,7 @@ static fmi2Status call_once(session *s)
             s->time = 0.0;
         }
         return fmi2OK;
+    case 31: case 32: return set_derivatives(s->c);
     default: return step(s);
     }
 }

@@ -5,10 +5,8 @@
  * instance, no arrays, references that do not exist, states that are damaged.  A refused call leaves the
  * serialised state as it was.
  */
-#include "draw.h"
 #include "fmi3Functions.h"
-
-enum { MOST = 4 };
+#include "request.h"
 
 static const char *token, *resources;
 static long messages;
@@ -49,73 +47,43 @@ static size_t snapshot(fmi3Instance c, fmi3Byte **bytes)
     return size;
 }
 
-typedef struct {
-    fmi3ValueReference references[MOST];
-    size_t count, size;
-    double *values;
-} request;
-
-/* Variables of a causality, or of any; now and then a reference or a size that does not exist. */
-static request draw_request(const char *causality)
-{
-    request r = {{0}, draw(MOST + 1), 0, NULL};
-    for (size_t i = 0; i < r.count; i++) {
-        const variable *v = draw_variable(causality, false);
-        if (strcmp(v->name, "anchor.stiffness") == 0 && draw(16) != 0)
-            v = named("force"); /* six random entries are no spring */
-        r.references[i] = draw(20) == 0 ? draw_reference() : v->reference;
-        r.size += v->size;
-    }
-    if (draw(10) == 0)
-        r.size = draw(20);
-    r.values = malloc(r.size * sizeof *r.values);
-    CHECK(r.values != NULL || r.size == 0);
-    for (size_t i = 0; i < r.size; i++)
-        r.values[i] = causality == NULL ? draw_value() : draw_input();
-    return r;
-}
-
 static fmi3Status get(fmi3Instance c)
 {
-    request r = draw_request(NULL);
+    request r = draw_sized_request(NULL);
     fmi3Status status =
         fmi3GetFloat64(c, draw(40) == 0 ? NULL : r.references, r.count, r.values, r.size);
     for (size_t i = 0; status == fmi3OK && i < r.size && r.count > 0; i++)
         CHECK(isfinite(r.values[i]));
-    free(r.values);
+    drop(r);
     return status;
 }
 
 static fmi3Status set(fmi3Instance c, const char *causality)
 {
-    request r = draw_request(causality);
+    request r = draw_sized_request(causality);
     fmi3Status status =
         fmi3SetFloat64(c, r.references, r.count, draw(40) == 0 ? NULL : r.values, r.size);
-    free(r.values);
+    drop(r);
     return status;
 }
 
-/* A spring as it may be. */
 static fmi3Status set_spring(fmi3Instance c)
 {
-    bool arrays = has_variable("anchor.stiffness");
-    fmi3ValueReference references[6];
-    double entries[6];
-    for (unsigned k = 0; k < 6; k++)
-        references[k] = named(arrays ? "anchor.stiffness" : "anchor.kxx")->reference + k;
-    draw_stiffness(entries);
-    return fmi3SetFloat64(c, references, arrays ? 1 : 6, entries, 6);
+    request r = draw_spring();
+    fmi3Status status = fmi3SetFloat64(c, r.references, r.count, r.values, r.size);
+    drop(r);
+    return status;
 }
 
 static fmi3Status differentiate(fmi3Instance c)
 {
-    request unknowns = draw_request("output"), knowns = draw_request("input");
+    request unknowns = draw_sized_request("output"), knowns = draw_sized_request("input");
     fmi3Status status = fmi3GetDirectionalDerivative(c, unknowns.references, unknowns.count,
                                                      knowns.references, knowns.count,
                                                      draw(40) == 0 ? NULL : knowns.values,
                                                      knowns.size, unknowns.values, unknowns.size);
-    free(unknowns.values);
-    free(knowns.values);
+    drop(unknowns);
+    drop(knowns);
     return status;
 }
 
@@ -142,9 +110,7 @@ static fmi3Status get_string(fmi3Instance c)
 
 static fmi3Status turn_log(fmi3Instance c)
 {
-    static const char *const names[] = {"logStatusError", "logAll", "logStatusWarning", "events", "",
-                                        NULL};
-    const char *categories[2] = {names[draw(6)], names[draw(6)]};
+    const char *categories[2] = {draw_category(), draw_category()};
     return fmi3SetDebugLogging(c, draw(8) != 0, draw(3), categories);
 }
 
@@ -212,7 +178,7 @@ static fmi3Status misuse(session *s)
     fmi3Int32 number = 1;
     size_t size = 0;
     double value = 0.0;
-    switch (draw(14)) {
+    switch (draw(15)) {
     case 0: status = fmi3GetInt32(s->c, &reference, 1, &number, 1); break;
     case 1: status = fmi3SetBoolean(s->c, &reference, 1, &flag, 1); break;
     case 2: status = fmi3GetFMUState(s->c, NULL); break;
@@ -226,7 +192,8 @@ static fmi3Status misuse(session *s)
     case 10: status = fmi3Reset(NULL); break;
     case 11: status = fmi3EnterEventMode(s->c); break;
     case 12: status = fmi3UpdateDiscreteStates(s->c, NULL, NULL, NULL, NULL, NULL, NULL); break;
-    case 13: fmi3FreeInstance(NULL); break;
+    case 13: status = fmi3GetOutputDerivatives(s->c, &reference, 1, &number, &value, 1); break;
+    case 14: fmi3FreeInstance(NULL); break;
     }
     CHECK(status == fmi3Error);
     return status;

@@ -1,4 +1,4 @@
-/* Damaged trajectory files: fuzz_files TIMES FILE...
+/* Damaged trajectory files: fuzz_files SEED TIMES FILE...
  *
  * Linked with the FMU's sources, so that a sanitizer sees both.  The content has its own size and not a
  * byte more than the zero behind it.
@@ -111,10 +111,11 @@ int main(int count, char **arguments)
 {
     static const er_settings settings = {.closest_samples = 1e-6, .most_sample = 1e12};
     long times, refused = 0;
-    CHECK(count >= 3);
-    times = atol(arguments[1]);
+    CHECK(count >= 4);
+    start_draw(count, arguments, 1);
+    times = atol(arguments[2]);
     for (long k = 0; k < times; k++) {
-        const char *file = arguments[2 + draw((unsigned)count - 2)];
+        const char *file = arguments[3 + draw((unsigned)count - 3)];
         content c = read_content(file);
         er_trajectory trajectory;
         er_failure failure;

@@ -28,6 +28,8 @@
     DO(fmi2SerializeFMUstate)                                                                       \
     DO(fmi2DeSerializeFMUstate)                                                                     \
     DO(fmi2GetDirectionalDerivative)                                                                \
+    DO(fmi2SetRealInputDerivatives)                                                                 \
+    DO(fmi2GetRealOutputDerivatives)                                                                \
     DO(fmi2SetDebugLogging)                                                                         \
     DO(fmi2GetRealStatus)                                                                           \
     DO(fmi2CancelStep)                                                                              \

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,12 +12,8 @@ from exchange import Exchange
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from native_fmu import POSTURE, SANITIZERS, compiler
+from native_fmu import POSTURE
 from native_pair import Pair
-from places import TESTS
-
-from coupling.fmu_export.compiler import SOURCES
-from coupling.fmu_export.native_standards import STANDARDS
 
 Model = FMU2Model | FMU3Model
 Call = Callable[[Model], Any]
@@ -309,19 +304,3 @@ def test_both_versions_of_fmi_say_the_same(example, pair):
     )
     expected = two.jacobian(["rate_derivative"], "deflection")[:, 0]
     np.testing.assert_array_equal(found, expected)
-
-
-@pytest.mark.parametrize("fmi", STANDARDS)
-def test_sanitizers_find_nothing_in_random_calls(pair, tmp_path, fmi):
-    """Address and undefined behaviour; buffers of exactly the size that the FMU is told."""
-    files = [TESTS / "native" / "fuzz_exchange.c", *STANDARDS[fmi].sources()]
-    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-DFMI={fmi}", f"-I{SOURCES / 'fmi'}"]
-    host = tmp_path / "fuzz"
-    subprocess.run([compiler(), *flags, "-o", host, *files, "-lm"], check=True)
-    token = pair.guid2 if fmi == "2" else pair.description.guid
-    folder = (pair.folder2 if fmi == "2" else pair.folder3) / "resources"
-    named = folder.as_uri() if fmi == "2" else f"{folder}/"
-    command = [host, token, named, "10000"]
-    done = subprocess.run(command, env={}, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("10000 calls")

@@ -1,7 +1,8 @@
-"""Random calls under sanitizers, and what valgrind finds at the end, for FMI 2.0 and FMI 3.0.
+"""Random calls and files under sanitizers, and what valgrind finds at the end, for FMI 2.0 and FMI 3.0.
 
-`make fuzz` makes a million calls of each; ELASTIC_ROBOT_FUZZ is their number.  Most are made on a robot
-of two joints, whose steps are short work.
+`make fuzz` makes a million calls of each kind and a hundred thousand files; ELASTIC_ROBOT_FUZZ is the
+number of calls, ELASTIC_ROBOT_FUZZ_SEED makes others.  Most are made on a robot of two joints, whose
+steps are short work.
 """
 
 from __future__ import annotations
@@ -14,39 +15,55 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
-from native_fmu import SANITIZERS, NativeFmu, build_master, compiler, run_master
+from native_fmu import SANITIZERS, build_master, compiler, run_master
 from native_pair import Pair
 from places import TESTS
 from random_robots import make_robot
+from trajectory_files import COLUMNS, DATA, INTEGERS, READ, npz
 
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, compile_library, host_platform
 from coupling.fmu_export.native_standards import STANDARDS
 
 CALLS = os.environ.get("ELASTIC_ROBOT_FUZZ", "5000")
+FILES = str(max(20000, int(CALLS) // 10))
+SEED = os.environ.get("ELASTIC_ROBOT_FUZZ_SEED", "1")
+LONGEST = 7200.0  # [s]
 VALGRIND = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all")
 
 
-def build3(name: str, file: Path, linked: Sequence[Path], *flags: str) -> Path:
-    """A master of FMI 3.0 with the FMU's library, or its sources."""
+def build_linked(name: str, file: Path, linked: Sequence[Path], *flags: str) -> Path:
+    """A program of tests/native with the FMU's library, or its sources."""
     files = [TESTS / "native" / f"{name}.c", *linked, "-ldl", "-lm"]
     command = [compiler(), "-std=c99", "-O1", "-Wall", "-Wextra", *flags, f"-I{SOURCES / 'fmi'}"]
     subprocess.run([*command, "-o", file, *files], check=True)
     return file
 
 
-def run3(pair, command: list[object], calls: str, slash: str = "/") -> str:
-    resources = f"{pair.folder3 / 'resources'}{slash}"
+def run(*command: object) -> str:
+    """Run in an empty environment; a finding is an exit code."""
     done = subprocess.run(
-        [*map(str, command), pair.description.guid, resources, calls],
+        [str(word) for word in command],
         env={},
         capture_output=True,
         text=True,
-        timeout=7200,
+        errors="replace",
+        timeout=LONGEST,
     )
-    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.returncode == 0, done.stderr[-5000:]
     return done.stdout
+
+
+def of3(pair, slash: str = "/") -> tuple[str, str]:
+    """Token and resources of the FMU of FMI 3.0, as its masters in C want them."""
+    return pair.description.guid, f"{pair.folder3 / 'resources'}{slash}"
+
+
+def of2(pair) -> tuple[str, str]:
+    """GUID and resources of the FMU of FMI 2.0."""
+    return pair.guid2, (pair.folder2 / "resources").as_uri()
 
 
 @pytest.fixture(scope="module")
@@ -59,34 +76,71 @@ def small(tmp_path_factory) -> dict[str, Path]:
     }
 
 
+@pytest.fixture(scope="module")
+def light(small, tmp_path_factory) -> Pair:
+    """The small robot's FMUs, unpacked."""
+    folders = [tmp_path_factory.mktemp(f"light{fmi}") for fmi in small]
+    for file, folder in zip(small.values(), folders, strict=True):
+        fmpy.extract(str(file), unzipdir=str(folder))
+    return Pair(*folders)
+
+
 def checked(said: str, calls: str) -> None:
-    """Calls were refused, and steps were made, in good numbers."""
-    made, refused, steps = (int(word.split()[0]) for word in said.split(", "))
+    """Calls were refused, and steps or exchanges of states were made, in good numbers."""
+    made, refused, useful = (int(word.split()[0]) for word in said.split(", "))
     assert made == int(calls)
     assert refused > made / 4
-    assert steps > made / 20
+    assert useful > made / 20
 
 
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, small, tmp_path):
+def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, tmp_path):
     """Address and undefined behaviour; a refused call changes nothing."""
     fuzz = build_master("fuzz2", tmp_path / "fuzz2", *SANITIZERS)
     library = compile_library(host_platform(), STANDARDS["2"].sources(), SANITIZERS, cache=tmp_path)
-    light, heavy = NativeFmu(small["2"], tmp_path / "light"), copy.copy(native)
-    light.library = heavy.library = library
-    checked(run_master(light, [str(fuzz)], CALLS, timeout=7200), CALLS)
-    checked(run_master(heavy, [str(fuzz)], "1000"), "1000")
+    checked(run(fuzz, library, *of2(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, library, *of2(pair), "1000", SEED), "1000")
     host = build_master("host", tmp_path / "host", *SANITIZERS)
+    heavy = copy.copy(native)
+    heavy.library = library
     run_master(heavy, [str(host)], "run")
 
 
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, small, tmp_path):
+def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, tmp_path):
     """The same; buffers have exactly the size that the FMU is told."""
-    fuzz = build3("fuzz3", tmp_path / "fuzz3", STANDARDS["3"].sources(), *SANITIZERS)
-    fmpy.extract(str(small["3"]), unzipdir=str(tmp_path / "light"))
-    light = Pair(pair.folder2, tmp_path / "light")
-    checked(run3(light, [fuzz], CALLS), CALLS)
-    checked(run3(pair, [fuzz], "1000"), "1000")
-    assert run3(pair, [fuzz], "20", slash="").startswith("20 calls")
+    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", STANDARDS["3"].sources(), *SANITIZERS)
+    checked(run(fuzz, *of3(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, *of3(pair), "1000", SEED), "1000")
+    assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
+
+
+@pytest.mark.parametrize("fmi", STANDARDS)
+def test_sanitizers_find_nothing_in_random_calls_of_model_exchange(pair, light, tmp_path, fmi):
+    """The same for the calls of an integrator."""
+    sources, flags = STANDARDS[fmi].sources(), (*SANITIZERS, f"-DFMI={fmi}")
+    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", sources, *flags)
+    of = of2 if fmi == "2" else of3
+    checked(run(fuzz, *of(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, *of(pair), "5000", SEED), "5000")
+
+
+def test_sanitizers_find_nothing_in_damaged_trajectory_files(tmp_path):
+    """Bytes and words changed, doubled or lost; half of the archives have fitting checksums."""
+    folder = tmp_path / "files"
+    folder.mkdir()
+    rates = np.column_stack([DATA, np.ones((3, 2))])
+    sound = {**READ, **INTEGERS, "rates.npz": npz([*COLUMNS, "qd1", "qdd1"], rates)}
+    for name, content in sound.items():
+        (folder / name).write_bytes(content)
+    reading = [
+        *sorted((SOURCES / "core").glob("trajectory*.c")),
+        *sorted((SOURCES / "io").glob("*.c")),
+    ]
+    flags = (*SANITIZERS, f"-I{SOURCES / 'core'}")
+    fuzz = build_linked("fuzz_files", tmp_path / "fuzz_files", reading, *flags)
+    said = run(fuzz, SEED, FILES, *sorted(folder.iterdir()))
+    times, refused = (int(word) for word in said.split() if word.isdigit())
+    assert times == int(FILES)
+    assert 0.3 * times < refused < times
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
@@ -98,12 +152,16 @@ def test_valgrind_finds_no_error_and_no_leak_at_the_end(native, pair, host, tmp_
     run_master(native, [*VALGRIND, str(host)], "run")
     for name, calls in (("instances", "3"), ("fuzz3", "300")):
         flags = ("-DFMI3", f"-Wl,-rpath,{pair.library3.parent}")
-        master = build3(name, tmp_path / f"{name}3", [pair.library3], *flags)
-        run3(pair, [*VALGRIND, master], calls)
+        master = build_linked(name, tmp_path / f"{name}3", [pair.library3], *flags)
+        run(*VALGRIND, master, *of3(pair), calls)
+    for fmi, of, library in (("2", of2, native.library), ("3", of3, pair.library3)):
+        flags = (f"-DFMI={fmi}", f"-Wl,-rpath,{library.parent}")
+        master = build_linked("fuzz_exchange", tmp_path / f"exchange{fmi}", [library], *flags)
+        run(*VALGRIND, master, *of(pair), "300")
 
 
 def test_instances_and_refused_calls_of_fmi_3_leave_no_memory_behind(pair, tmp_path):
     """200 instances one after another; tests/fmu/test_life_cycle.py does so with FMI 2.0."""
     flags = ("-DFMI3", f"-Wl,-rpath,{pair.library3.parent}")
-    master = build3("instances", tmp_path / "instances", [pair.library3], *flags)
-    assert all(abs(float(number)) < 10 for number in run3(pair, [master], "200").split())
+    master = build_linked("instances", tmp_path / "instances", [pair.library3], *flags)
+    assert all(abs(float(number)) < 10 for number in run(master, *of3(pair), "200").split())

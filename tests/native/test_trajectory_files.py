@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from native_core import Core, CoreError
-from native_fmu import SANITIZERS, compiler
-from places import TESTS
 from random_robots import make_robot
-from trajectory_files import COLUMNS, DATA, INTEGERS, PLACES, READ, REFUSED, damaged_files, npz
+from trajectory_files import DATA, INTEGERS, PLACES, READ, REFUSED, damaged_files, npz
 
-from coupling.fmu_export.compiler import SOURCES
 from elastic_robot.errors import TrajectoryError
 from elastic_robot.trajectory import parse_trajectory, read_trajectory
 
@@ -103,25 +99,3 @@ def test_damaged_files_have_one_verdict_and_one_motion(core):
         tolerance = 1e-9 * np.abs(motion).max(axis=(1, 2), keepdims=True)
         assert np.all(np.abs(core.drives(times, 1) - motion) <= tolerance), content
     assert 1000 < refused < 3900
-
-
-def test_sanitizers_find_nothing_in_damaged_files(tmp_path):
-    program, folder = tmp_path / "fuzz_files", tmp_path / "files"
-    folder.mkdir()
-    rates = np.column_stack([DATA, np.ones((3, 2))])
-    sound = {**READ, **INTEGERS, "rates.npz": npz([*COLUMNS, "qd1", "qdd1"], rates)}
-    for name, content in sound.items():
-        (folder / name).write_bytes(content)
-    flags = ["-std=c99", "-Wall", "-Wextra", *SANITIZERS, f"-I{SOURCES / 'core'}"]
-    reading = [
-        *sorted((SOURCES / "core").glob("trajectory*.c")),
-        *sorted((SOURCES / "io").glob("*.c")),
-    ]
-    sources = [TESTS / "native" / "fuzz_files.c", *reading]
-    subprocess.run([compiler(), *flags, "-o", program, *sources, "-lm"], check=True)
-    command = [program, "20000", *sorted(folder.iterdir())]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    times, refused = (int(word) for word in done.stdout.split() if word.isdigit())
-    assert times == 20000
-    assert 0.3 * times < refused < times

@@ -1,0 +1,85 @@
+/* Model exchange of FMI 3.0 by the names that fuzz_exchange.c has for both versions. */
+#ifndef EXCHANGE_FMI3_H
+#define EXCHANGE_FMI3_H
+
+#include "fmi3Functions.h"
+#include "request.h"
+
+typedef fmi3Instance instance;
+typedef fmi3FMUState saved;
+typedef fmi3Status status_of_call;
+#define GOOD fmi3OK
+#define REFUSED fmi3Error
+
+static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                        fmi3String message)
+{
+    (void)environment;
+    CHECK(status == fmi3Error && category != NULL && strlen(message) > 10);
+}
+
+static instance create(const char *token, const char *resources)
+{
+    return fmi3InstantiateModelExchange("robot", token, resources, false, true, NULL, log_message);
+}
+
+static fmi3Status update(instance c)
+{
+    fmi3Boolean needs, terminate, nominals, values, has_next;
+    fmi3Float64 next;
+    fmi3Status status =
+        fmi3UpdateDiscreteStates(c, &needs, &terminate, &nominals, &values, &has_next, &next);
+    CHECK(status != fmi3OK || (!needs && !terminate && !nominals && !values && isfinite(next)));
+    return status;
+}
+
+static fmi3Status complete(instance c)
+{
+    fmi3Boolean event, terminate;
+    fmi3Status status = fmi3CompletedIntegratorStep(c, true, &event, &terminate);
+    CHECK(status != fmi3OK || !terminate);
+    return status;
+}
+
+/* What FMI 2.0 sets up beforehand is told where initialisation is entered. */
+static fmi3Status set_up(instance c)
+{
+    (void)c;
+    return fmi3OK;
+}
+
+static fmi3Status enter(instance c)
+{
+    return fmi3EnterInitializationMode(c, draw(2), draw_value(), 1e-3 * draw(100), false, 0.0);
+}
+
+static fmi3Status step(instance c)
+{
+    fmi3Boolean event, terminate, early;
+    double last;
+    return fmi3DoStep(c, 0.0, 1e-3, true, &event, &terminate, &early, &last);
+}
+
+/* There is no such call in this version. */
+static fmi3Status set_derivative(instance c)
+{
+    (void)c;
+    return fmi3OK;
+}
+
+#define CALL(name) fmi3##name
+#define DERIVATIVES fmi3GetContinuousStateDerivatives
+#define DRAW_REQUEST draw_sized_request
+#define GET(c, r) fmi3GetFloat64(c, (r).references, (r).count, (r).values, (r).size)
+#define SET(c, r) fmi3SetFloat64(c, (r).references, (r).count, (r).values, (r).size)
+#define DERIVE(c, of, by)                                                                           \
+    fmi3GetDirectionalDerivative(c, (of).references, (of).count, (by).references, (by).count,       \
+                                 (by).values, (by).size, (of).values, (of).size)
+#define SET_STRING(c, reference, text) fmi3SetString(c, reference, 1, text, 1)
+#define SAVE fmi3GetFMUState
+#define RESTORE fmi3SetFMUState
+#define FREE_STATE fmi3FreeFMUState
+#define SIZE_OF_STATE fmi3SerializedFMUStateSize
+#define SERIALIZE(c, state, bytes, size) fmi3SerializeFMUState(c, state, (fmi3Byte *)(bytes), size)
+
+#endif
