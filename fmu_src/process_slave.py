@@ -2,25 +2,27 @@
 
 Beside this file the FMU's resources hold force_laws.py (the formulas), law.json (which one, and its
 constants) and, where the law follows a desired path, desired.npy (time, x, y, z).  All three are
-read per instance and by path, so that process and robot FMUs in one process share nothing.
+read per instance and by path, so that FMUs in one process share nothing but this file and
+slave_refusal.py.
 """
 
 from __future__ import annotations
 
-import ctypes
 import importlib.util
 import json
 import sys
 from math import isfinite
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from pythonfmu import Fmi2Slave
-from pythonfmu.enums import Fmi2Status
+
+from slave_refusal import refusal
 
 POSE, WRENCH = range(7), range(7, 13)  # value references: tcp.x .. tcp.qw, force.x .. moment.z
+_SOURCE = Path(__file__).read_bytes()
 _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
 
 
@@ -31,6 +33,11 @@ class ProcessSlave(Fmi2Slave):
         super().__init__(**kwargs)
         self.modelName = "Process"
         resources = Path(self.resources)
+        if (resources / Path(__file__).name).read_bytes() != _SOURCE:
+            raise ImportError(
+                "process_slave: expected this FMU's own, got another version that this process has"
+                f" loaded from {__file__}: run FMUs of each version in their own process"
+            )
         law = json.loads((resources / "law.json").read_text(encoding="utf-8"))
         constants = {name: np.array(value) for name, value in law["constants"].items()}
         path = resources / "desired.npy"
@@ -68,24 +75,14 @@ class ProcessSlave(Fmi2Slave):
         """Set the pose."""
         for vr, value in zip(vrs, values, strict=True):
             if vr not in POSE:
-                self._refuse("a force or moment is an output and cannot be set")
+                raise refusal(self, "a force or moment is an output and cannot be set")
             if not isfinite(value):
-                self._refuse(f"{_NAMES[vr]}: expected a finite number, got {value}")
+                raise refusal(self, f"{_NAMES[vr]}: expected a finite number, got {value}")
         self._values[list(vrs)] = values
 
     def _evaluate(self) -> None:
         reaction = self._law.reaction(np.array([self._time]), self._values[None, :3])
         self._values[WRENCH.start :] = [*reaction.force[0], 0.0, 0.0, 0.0]
-
-    def _refuse(self, reason: str) -> NoReturn:
-        text = f"{self.instance_name}: {reason}"
-        print(text, file=sys.stderr, flush=True)  # FMI passes on a status only
-        self.log(text.replace("%", "%%"), Fmi2Status.error)  # the host formats it like printf
-        # PythonFMU's binary gives up its references to these three at every exception, and once more
-        # when the instance is freed; without others that is a use after free.
-        for owned in (self, type(self), self.log_queue):
-            ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
-        raise ValueError(text)
 
 
 def _module(file: Path) -> ModuleType:

@@ -43,7 +43,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
             f" {type(process).__name__}, which needs the whole path at once"
         )
     slave = PythonSlave(
-        script="process_slave.py",
+        module="process_slave",
         model_name=MODEL_NAME,
         description=f"{type(process).__name__}: TCP pose in, wrench on the tool out",
         capabilities=(

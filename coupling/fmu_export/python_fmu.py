@@ -8,7 +8,6 @@ from pathlib import Path
 
 import elastic_robot
 from coupling.fmu_export.archive import build_date
-from coupling.fmu_export.compiler import FMU_SOURCES
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.identity import ICON, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
@@ -51,12 +50,12 @@ def build_python_fmu(
     package = Path(elastic_robot.__file__).parent
     table = blocks(robot)
     slave = PythonSlave(
-        script="elastic_robot_entry.py",
+        module="elastic_robot_slave",
         model_name=MODEL_NAME,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
         blocks=table,
-        packages=(package, FMU_SOURCES / "elastic_robot_slave.py"),
+        packages=(package,),
     )
     needs = (
         f"The Python of the host needs: <code>{escape(pip_line())}</code> (see"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from importlib import metadata
@@ -20,12 +22,24 @@ from coupling.fmu_export.python_host import with_host
 from elastic_robot.fmi.variables import Block
 
 
+@contextmanager
+def _importable(folder: Path) -> Iterator[None]:
+    """Put a folder first on the module path, and leave the path as it was."""
+    before = sys.path.copy()
+    sys.path.insert(0, str(folder))
+    try:
+        yield
+    finally:
+        sys.path[:] = before
+
+
 @dataclass(frozen=True)
 class PythonSlave:
     """A slave in Python.
 
     Attributes:
-        script: Name of the file that has its class; PythonFMU makes an instance of it.
+        module: Name of the module in `fmu_src/` that has its class, as `elastic_robot_slave` has
+            `ElasticRobotSlave`.
         model_name: The class's `modelName`.
         description: One line.
         capabilities: Flags of `CoSimulation` that are true.
@@ -33,7 +47,7 @@ class PythonSlave:
         packages: Folders and files that it imports.
     """
 
-    script: str
+    module: str
     model_name: str
     description: str
     capabilities: tuple[str, ...]
@@ -78,12 +92,16 @@ class PythonSlave:
 
     def _built(self, resources: Mapping[str, bytes]) -> dict[str, bytes]:
         """Return the slave with PythonFMU's binaries and package."""
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, _importable(FMU_SOURCES):
             files = [Path(folder, name) for name in resources]
             for path, data in zip(files, resources.values(), strict=True):
                 path.write_bytes(data)
+            # PythonFMU keeps one module of each name: the robot's entry must not be the process's.
+            entry = Path(folder, f"{self.module.replace('_slave', '_entry')}.py")
+            entry.write_bytes((FMU_SOURCES / "slave_entry.py").read_bytes())
             file = Path(folder, f"{self.model_name}.fmu")
-            needed = [*self.packages, *files]
-            FmuBuilder.build_FMU(FMU_SOURCES / self.script, dest=file, project_files=needed)
+            own = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
+            needed = [*self.packages, *own, *files]
+            FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
                 return {name: archive.read(name) for name in archive.namelist()}

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
-from native_fmu import NativeFmu, build_master
-from places import HOSTS
+from left_behind import left_behind
 
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 
@@ -68,43 +65,11 @@ def test_calls_are_taken_where_the_standard_allows_them(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_instances_and_refused_calls_leave_no_memory_behind(example, tmp_path, kind):
-    """200 instances one after another in a C host; Python uses the allocator that is asked."""
-    fmu = NativeFmu(build_fmu(example, tmp_path / "R.fmu", BuildOptions(kind)), tmp_path / "fmu")
-    host = build_master("instances", tmp_path / "instances")
-    done = subprocess.run(
-        [host, fmu.library, fmu.guid, fmu.resources, "200"],
-        env={"ELASTIC_ROBOT_PYTHON": sys.executable, "PYTHONMALLOC": "malloc"},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    of_instance, of_refusal = map(float, done.stdout.split())
-    assert abs(of_instance) < 1000
-    assert abs(of_refusal) < 10
+    left_behind(build_fmu(example, tmp_path / "R.fmu", BuildOptions(kind)), tmp_path)
 
 
-def test_the_module_path_is_that_of_the_host_after_any_number_of_instances(example, tmp_path):
+def test_the_module_path_is_that_of_the_host_after_any_number_of_instances(
+    example, tmp_path, run_host
+):
     file = build_fmu(example, tmp_path / "R.fmu", BuildOptions("python"))
-    done = subprocess.run(
-        [sys.executable, "-c", MODULE_PATH, str(HOSTS), str(file)], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-
-
-MODULE_PATH = """
-import sys
-sys.path.append(sys.argv[1])
-from fmu import Fmu
-fmu, before = Fmu(sys.argv[2]), list(sys.path)
-for _ in range(20):
-    instance = fmu.instance().start()
-    instance.slave.reset()
-    instance.start()
-    instance.free()
-assert sys.path == before, sys.path
-names = sys.getrefcount(sys.modules["elastic_robot_entry"].__dict__)
-for _ in range(20):
-    fmu.instance().free()
-assert sys.getrefcount(sys.modules["elastic_robot_entry"].__dict__) == names
-"""
+    run_host("module_path", file, "elastic_robot_entry")

@@ -38,9 +38,8 @@ class NativeFmu:
         self.description = fmpy.read_model_description(str(folder))
         self.guid = self.description.guid
         libraries = folder / "binaries" / (platform or host_platform().name)
-        self.library = next(
-            libraries.glob("ElasticRobot.*")
-        )  # PythonFMU's beside it has a longer name
+        # PythonFMU's beside it has a longer name.
+        self.library = next(libraries.glob(f"{self.description.coSimulation.modelIdentifier}.*"))
         self.resources = (folder / "resources").as_uri()
         variables = self.description.modelVariables
         self.references = {v.name: v.valueReference for v in variables}

@@ -12,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import platform_tuple
+from left_behind import left_behind
 from places import LINE_CASE, TESTS
 from pythonfmu.builder import FmuBuilder
 from scipy.spatial.transform import Rotation
@@ -104,11 +105,35 @@ def test_our_own_exported_process_is_the_wall_in_python(tmp_path):
     np.testing.assert_allclose(answer.wrench, wall.evaluate(path).wrench.wrench, rtol=0, atol=1e-9)
 
 
-def test_our_own_exported_process_may_refuse_many_times(tmp_path, run_host):
-    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
-    file = build_process_fmu(wall, task().desired, tmp_path / "Wall.fmu")
-    said = run_host("process_refusals", file)
+def test_our_own_exported_process_may_refuse_many_times(exported, run_host):
+    said = run_host("process_refusals", exported)
     assert said.count("tcp.y: expected a finite number, got nan") == 50
+
+
+@pytest.fixture
+def exported(tmp_path):
+    """The wall as this project writes it."""
+    wall = ElasticWallTable(model="elastic-wall", stiffness_N_m=STIFFNESS).process(task())
+    return build_process_fmu(wall, task().desired, tmp_path / "Wall.fmu")
+
+
+def test_instances_and_refused_calls_leave_no_memory_behind(exported, tmp_path):
+    left_behind(exported, tmp_path, "-DSTATELESS")
+
+
+def test_the_module_path_is_that_of_the_host_after_any_number_of_instances(exported, run_host):
+    run_host("module_path", exported, "process_entry")
+
+
+def test_another_version_in_the_same_process_is_refused(exported, tmp_path, run_host):
+    """Python has one module of each name; the FMU's own file must be the one that runs."""
+    other = tmp_path / "Other.fmu"
+    with zipfile.ZipFile(exported) as source, zipfile.ZipFile(other, "w") as changed:
+        for name in source.namelist():
+            more = b"# changed" if name == "resources/process_slave.py" else b""
+            changed.writestr(name, source.read(name) + more)
+    said = run_host("two_versions", exported, other)
+    assert "process_slave: expected this FMU's own, got another version" in said
 
 
 def test_inputs_in_base_axes_are_passed_as_they_are(fmi2):

@@ -3,12 +3,14 @@
 #include <string.h>
 
 #include "../io/hash.h"
+#include "exchange.h"
 
 /* Changes with the layout of er_saved_state. */
 #define STATE_MARK UINT64_C(0x45526f626f740006)
 
-void er_instance_save(const er_instance *instance, er_saved_state *saved)
+void er_instance_save(er_instance *instance, er_saved_state *saved)
 {
+    er_exchange_hold(instance); /* as any call that asks for values; what refuses it refuses them */
     saved->mark = STATE_MARK;
     saved->fingerprint = instance->fingerprint;
     saved->inputs = instance->inputs;

@@ -15,7 +15,7 @@ typedef struct {
     er_memory memory;
 } er_saved_state;
 
-void er_instance_save(const er_instance *instance, er_saved_state *saved);
+void er_instance_save(er_instance *instance, er_saved_state *saved);
 bool er_instance_restore(er_instance *instance, const er_saved_state *saved);
 
 /* The same as bytes with a checksum, for another process on the same kind of machine. */

@@ -1,0 +1,119 @@
+"""What a master has set: inputs, parameters and strings, and what they are to the model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from elastic_robot.chain import build_chain
+from elastic_robot.commands import Command
+from elastic_robot.description import Robot
+from elastic_robot.fmi.inputs import DERIVATIVES
+from elastic_robot.fmi.interface import blocks
+from elastic_robot.fmi.real_variables import RealVariables
+from elastic_robot.fmi.string_variables import StringVariables
+from elastic_robot.parameters import Parameters
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.tool_load import NO_RATE, NO_SPRING, ContactSpring, Load, symmetric
+from elastic_robot.trajectory import Trajectory, read_trajectory
+
+
+class MasterValues:
+    """Values of all variables of an instance.
+
+    Args:
+        robot: The robot, with whose parameters the instance begins.
+        resources: The FMU's resources; a trajectory may lie there.
+
+    Attributes:
+        reals: The real variables, outputs among them.
+        strings: The string variables.
+        jerk: Rates of qdd_cmd [rad/s^3], (n,); nan where the master has told none.
+    """
+
+    def __init__(self, robot: Robot, resources: Path) -> None:
+        table = blocks(robot)
+        strings = table.pop("strings").variables
+        self.reals = RealVariables(table)
+        self.strings = StringVariables(strings, first=len(self.reals))
+        self.jerk = np.full(len(robot.joints), np.nan)
+        self._robot, self._resources = robot, resources
+        self._torsions = build_chain(robot).torsions
+        self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
+        anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
+        self._anchor = tuple(self.reals.block(key) for key in anchor)
+        self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+
+    def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> None:
+        """Take first derivatives of inputs; those without a place here have no effect.
+
+        Raises:
+            ParameterError: If a variable is no input, or a derivative not finite.
+        """
+        for (key, k), value in zip(self.reals.inputs(references, values), values, strict=True):
+            if key == "qdd_cmd":
+                self.jerk[k] = value
+            elif key in DERIVATIVES:
+                self.reals.block(DERIVATIVES[key])[k] = value
+
+    def command(self) -> Command:
+        """Return the drives' command."""
+        q, qd, qdd = (block.copy() for block in self._commands)
+        return Command(q, qd, qdd, self.jerk.copy())
+
+    def load(self) -> Load:
+        """Return what acts on the tool; without stiffness the anchor is nowhere."""
+        wrench, rate = self._wrench.copy(), NO_RATE
+        if self._wrench_rate.any():
+            rate = self._wrench_rate.copy()
+        position, velocity, entries = self._anchor
+        if not entries.any():
+            return Load(wrench, NO_SPRING, rate)
+        spring = ContactSpring(position.copy(), velocity.copy(), symmetric(entries))
+        return Load(wrench, spring, rate)
+
+    def parameters(self) -> Parameters:
+        """Return the tunable parameters.
+
+        Raises:
+            ParameterError: If one cannot be that of a robot.
+        """
+        reals = self.reals
+        for key, above in (("stiffness", True), ("damping", False), ("backlash", False)):
+            reals.require_at_least_zero(key, above)
+        own = Parameters.of(self._robot)
+        backlash = np.zeros_like(own.backlash)
+        backlash[self._torsions] = reals.block("backlash")
+        return Parameters(
+            gravity=reals.block("gravity").copy(),
+            stiffness=reals.block("stiffness").copy(),
+            damping=reals.block("damping").copy(),
+            backlash=backlash,
+            tables=own.tables,
+        )
+
+    def new_model(self, strings: dict[str, str], tolerance: float) -> ElasticRobot:
+        """Return a model without a state.
+
+        Args:
+            strings: Values of the string variables by name.
+            tolerance: Error allowed at the TCP over a path [m].
+        """
+        quasistatic = strings["mode"] == "quasistatic"
+        return ElasticRobot(self._robot, strings["torque_curve"], quasistatic, tolerance)
+
+    def read_trajectory(self, strings: dict[str, str]) -> Trajectory | None:
+        """Return the drives' motion; None where they follow the inputs.
+
+        Raises:
+            TrajectoryError: If the file is none.
+        """
+        if not strings["trajectory"]:
+            return None
+        path = Path(strings["trajectory"])
+        packed = Path(self._resources, path)  # of use where a master unpacks it no one knows where
+        file = packed if os.path.exists(packed) and not os.path.exists(path) else path
+        return read_trajectory(file, len(self._robot.joints))

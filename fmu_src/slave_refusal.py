@@ -1,0 +1,26 @@
+"""How a slave tells PythonFMU of an error, alike for every slave."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+
+from pythonfmu import Fmi2Slave
+
+
+class RefusedError(Exception):
+    """What PythonFMU is told of an error; it logs the `repr`, formatted like printf."""
+
+    def __repr__(self) -> str:
+        return str(self).replace("%", "%%")
+
+
+def refusal(slave: Fmi2Slave, error: object) -> RefusedError:
+    """Return what to raise for an error; it is shown, as FMI passes on a status only."""
+    text = f"{slave.instance_name}: {error}"
+    print(text, file=sys.stderr, flush=True)
+    # PythonFMU's binary gives up its references to these three at every exception, and once more
+    # when the instance is freed; without others that is a use after free.
+    for owned in (slave, type(slave), slave.log_queue):
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
+    return RefusedError(text)
