@@ -27,7 +27,8 @@ test: .venv/installed
 	.venv/bin/mypy
 	.venv/bin/pytest -n 2 --durations=10
 
-# A million random calls each of FMI 2.0 and 3.0 under address and undefined-behaviour sanitizers.
+# A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
+# damaged trajectory files under address and undefined-behaviour sanitizers.
 fuzz: .venv/installed
 	ELASTIC_ROBOT_FUZZ=1000000 .venv/bin/pytest -q tests/native/test_fuzz.py -k sanitizers
 

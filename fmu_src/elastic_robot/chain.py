@@ -64,6 +64,13 @@ class Chain:
         """The elastic coordinates that may have backlash: all but the tilts."""
         return np.flatnonzero(self.elastic_tilt == 0)
 
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Distance of each elastic coordinate to the TCP, all joints beyond it in a line [m], (m,)."""
+        placements = [*self.model.jointPlacements[1:], self.model.frames[self.tcp].placement]
+        lengths = [float(np.linalg.norm(placement.translation)) for placement in placements]
+        return np.array([sum(lengths[angle + 1 :]) for angle in self.elastic])
+
     @property
     def joint_count(self) -> int:
         """Number of driven joints n."""

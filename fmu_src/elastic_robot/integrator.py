@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
@@ -36,15 +37,20 @@ class GaussStepper:
     Args:
         tolerance: Limit of the local error estimate, in the coordinates' unit.
         settings: Numbers of the stepper.
+        reach: Distance of each coordinate to what it moves [m], (m,); with it a try of a step counts for
+            more where the coordinates are fast. None: every try counts for one.
     """
 
-    def __init__(self, tolerance: float, settings: Settings = SETTINGS) -> None:
+    def __init__(
+        self, tolerance: float, settings: Settings = SETTINGS, reach: np.ndarray | None = None
+    ) -> None:
         self.tolerance = tolerance
         self._settings = settings
         self._length = StepLength(tolerance, settings)
         self._collocation = Collocation(settings)
         self._boundaries: Boundaries | None = None
-        self._tries_left = 0.0
+        self._reach = np.zeros(1) if reach is None else reach
+        self._tries_left, self._tries_made, self._price = 0.0, 0, 1.0
 
     def start(self, time: float, x: np.ndarray, v: np.ndarray, region: np.ndarray) -> State:
         """Return the state at the beginning of an integration."""
@@ -72,16 +78,19 @@ class GaussStepper:
             raise ParameterError(
                 f"step size: expected at most {settings.most_step:g} s at a time, got {length:.9g} s"
             )
-        most = self._tries_left = self._length.most_tries(length)
+        self._tries_left, self._tries_made = self._length.most_tries(length), 0
         # What is left after a crossing just before the end may be less than any step.
         negligible = max(self._length.shortest, 8.0 * float(np.spacing(abs(end))))
         while end - state.time > negligible:
+            velocity = self._reach * state.v
+            speed = sqrt(velocity.dot(velocity))
+            self._price = max(1.0, speed / settings.usual_speed)
             try:
                 after, step = self._step(system, state, end)
             except _Unsolved as cause:
                 needs = f"needs steps below {self._length.shortest:.1g} s"
                 if self._tries_left < 1.0:
-                    needs = f"needs more than {most:.0f} tries of a step"
+                    needs = f"needs more than {self._tries_made} tries of a step at {speed:.3g} m/s"
                 raise _given_up(state.time - start, length, needs) from cause
             if watch is not None:
                 watch(state, step)
@@ -153,7 +162,8 @@ class GaussStepper:
         """Solve a step as one of the tries that are left."""
         if self._tries_left < 1.0:
             raise _Unsolved
-        self._tries_left -= 1.0
+        self._tries_left -= self._price
+        self._tries_made += 1
         return self._collocation.solve(system, state, h, guess, accuracy)
 
     def _land(

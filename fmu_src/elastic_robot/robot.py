@@ -90,7 +90,7 @@ class ElasticRobot:
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
         play = self._curve_class is not LinearCurve
         self._local_error = SETTINGS.local_error(tolerance, play)
-        self._stepper = GaussStepper(self._local_error)
+        self._stepper = GaussStepper(self._local_error, reach=self.chain.reach)
         self._state: State | None = None
         self.parameters = Parameters.of(robot)
 

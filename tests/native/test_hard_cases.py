@@ -79,6 +79,7 @@ def test_what_robots_do_needs_half_the_tries_or_less(kind, tmp_path):
     half = {
         "most_tries": SETTINGS.most_tries / 2,
         "most_tries_per_longest": SETTINGS.most_tries_per_longest / 2,
+        "usual_speed": SETTINGS.usual_speed / 10,
     }
     for robot in (load_robot(find_robot("icme2008")), *(make_robot(seed, 6) for seed in range(2))):
         rng = np.random.default_rng(1)

@@ -98,6 +98,7 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
 {
     const er_state present = model->memory.state;
     const er_held held = model->memory.held;
+    const er_past latest = model->memory.past;
     bool good;
     model->memory.state = *state;
     model->memory.past = *past;
@@ -111,5 +112,6 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     model->means.iteration = model->robot.settings.iteration;
     model->memory.state = present;
     model->memory.held = held;
+    model->memory.past = latest; /* which a step that fails has not remembered anew */
     return good;
 }

@@ -1,5 +1,6 @@
 #include "robot_data.h"
 
+#include <math.h>
 #include <string.h>
 
 #define FORMAT "elastic-robot"
@@ -175,6 +176,20 @@ static bool read_line(er_robot *robot, er_lines *lines)
     return er_lines_refuse(lines, "joint, spring, table, tilt, body or end");
 }
 
+static double length_of(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void find_reach(er_robot *robot)
+{
+    for (int k = 0; k < robot->elastics; k++) {
+        robot->reach[k] = length_of(robot->tool_position);
+        for (int angle = robot->elastic_angle[k] + 1; angle < robot->angles; angle++)
+            robot->reach[k] += length_of(robot->rotation[angle].origin);
+    }
+}
+
 bool er_robot_parse(er_robot *robot, er_lines *lines)
 {
     int version = 0;
@@ -189,5 +204,6 @@ bool er_robot_parse(er_robot *robot, er_lines *lines)
             return false;
     if (robot->joints == 0)
         return er_fail(lines->failure, "the robot's data: expected at least one joint, got none");
+    find_reach(robot);
     return require_settings(robot, lines);
 }

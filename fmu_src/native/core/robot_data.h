@@ -62,6 +62,7 @@ typedef struct {
     int elastic_angle[ER_MAX_ANGLES]; /* place of each entry of x among the rotations */
     int elastic_joint[ER_MAX_ANGLES]; /* joint (from 0) that owns each entry of x */
     int elastic_tilt[ER_MAX_ANGLES];  /* 0: torsion about the joint's axis; 1, 2: its tilts */
+    double reach[ER_MAX_ANGLES];      /* of each entry of x to the TCP, all joints in a line [m] */
     double tool_position[3];          /* TCP in the last body's frame [m] */
     double tool_rotation[9];          /* body_from_tool, by rows */
     er_table table[ER_MAX_ANGLES];    /* by entry of x */

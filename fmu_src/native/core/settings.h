@@ -15,6 +15,7 @@
     DO(shortest_step)                                                                               \
     DO(most_tries)                                                                                  \
     DO(most_tries_per_longest)                                                                      \
+    DO(usual_speed)                                                                                 \
     DO(usual_local_error)                                                                           \
     DO(most_step)                                                                                   \
     DO(most_deflection)                                                                             \

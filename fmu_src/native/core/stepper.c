@@ -53,7 +53,12 @@ static void guess(const er_run *r, const er_state *state, double h, er_step *ste
 /* Solves a step as one of the tries that are left. */
 static bool try_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
 {
-    return r->work->tries-- >= 1.0 && er_solve_step(r, state, h, accuracy, step);
+    er_workspace *work = r->work;
+    if (work->tries < 1.0)
+        return false;
+    work->tries -= work->price;
+    work->made++;
+    return er_solve_step(r, state, h, accuracy, step);
 }
 
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
@@ -195,11 +200,22 @@ static int overbent(const er_run *r, const er_state *state)
     return -1;
 }
 
-static bool give_up(const er_run *r, double elapsed, double length, double most, er_failure *failure)
+/* At which elasticity throws the TCP, each joint as if all beyond it were in a line [m/s]. */
+static double speed_of(const er_run *r, const er_state *state)
+{
+    double sum = 0.0;
+    for (int k = 0; k < r->m; k++) {
+        double speed = r->system->robot->reach[k] * state->v[k];
+        sum += speed * speed;
+    }
+    return sqrt(sum);
+}
+
+static bool give_up(const er_run *r, double elapsed, double length, double speed, er_failure *failure)
 {
     char needs[80];
     if (r->work->tries < 1.0)
-        snprintf(needs, sizeof needs, "more than %.0f tries of a step", most);
+        snprintf(needs, sizeof needs, "more than %ld tries of a step at %.3g m/s", r->work->made, speed);
     else
         snprintf(needs, sizeof needs, "steps below %.1g s",
                  r->settings->shortest_step * r->settings->longest_step);
@@ -215,16 +231,18 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     /* What is left after a crossing just before the end may be less than any step. */
     double longest = settings->longest_step;
     double negligible = fmax(settings->shortest_step * longest, 8.0 * DBL_EPSILON * fabs(end));
-    double most = most_tries(settings, means->tolerance, length);
-    work->tries = most;
+    work->tries = most_tries(settings, means->tolerance, length);
+    work->made = 0;
     er_linearise_as(&r, &state->linearisation);
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
     while (end - state->time > negligible) {
+        double speed = speed_of(&r, state);
         int k;
+        work->price = fmax(1.0, speed / settings->usual_speed);
         if (!take_step(&r, state, end))
-            return give_up(&r, state->time - start, length, most, failure);
+            return give_up(&r, state->time - start, length, speed, failure);
         k = overbent(&r, state);
         if (k >= 0)
             return er_fail(failure, "the motion, %.3g s into a step of %.6g s, bends deflection[%d]"

@@ -86,6 +86,8 @@ typedef struct {
     ER_ALIGNED er_factor inverse[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;
     double tries; /* of a step that are left before the integration is given up */
+    double price; /* of one, in tries */
+    long made;    /* tries since the integration began */
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
