@@ -234,7 +234,7 @@ def couple(
         loop.watch(Evaluated(evaluations[-1], g))
         seen_at = x.deviation_from(origin)
         update = loop.scheme.update(seen_at, g.deviation_from(origin))
-        ahead = float(np.linalg.norm((update - seen_at)[..., :3], axis=-1).max())
+        ahead = float(np.sqrt(np.mean(np.sum((update - seen_at)[..., :3] ** 2, axis=-1))))
         if _met(evaluations, loop.tolerance, ahead, springs=loads.spring is not None):
             return ended(Outcome.CONVERGED, f"converged in {number} evaluations of the process")
         trouble = _trouble(evaluations, x, g)
@@ -263,7 +263,7 @@ def _failure(error: ProcessError | SimulationError, number: int) -> tuple[Outcom
 
 
 def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, springs: bool) -> bool:
-    """Return whether the tolerance is met; `ahead` is how far the scheme would go on [m]."""
+    """Return whether the tolerance is met; `ahead` is the step that the scheme would take, rms [m]."""
     last = evaluations[-1]
     left = _left_over_change(evaluations) if springs else 1.0
     # Forces agree where the process has not changed its mind, or where it need not be asked again
@@ -274,8 +274,8 @@ def _met(evaluations: list[Evaluation], tolerance: Tolerance, ahead: float, spri
         else last.force_change
     )
     return (
-        max(last.path_change, ahead) <= tolerance.path
-        and left * last.path_change_rms <= tolerance.rms
+        last.path_change <= tolerance.path
+        and max(left * last.path_change_rms, ahead) <= tolerance.rms
         and change <= tolerance.force
         and last.carried <= _CARRIED * tolerance.force
     )
