@@ -42,6 +42,10 @@ class StoreError(CouplingError):
     """The store of evaluations cannot be read or written."""
 
 
+class IdentifyError(CouplingError):
+    """Measurements cannot be read, or nothing can be identified from them."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

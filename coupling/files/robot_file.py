@@ -16,6 +16,7 @@ import pinocchio as pin
 from pydantic import Field
 
 from coupling.errors import one_of
+from coupling.files.sources import Number, numbers, require_places
 from coupling.files.toml_file import Positive, Schema, Vector3, load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
@@ -73,6 +74,7 @@ class _RobotFile(Schema):
     tcp: _Tcp
     joint: Annotated[list[_Joint], Field(min_length=1)]
     payload: _Body | None = None
+    sources: dict[str, str] = {}
 
 
 class _Urdf(Schema):
@@ -100,12 +102,18 @@ class _UrdfRobotFile(Schema):
     tcp: _UrdfTcp
     joint: list[_UrdfJoint] = []
     payload: _Body | None = None
+    sources: dict[str, str] = {}
 
 
 def shipped_robots() -> dict[str, Path]:
-    """Return the robot files that come with the package, by name."""
-    folder = Path(str(resources.files("coupling.files"))) / "robots"
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+    """Return the robot files that come with the package, by name.
+
+    Those of the examples are among them: a wheel has them beside the others, a checkout where they are.
+    """
+    package = Path(str(resources.files("coupling.files")))
+    folders = (package / "robots", package.parents[1] / "examples" / "robots")
+    files = [file for folder in folders for file in folder.glob("*.toml")]
+    return {file.stem: file for file in sorted(files, key=lambda file: file.stem)}
 
 
 def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
@@ -121,6 +129,22 @@ def find_robot(name_or_path: str, folder: Path | None = None) -> Path:
     if not path.is_file():
         raise RobotFileError(one_of(shipped, name_or_path, also=" or the path of a robot file"))
     return path
+
+
+def robot_numbers(path: Path) -> tuple[str, list[Number]]:
+    """Return a robot's name and every number of its file with its source; a URDF is not opened.
+
+    Raises:
+        RobotFileError: If the file cannot be read or does not have a robot file's keys.
+    """
+    data = load_toml(path, RobotFileError)
+    schema: type[_RobotFile | _UrdfRobotFile] = _UrdfRobotFile if "urdf" in data else _RobotFile
+    file = validate(data, schema, RobotFileError, str(path))
+    try:
+        require_places(data)
+    except ValueError as cause:
+        raise RobotFileError(f"{path}: {cause}") from cause
+    return file.name, numbers(data)
 
 
 def load_robot(path: str | Path) -> Robot:
@@ -143,6 +167,7 @@ def load_robot(path: str | Path) -> Robot:
     data = load_toml(path, RobotFileError)
     try:
         robot = _with_urdf(path, data) if "urdf" in data else _complete(path, data)
+        require_places(data)
         build_chain(robot)  # finds elastic coordinates that move no inertia
     except RobotFileError:
         raise

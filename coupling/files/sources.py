@@ -1,0 +1,92 @@
+"""Where the numbers of a robot file come from: its table [sources].
+
+A key of the table is the place of a number, such as joint[3].tilt[1].stiffness, or of many:
+joint.tilt.stiffness is that of every tilt of every joint, joint[3] all that stands in joint 3.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from coupling.errors import one_of
+
+_INDEX = re.compile(r"\[\d+\]")
+SOURCES = "sources"
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number, or a vector, of a robot file.
+
+    Attributes:
+        place: Its place, joints and tilts counted from 1, as in joint[3].tilt[1].stiffness.
+        value: What stands there.
+        source: Where it comes from; "" where the file does not say.
+    """
+
+    place: str
+    value: Any
+    source: str
+
+
+def numbers(data: Mapping[str, Any]) -> list[Number]:
+    """Return all numbers of a robot file, in its order.
+
+    Args:
+        data: The parsed file.
+
+    Example:
+        >>> file = {"joint": [{"axis": [0, 0, 1], "stiffness": 1e6}], "sources": {"joint": "a guess"}}
+        >>> [(number.place, number.source) for number in numbers(file)]
+        [('joint[1].axis', 'a guess'), ('joint[1].stiffness', 'a guess')]
+    """
+    sources = data.get(SOURCES, {})
+    return [Number(place, value, _source(place, sources)) for place, value in _places(data)]
+
+
+def require_places(data: Mapping[str, Any]) -> None:
+    """Refuse a key of [sources] that is not the place of any number.
+
+    Raises:
+        ValueError: With the key, and what it may be.
+    """
+    places = [place for place, _ in _places(data)]
+    for key in data.get(SOURCES, {}):
+        if not any(_covers(key, place) for place in places):
+            known = dict.fromkeys(_INDEX.sub("", place) for place in places)
+            raise ValueError(f"{SOURCES}: {one_of(known, key, ' (with or without [number])')}")
+
+
+def _places(data: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in data.items():
+        place = before + key
+        if not before and key == SOURCES:
+            continue
+        if isinstance(value, Mapping):
+            yield from _places(value, f"{place}.")
+        elif isinstance(value, list) and all(isinstance(v, Mapping) for v in value):
+            for number, entry in enumerate(value, start=1):
+                yield from _places(entry, f"{place}[{number}].")
+        elif not isinstance(value, str) or key == "file":
+            yield place, value
+
+
+def _source(place: str, sources: Mapping[str, str]) -> str:
+    """Return the source of the key that says most about a place."""
+    keys = [key for key in sources if _covers(key, place)]
+    return sources[max(keys, key=_detail)] if keys else ""
+
+
+def _covers(key: str, place: str) -> bool:
+    """Return whether each part of a key is that of the place, with its number or without."""
+    own, whole = key.split("."), place.split(".")
+    return len(own) <= len(whole) and all(
+        part in (at, _INDEX.sub("", at)) for part, at in zip(own, whole, strict=False)
+    )
+
+
+def _detail(key: str) -> tuple[int, int]:
+    return key.count("."), len(_INDEX.findall(key))

@@ -1,0 +1,154 @@
+"""The fit: linear in the rigid posture, then Gauss and Newton on the robot's own equilibria."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.errors import IdentifyError
+from coupling.identify.elastic import Elasticity
+from coupling.identify.least_squares import LinearProblem, robust_weights, solved
+from coupling.identify.measurements import Measurements
+from coupling.identify.noise import Noise, whitening
+from coupling.identify.prediction import Model, Prediction, rigid_prediction
+
+_MOST_PASSES = 25
+# The fit ends where a pass moves no prediction by more than this part of the largest.
+_SETTLED = 1e-11
+_MOST_HALVINGS = 6
+# Passes of the linear fit, whose weights follow its own compliance.
+_RIGID_PASSES = 2
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted robot, and the linear problem that its last pass has solved.
+
+    Attributes:
+        elasticity: The parameters.
+        values: Fitted values of p, (P,).
+        prediction: What they predict.
+        problem: The whitened linear problem around them, without weights of the loss.
+        weight: Weights of the loss, (k,).
+        unwhiten: From whitened residuals back to [m] and [rad], (k, r, r).
+        converged: Whether the last pass moved nothing.
+        reason: In words, what happened.
+        rigid: The problem in the rigid posture: what postures and loads can tell at all.
+    """
+
+    elasticity: Elasticity
+    values: np.ndarray
+    prediction: Prediction
+    problem: LinearProblem
+    weight: np.ndarray
+    unwhiten: np.ndarray
+    converged: bool
+    reason: str
+    rigid: LinearProblem
+
+
+def fitted(
+    elasticity: Elasticity,
+    measured: Measurements,
+    torque_curve: str,
+    noise: Noise,
+    loss: str = "squares",
+) -> Fit:
+    """Fit a robot's parameters to measurements.
+
+    Args:
+        elasticity: The parameters, with the start values.
+        measured: The measurements.
+        torque_curve: A name of `TORQUE_CURVES`.
+        noise: Standard deviations.
+        loss: A name of `LOSSES`.
+    """
+    values, rigid = _rigid_fit(elasticity, measured, noise, loss)
+    model = Model(elasticity, measured, torque_curve)
+    prediction = rigid_prediction(elasticity, measured, values)
+    problem, white = rigid, whitening(noise, prediction.by_wrench)
+    converged, reason = False, f"did not settle in {_MOST_PASSES} passes"
+    try:
+        prediction = model.predict(values)
+        for _ in range(_MOST_PASSES):
+            noise = noise.estimated(measured.deflection - prediction.deflection)
+            white = whitening(noise, prediction.by_wrench)
+            problem = _around(rigid, measured, prediction, values, white)
+            wanted, _ = solved(problem, loss)
+            values, after = _damped(model, problem, measured, white, values, wanted)
+            moved = np.abs(after.deflection - prediction.deflection).max()
+            prediction = after
+            if moved <= _SETTLED * np.abs(prediction.deflection).max():
+                converged, reason = True, "converged"
+                break
+        problem = _around(rigid, measured, prediction, values, white)
+    except IdentifyError as cause:
+        reason = (
+            f"the linear fit is too soft for the model ({cause}): are angles in rad, loads in N and"
+            " deflections in m, base axes?"
+        )
+    weight = robust_weights(problem, values, loss)
+    return Fit(
+        elasticity,
+        values,
+        prediction,
+        problem,
+        weight,
+        np.linalg.inv(white),
+        converged,
+        reason,
+        rigid,
+    )
+
+
+def _rigid_fit(
+    elasticity: Elasticity, measured: Measurements, noise: Noise, loss: str
+) -> tuple[np.ndarray, LinearProblem]:
+    """Return the values of the fit in the rigid posture, and its problem."""
+    values = elasticity.start
+    for _ in range(_RIGID_PASSES):
+        rigid = rigid_prediction(elasticity, measured, values)
+        noise = noise.estimated(measured.deflection - rigid.deflection)
+        white = whitening(noise, rigid.by_wrench)
+        columns = white @ rigid.by_parameter
+        target = np.einsum("kij,kj->ki", white, measured.deflection)
+        problem = LinearProblem.of(columns, target, elasticity.start)
+        values, _ = solved(problem, loss)
+    return values, problem
+
+
+def _around(
+    rigid: LinearProblem,
+    measured: Measurements,
+    prediction: Prediction,
+    values: np.ndarray,
+    white: np.ndarray,
+) -> LinearProblem:
+    """Return the whitened problem in p, linearised around values."""
+    rest = measured.deflection - prediction.deflection + prediction.by_parameter @ values
+    return rigid.around(white @ prediction.by_parameter, np.einsum("kij,kj->ki", white, rest))
+
+
+def _damped(
+    model: Model,
+    problem: LinearProblem,
+    measured: Measurements,
+    white: np.ndarray,
+    values: np.ndarray,
+    wanted: np.ndarray,
+) -> tuple[np.ndarray, Prediction]:
+    """Return the farthest values on the way to those wanted that fit better than the present."""
+
+    def cost(prediction: Prediction) -> float:
+        rest = measured.deflection - prediction.deflection
+        return float(np.sum(np.einsum("kij,kj->ki", white, rest) ** 2))
+
+    start = float(np.sum(problem.residual(values) ** 2))
+    part = 1.0
+    for _ in range(_MOST_HALVINGS):
+        after = model.predict(values + part * (wanted - values))
+        if cost(after) <= start * (1.0 + 1e-9):
+            break
+        part *= 0.5
+    return values + part * (wanted - values), after

@@ -1,0 +1,187 @@
+"""What a robot's parameters predict for each measurement, and how that follows them.
+
+Rigid posture, exact for a linear robot without gravity: an elastic coordinate j twists by
+c_j (t1_j - t0_j) + B_j (s1_j - s0_j), with the torque t = J_load^T w - g without (0) and with (1) the
+load and the flank s = -1, 0, 1 it pushes a gear to; the measured point moves by J_point,j times that.
+
+Model: both states are equilibria of the robot itself, gravity, geometry and backlash included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.errors import IdentifyError
+from coupling.identify.elastic import Candidate, Elasticity
+from coupling.identify.measurements import Measurements
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.dynamics import Dynamics
+from elastic_robot.errors import ElasticRobotError
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+from elastic_robot.robot import ElasticRobot
+from elastic_robot.settings import SETTINGS
+from elastic_robot.tool_load import Acting, Load
+from elastic_robot.trajectory import HeldCommand
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted deflections of k measurements.
+
+    Attributes:
+        deflection: Position [m], and rotation [rad] where measured, (k, r).
+        by_parameter: Derivative by each parameter p, (k, r, P).
+        by_wrench: Derivative by the load [1/N, 1/(N m)], (k, r, 6).
+    """
+
+    deflection: np.ndarray
+    by_parameter: np.ndarray
+    by_wrench: np.ndarray
+
+
+def rigid_prediction(
+    elasticity: Elasticity, measured: Measurements, values: np.ndarray
+) -> Prediction:
+    """Return the prediction in the rigid robot's posture, linear in the parameters.
+
+    Args:
+        elasticity: The parameters.
+        measured: The measurements.
+        values: Values of the parameters, (P,).
+    """
+    chain = build_chain(elasticity.robot)
+    dynamics = Dynamics(chain, np.array(elasticity.robot.gravity))
+    rows, count = measured.rows, len(elasticity.names)
+    by_parameter = np.empty((measured.count, rows, count))
+    by_wrench = np.empty((measured.count, rows, 6))
+    compliant = ~elasticity.is_backlash
+    compliance = values[compliant]
+    for k in range(measured.count):
+        theta = chain.theta(measured.q[k])
+        jacobian = tcp_jacobian(chain, dynamics.data, theta)[:, chain.elastic]
+        turn = base_from_tool(chain, dynamics.data, theta).rotation
+        at_load = moved(jacobian, turn @ measured.load_point[k])
+        at_point = moved(jacobian, turn @ measured.measured_point[k])[:rows]
+        unloaded = dynamics.static_torque(theta, Acting())
+        torque = measured.wrench[k] @ at_load
+        flank = _flank(unloaded + torque) - _flank(unloaded)
+        change = np.where(
+            elasticity.is_backlash, flank[elasticity.elastic], torque[elasticity.elastic]
+        )
+        by_parameter[k] = at_point[:, elasticity.elastic] * change
+        by_wrench[k] = (
+            at_point[:, elasticity.elastic[compliant]] * compliance
+        ) @ at_load[:, elasticity.elastic[compliant]].T
+    return Prediction(by_parameter @ values, by_parameter, by_wrench)
+
+
+def candidate_columns(
+    robot: Robot, torque_curve: str, found: Sequence[Candidate], measured: Measurements
+) -> np.ndarray:
+    """Return what a unit of each candidate adds to the rigid prediction, (k, r, candidates)."""
+    columns = np.empty((measured.count, measured.rows, len(found)))
+    for number, candidate in enumerate(found):
+        with_it = Elasticity.of(candidate.added_to(robot, 1e-6), torque_curve)
+        own = [
+            p
+            for p, name in enumerate(with_it.names)
+            if name.startswith(f"joint[{candidate.joint + 1}]")
+            and ((".tilt[" in name) if candidate.axis else name.endswith("backlash"))
+        ][-1]
+        prediction = rigid_prediction(with_it, measured, with_it.start)
+        columns[:, :, number] = prediction.by_parameter[:, :, own]
+    return columns
+
+
+def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return the Jacobian (6, ..) of a point fixed to the tool, `arm` [m] away in base axes."""
+    return np.vstack([jacobian[:3] + np.cross(jacobian[3:].T, arm).T, jacobian[3:]])
+
+
+def _flank(torque: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(torque) < SETTINGS.neutral_torque, 0.0, np.sign(torque))
+
+
+class Model:
+    """The robot's own equilibria under the loads of measurements.
+
+    Args:
+        elasticity: The parameters.
+        measured: The measurements.
+        torque_curve: A name of `TORQUE_CURVES`.
+    """
+
+    def __init__(self, elasticity: Elasticity, measured: Measurements, torque_curve: str) -> None:
+        self._elasticity, self._measured = elasticity, measured
+        # The load keeps its direction while its point moves along: one robot for each such point.
+        self._robots: dict[tuple[float, ...], ElasticRobot] = {}
+        for point in measured.load_point:
+            place = tuple(point.tolist())
+            if place not in self._robots:
+                at_load = _with_tcp_at(elasticity.robot, point)
+                self._robots[place] = ElasticRobot(at_load, torque_curve, quasistatic=True)
+
+    def predict(self, values: np.ndarray) -> Prediction:
+        """Return the prediction at values of the parameters, (P,).
+
+        Raises:
+            IdentifyError: If the robot finds no rest, with the row.
+        """
+        parameters = self._elasticity.parameters(values)
+        for robot in self._robots.values():
+            robot.parameters = parameters
+        rows = [self._row(k) for k in range(self._measured.count)]
+        deflection, by_parameter, by_wrench = (np.array(part) for part in zip(*rows, strict=True))
+        return Prediction(deflection, by_parameter, by_wrench)
+
+    def _row(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        measured, rows = self._measured, self._measured.rows
+        robot = self._robots[tuple(measured.load_point[k].tolist())]
+        arm = measured.measured_point[k] - measured.load_point[k]
+        still = np.zeros_like(measured.q[k])
+        drives = HeldCommand(0.0, measured.q[k], still, still)
+        ends = []
+        for load in (Load(), Load(measured.wrench[k])):
+            try:
+                robot.reset(0.0, drives, load)
+            except ElasticRobotError as cause:
+                raise IdentifyError(f"{measured.names[k]}: {cause}") from cause
+            ends.append(self._state(robot, arm))
+        (before, by_before, _), (after, by_after, by_wrench) = ends
+        turn = pin.log3(after.rotation @ before.rotation.T)
+        shift = after.translation - before.translation
+        return (
+            np.append(shift, turn)[:rows],
+            (by_after - by_before)[:rows],
+            by_wrench[:rows],
+        )
+
+    def _state(
+        self, robot: ElasticRobot, arm: np.ndarray
+    ) -> tuple[pin.SE3, np.ndarray, np.ndarray]:
+        """Return the measured point's placement and its derivatives by p and by the wrench."""
+        placement = pin.XYZQUATToSE3(robot.tcp())
+        offset = placement.rotation @ arm
+        of_tcp = robot.static_sensitivities().tcp
+        by_wrench = moved(of_tcp.wrench, offset)
+        own, stiffness = self._elasticity, robot.parameters.stiffness
+        columns = []
+        for name, elastic, backlash in zip(own.names, own.elastic, own.is_backlash, strict=True):
+            column = of_tcp.parameters[name]
+            # dk/dc = -k^2
+            columns.append(column if backlash else -(stiffness[elastic] ** 2) * column)
+        by_parameter = moved(np.array(columns).T, offset)
+        at_point = pin.SE3(placement.rotation, placement.translation + offset)
+        return at_point, by_parameter, by_wrench
+
+
+def _with_tcp_at(robot: Robot, point: np.ndarray) -> Robot:
+    """Return the robot with its TCP moved to a point of its TCP frame."""
+    turn = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
+    place = np.array(robot.tcp_position) + turn @ point
+    return replace(robot, tcp_position=tuple(place.tolist()))
