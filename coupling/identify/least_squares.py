@@ -33,6 +33,7 @@ class LinearProblem:
         columns: Whitened A, (k, r, P).
         target: Whitened z, (k, r).
         start: p where the data do not say, (P,).
+        size: Usual sizes of p, by which effects are compared, (P,).
         scale: What a scaled parameter of 1 is, 1 over the length of its column; 0 where that is no
             column beside the others, (P,).
         unseen: Directions of the scaled parameters that change nothing, (d, P).
@@ -41,18 +42,20 @@ class LinearProblem:
     columns: np.ndarray
     target: np.ndarray
     start: np.ndarray
+    size: np.ndarray
     scale: np.ndarray
     unseen: np.ndarray
 
     @classmethod
-    def of(cls, columns: np.ndarray, target: np.ndarray, start: np.ndarray) -> LinearProblem:
+    def of(
+        cls, columns: np.ndarray, target: np.ndarray, start: np.ndarray, size: np.ndarray
+    ) -> LinearProblem:
         """Return a problem with its scale and what it does not see."""
         lengths = np.linalg.norm(columns.reshape(-1, columns.shape[-1]), axis=0)
-        # Compared by what parameters of their start values' size would do.
-        effect = lengths * np.maximum(np.abs(start), 1e-300)
+        effect = lengths * size
         seen = effect > _NO_COLUMN * effect.max(initial=0.0)
         scale = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=seen)
-        bare = cls(columns, target, start, scale, np.empty((0, len(start))))
+        bare = cls(columns, target, start, size, scale, np.empty((0, len(start))))
         values, directions = bare.decomposition
         return replace(bare, unseen=directions[values <= UNSEEN * values.max(initial=0.0)])
 
@@ -86,12 +89,20 @@ class LinearProblem:
 
     def only(self, chosen: np.ndarray) -> LinearProblem:
         """Return the problem with some of the parameters, the others zero."""
-        return LinearProblem.of(self.columns[:, :, chosen], self.target, self.start[chosen])
+        return LinearProblem.of(
+            self.columns[:, :, chosen], self.target, self.start[chosen], self.size[chosen]
+        )
 
-    def also(self, column: np.ndarray) -> LinearProblem:
-        """Return the problem with one more parameter, zero where it is not seen, (k, r)."""
+    def also(self, column: np.ndarray, size: float) -> LinearProblem:
+        """Return the problem with one more parameter, zero where it is not seen.
+
+        Args:
+            column: Its whitened column, (k, r).
+            size: Its usual size.
+        """
         columns = np.concatenate([self.columns, column[:, :, None]], axis=2)
-        return LinearProblem.of(columns, self.target, np.append(self.start, 0.0))
+        start, sizes = np.append(self.start, 0.0), np.append(self.size, size)
+        return LinearProblem.of(columns, self.target, start, sizes)
 
     def weighted(self, weight: np.ndarray) -> LinearProblem:
         """Return the problem with the equations of each measurement multiplied, (k,)."""
@@ -121,6 +132,18 @@ class LinearProblem:
         rest = rest - matrix @ step
         step[~active] = np.linalg.lstsq(matrix[:, ~active], rest, rcond=None)[0]
         return np.maximum(self.start + self.scale * step, 0.0)
+
+    def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return the p between two bounds that solves best, (P,); low < high."""
+        scale = np.where(self.scale > 0.0, self.scale, 1.0)
+        found = np.clip(self.solve(), low, high)
+        if np.array_equal(found, self.solve()):
+            return found
+        bounds = ((low - self.start) / scale, (high - self.start) / scale)
+        matrix = np.vstack([self.scaled, self.unseen])
+        rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        step = lsq_linear(matrix, rest, bounds, method="bvls").x
+        return np.clip(self.start + scale * step, low, high)
 
 
 def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarray:

@@ -1,0 +1,119 @@
+"""How sure fitted parameters are: 95 % intervals, and errors of rows that were left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from coupling.identify.least_squares import LinearProblem, solved
+
+CONFIDENCE = 0.95
+# A row without which a parameter moves by more than this part of its deviation has leverage 1.
+_LEVERAGE = 1e-9
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """95 % intervals of parameters.
+
+    Attributes:
+        low, high: Ends, not negative; infinite where nothing bounds them, (P,).
+        freedom: Numbers measured more than directions that the data see.
+        scale: Root mean square of the whitened residual per degree of freedom: 1 where given standard
+            deviations are right.
+        rests_on: Row that alone tells a parameter, -1 for none, (P,).
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    freedom: int
+    scale: float
+    rests_on: np.ndarray
+
+
+def intervals(
+    problem: LinearProblem, weight: np.ndarray, values: np.ndarray, known: bool
+) -> Intervals:
+    """Return intervals around the unbounded least squares solution, as wide as the wider of two.
+
+    One from the residual's variance (at least 1 where standard deviations were given), with all
+    numbers independent; one by the jackknife over rows, which needs neither equal variances nor
+    independence within a row (Bell and McCaffrey 2002, docs/references.md).
+
+    Args:
+        problem: The problem without weights of the loss.
+        weight: Those weights, (k,).
+        values: The bounded solution, which the interval is made to contain, (P,).
+        known: Whether the standard deviations behind the whitening were given.
+    """
+    weighted = problem.weighted(weight)
+    rows = len(problem.target)
+    freedom = problem.target.size - problem.rank
+    inverse = np.linalg.pinv(np.vstack([weighted.scaled, problem.unseen]))
+    centre = weighted.solve(bounded=False)
+    rest = weighted.residual(centre)
+    scale = float(np.sqrt(np.sum(rest**2) / freedom)) if freedom > 0 else np.nan
+    if freedom > 0:
+        variance = scale**2 if not known else max(scale, 1.0) ** 2
+        quantile = student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)
+    else:
+        variance, quantile = (1.0, student.ppf(0.5 + 0.5 * CONFIDENCE, np.inf)) if known else (np.inf, 1)
+    seen = inverse[:, : problem.target.size]
+    held = problem.unseen.T @ problem.unseen
+    spread = np.sqrt(np.maximum(np.sum(seen**2, axis=1), 0.0))
+    half = quantile * np.sqrt(variance) * spread
+    moved, rests_on = _jackknife(weighted, seen.reshape(len(centre), rows, -1), rest, spread)
+    if rows > 1 and freedom > 0:
+        of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
+        of_rows = np.where(rests_on < 0, of_rows, 0.0)
+        half = np.maximum(half, student.ppf(0.5 + 0.5 * CONFIDENCE, rows - 1) * of_rows)
+    unseen = (problem.scale == 0.0) | (np.diag(held) > 1e-6)
+    half = np.where(unseen, np.inf, half * problem.scale)
+    with np.errstate(invalid="ignore"):
+        low = np.minimum(np.maximum(centre - half, 0.0), values)
+        high = np.maximum(centre + half, values)
+    return Intervals(np.where(unseen, 0.0, low), high, freedom, scale, rests_on)
+
+
+def _jackknife(
+    weighted: LinearProblem, inverse: np.ndarray, rest: np.ndarray, spread: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how scaled parameters move without each row, (P, k), and the rows that they rest on.
+
+    p_(i) - p = -(A^T A)^-1 A_i^T (1 - H_ii)^-1 e_i with the residual e_i of row i and its block H_ii of
+    the hat matrix.
+
+    Args:
+        weighted: The problem with k rows.
+        inverse: Pseudoinverse of its scaled columns, (P, k, r).
+        rest: Its residual, (k, r).
+        spread: Standard deviations of scaled parameters under a residual of 1, (P,).
+    """
+    rows, width = rest.shape
+    columns = weighted.scaled.reshape(rows, width, -1)
+    moved, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
+    for i in range(rows):
+        hat = columns[i] @ inverse[:, i]
+        values, vectors = np.linalg.eigh(np.eye(width) - 0.5 * (hat + hat.T))
+        alone = values < _LEVERAGE
+        own = np.abs(inverse[:, i] @ vectors[:, alone]).max(axis=1, initial=0.0)
+        rests_on[own > 1e-3 * np.maximum(spread, 1e-300)] = i
+        turned = vectors.T @ rest[i] / np.where(alone, np.inf, values)
+        moved[:, i] = -inverse[:, i] @ (vectors @ turned)
+    return moved, rests_on
+
+
+def left_out(problem: LinearProblem, loss: str) -> np.ndarray:
+    """Return the whitened error of each row predicted by a fit of all the others, (k, r).
+
+    Args:
+        problem: The problem without weights of the loss.
+        loss: A name of `LOSSES`.
+    """
+    errors = np.empty_like(problem.target)
+    for i in range(len(errors)):
+        p, _ = solved(problem.without(i), loss)
+        errors[i] = problem.target[i] - problem.columns[i] @ p
+    return errors
