@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from coupling.cli import build, runs, store, study
+from coupling.cli import build, identify, robots, runs, store, study
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -46,6 +46,8 @@ _COMMANDS = (
     study.study,
     runs.report,
     store.store,
+    identify.identify,
+    robots.robots,
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -176,6 +176,16 @@ def load_robot(path: str | Path) -> Robot:
     return robot
 
 
+def axes_of_file(path: Path) -> list[np.ndarray]:
+    """Return base_from_file of each joint: turns the axes of its tilts in the file, (3, 3) each."""
+    data = load_toml(path, RobotFileError)
+    if "urdf" not in data:
+        return [np.eye(3)] * len(data["joint"])
+    file = validate(data, _UrdfRobotFile, RobotFileError, str(path))
+    chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
+    return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
+
+
 def _complete(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot that a file describes by itself."""
     file = validate(data, _RobotFile, RobotFileError, str(path))

@@ -76,3 +76,11 @@ def sync_folder(folder: Path) -> None:
             os.fsync(number)
         finally:
             os.close(number)
+
+
+def write_whole(file: Path, text: str, error: type[Exception]) -> None:
+    """Write a text as a whole file; `error` is raised with the file's name if that fails."""
+    try:
+        WholeFile(file).write([text.encode("utf-8")])
+    except OSError as cause:
+        raise error(f"{file}: cannot be written: {cause.strerror or cause}") from cause

@@ -59,7 +59,9 @@ def intervals(
         variance = scale**2 if not known else max(scale, 1.0) ** 2
         quantile = student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)
     else:
-        variance, quantile = (1.0, student.ppf(0.5 + 0.5 * CONFIDENCE, np.inf)) if known else (np.inf, 1)
+        variance, quantile = (
+            (1.0, student.ppf(0.5 + 0.5 * CONFIDENCE, np.inf)) if known else (np.inf, 1)
+        )
     seen = inverse[:, : problem.target.size]
     held = problem.unseen.T @ problem.unseen
     spread = np.sqrt(np.maximum(np.sum(seen**2, axis=1), 0.0))

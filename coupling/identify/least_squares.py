@@ -106,9 +106,7 @@ class LinearProblem:
 
     def weighted(self, weight: np.ndarray) -> LinearProblem:
         """Return the problem with the equations of each measurement multiplied, (k,)."""
-        return self.around(
-            self.columns * weight[:, None, None], self.target * weight[:, None]
-        )
+        return self.around(self.columns * weight[:, None, None], self.target * weight[:, None])
 
     def residual(self, p: np.ndarray) -> np.ndarray:
         """Return z - A p, (k, r)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +37,7 @@ class Measurements:
         measured_point: What was measured, in the TCP's frame [m], (k, 3).
         deflection_deviation: Standard deviations of the deflection, (k, r); nan where not given.
         wrench_deviation: Standard deviations of the load, (k, 6); nan where not given.
+        remarks: What is odd about the file, in sentences.
     """
 
     names: tuple[str, ...]
@@ -46,6 +48,7 @@ class Measurements:
     measured_point: np.ndarray
     deflection_deviation: np.ndarray
     wrench_deviation: np.ndarray
+    remarks: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -111,7 +114,15 @@ def read_measurements(path: Path, joints: int) -> Measurements:
         table.of(MEASURED_POINT) if table.has(MEASURED_POINT) else np.zeros((len(lines), 3)),
         table.deviations(measured),
         deviations,
+        _remarks(header, joints),
     )
+
+
+def _remarks(header: list[str], joints: int) -> tuple[str, ...]:
+    more = [name for name in header if re.fullmatch(r"q\d+", name) and int(name[1:]) > joints]
+    if not more:
+        return ()
+    return (f"columns {', '.join(more)} are not used: the robot has {joints} joints",)
 
 
 def _lines(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -136,7 +147,9 @@ def _lines(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     except csv.Error as cause:
         raise IdentifyError(f"{path}: is not a table of CSV: {cause}") from cause
     if len(cells) != len(numbered):
-        raise IdentifyError(f"{path}: is not a table of CSV: a quoted text goes over its line's end")
+        raise IdentifyError(
+            f"{path}: is not a table of CSV: a quoted text goes over its line's end"
+        )
     header = [name.strip() for name in cells[0]]
     rows = [(number, row) for (number, _), row in zip(numbered[1:], cells[1:], strict=True)]
     return header, rows

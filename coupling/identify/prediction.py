@@ -74,9 +74,9 @@ def rigid_prediction(
             elasticity.is_backlash, flank[elasticity.elastic], torque[elasticity.elastic]
         )
         by_parameter[k] = at_point[:, elasticity.elastic] * change
-        by_wrench[k] = (
-            at_point[:, elasticity.elastic[compliant]] * compliance
-        ) @ at_load[:, elasticity.elastic[compliant]].T
+        by_wrench[k] = (at_point[:, elasticity.elastic[compliant]] * compliance) @ at_load[
+            :, elasticity.elastic[compliant]
+        ].T
     return Prediction(by_parameter @ values, by_parameter, by_wrench)
 
 
@@ -96,6 +96,17 @@ def candidate_columns(
         prediction = rigid_prediction(with_it, measured, with_it.start)
         columns[:, :, number] = prediction.by_parameter[:, :, own]
     return columns
+
+
+def positions(robot: Robot, measured: Measurements) -> np.ndarray:
+    """Return where the measured points of the undeflected robot are [m], base axes, (k, 3)."""
+    chain = build_chain(robot)
+    data = chain.model.createData()
+    places = []
+    for q, point in zip(measured.q, measured.measured_point, strict=True):
+        tool = base_from_tool(chain, data, chain.theta(q))
+        places.append(tool.translation + tool.rotation @ point)
+    return np.array(places)
 
 
 def moved(jacobian: np.ndarray, arm: np.ndarray) -> np.ndarray:

@@ -84,7 +84,9 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
         for d in problem.unseen
         if np.abs(d[silent]).max(initial=0.0) < 0.5
     ]
-    weak = [_named(problem, names, d, index) for index, d in found[: max(0, len(found) - len(unseen))]]
+    weak = [
+        _named(problem, names, d, index) for index, d in found[: max(0, len(found) - len(unseen))]
+    ]
     return Separability(
         float(largest / seen[-1]) if count else np.nan,
         tuple(name for name, none in zip(names, silent, strict=True) if none),
@@ -103,12 +105,13 @@ def _named(
     chosen = np.flatnonzero(np.abs(parts) > _NAMED * np.abs(parts).max())
     chosen = chosen[np.argsort(-np.abs(parts[chosen]), kind="stable")]
     relative = parts[chosen] / parts[chosen[0]]
-    return Direction(tuple(names[j] for j in chosen), tuple(relative.tolist()), index)
+    return Direction(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
 
 
 def _pairs(problem: LinearProblem, names: Sequence[str]) -> list[tuple[str, str, float]]:
     cosines = problem.scaled.T @ problem.scaled
     first, second = np.nonzero(np.triu(np.abs(cosines) > ALIKE, k=1))
     return [
-        (names[i], names[j], float(cosines[i, j])) for i, j in zip(first, second, strict=True)
+        (names[int(i)], names[int(j)], float(cosines[i, j]))
+        for i, j in zip(first, second, strict=True)
     ]

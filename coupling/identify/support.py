@@ -30,7 +30,7 @@ class Support:
         without, within: Leave-one-out sums of squares, without and with the parameter, whitened.
         tests: Number of parameters tested together, by which `SIGNIFICANT` is divided (Bonferroni).
         trimmed: Change of the leave-one-out root mean square with the parameter, where the three rows
-            that are predicted worst with it are left out of everything [1]; nan for too few rows.
+            that are predicted worst without it are left out of everything [1]; nan for too few rows.
         reason: Why it could not be tested; "" where it was.
     """
 
@@ -72,8 +72,8 @@ class Support:
             else ""
         )
         return (
-            f"F {self.statistic:.3g}, p {self.probability:.2g}, leave-one-out {100.0 * self.change:+.1f} %"
-            f"{rest}: {'supported' if self.supported else 'not supported'}"
+            f"F {self.statistic:.3g}, p {self.probability:.2g}, leave-one-out"
+            f" {100.0 * self.change:+.1f} %{rest}: {'supported' if self.supported else 'not supported'}"
         )
 
 
@@ -115,7 +115,7 @@ def support(
     if not found.supported or len(errors[1]) < 4 * _TRIMMED:
         return found
     problems = [without, with_it]
-    for row in np.sort(np.argsort(-errors[1], kind="stable")[:_TRIMMED])[::-1]:
+    for row in np.sort(np.argsort(-errors[0], kind="stable")[:_TRIMMED])[::-1]:
         problems = [p.without(int(row)) for p in problems]
     left = [float(np.sum(left_out(p, loss) ** 2)) for p in problems]
     return replace(found, trimmed=_change(*left))

@@ -1,0 +1,156 @@
+"""The command line: elastic-robot identify."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.cli.plan import print_plan, write_plan
+from coupling.errors import IdentifyError, one_of
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.files.toml_file import load_toml
+from coupling.files.whole_file import write_whole
+from coupling.identify.console import lines
+from coupling.identify.figures import figures
+from coupling.identify.identification import Options
+from coupling.identify.identification import identify as identified
+from coupling.identify.least_squares import LOSSES
+from coupling.identify.measurements import Measurements, read_measurements
+from coupling.identify.noise import Noise, noise_of
+from coupling.identify.plan import Wish, planned
+from coupling.identify.robot_file import identified_text
+from coupling.report.identify_page import identify_page
+from elastic_robot.description import Robot
+from elastic_robot.errors import RobotFileError
+from elastic_robot.torque_curves import TORQUE_CURVES
+
+_REFUSED = 1
+_PLAN = "Plan"
+
+
+def identify(
+    measurements: Annotated[
+        Path | None, typer.Argument(help="Measured deflections, a CSV file; optional with --plan.")
+    ] = None,
+    robot: Annotated[
+        str, typer.Option(help="Start: robot.toml or a shipped robot's name.")
+    ] = "icme2008",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Robot file; the report and figures are beside it. Or the plan."
+        ),
+    ] = None,
+    torque_curve: Annotated[str, typer.Option(help="linear, backlash or spline.")] = "backlash",
+    sd_m: Annotated[
+        float | None, typer.Option("--sd-m", help="Standard deviation of positions [m].")
+    ] = None,
+    sd_rad: Annotated[float | None, typer.Option("--sd-rad", help="Of rotations [rad].")] = None,
+    sd_n: Annotated[float | None, typer.Option("--sd-N", help="Of forces [N].")] = None,
+    sd_nm: Annotated[float | None, typer.Option("--sd-Nm", help="Of moments [N m].")] = None,
+    loss: Annotated[str, typer.Option(help="squares, or huber for rows that are off.")] = "squares",
+    add: Annotated[
+        list[str] | None,
+        typer.Option(help="Tilt or backlash to add, as listed, or 'supported'; may be repeated."),
+    ] = None,
+    plan: Annotated[
+        bool, typer.Option("--plan", help="Choose what to measure next.", rich_help_panel=_PLAN)
+    ] = False,
+    count: Annotated[
+        int, typer.Option(min=1, help="Number of measurements.", rich_help_panel=_PLAN)
+    ] = 20,
+    force: Annotated[
+        float, typer.Option(min=1e-3, help="Size of the load [N].", rich_help_panel=_PLAN)
+    ] = 500.0,
+    down: Annotated[
+        bool, typer.Option("--down", help="Loads are weights.", rich_help_panel=_PLAN)
+    ] = False,
+    lowest_m: Annotated[
+        float | None, typer.Option(help="Least height of the tool [m].", rich_help_panel=_PLAN)
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of poses.", rich_help_panel=_PLAN)] = 1,
+) -> None:
+    """Identify stiffness, tilts and backlash from measured static deflections; or plan them."""
+    _require(torque_curve, TORQUE_CURVES, "--torque-curve")
+    _require(loss, LOSSES, "--loss")
+    start = find_robot(robot)
+    described = load_robot(start)
+    deviations = (sd_m, sd_rad, sd_n, sd_nm)
+    if plan:
+        wish = Wish(count, force, down, lowest_m, seed=seed)
+        wish = _with_noise(wish, sd_m, sd_n)
+        _plan(described, torque_curve, wish, measurements, deviations, output)
+        return
+    if measurements is None:
+        raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
+    measured = read_measurements(measurements, len(described.joints))
+    options = Options(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
+    found = identified(described, measured, options)
+    told = figures(found)
+    target = output or Path("results", f"{measurements.stem}_identified.toml")
+    _make_folder(target)
+    console = Console()
+    console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)
+    title = f"{measurements.name}: {described.name}"
+    report, data = target.with_suffix(".html"), target.with_suffix(".json")
+    _write(data, json.dumps(told, indent=1) + "\n")
+    _write(report, identify_page(title, told))
+    console.print(f"Report: {report}", highlight=False, soft_wrap=True)
+    if found.refusal:
+        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow", markup=False)
+        raise typer.Exit(_REFUSED)
+    source = f"{measurements.name}, {measured.count} measurements"
+    content = load_toml(start, RobotFileError)
+    _write(target, identified_text(found, content, start, target, source))
+    console.print(f"Robot file: {target}", highlight=False, soft_wrap=True)
+
+
+def _plan(
+    robot: Robot,
+    torque_curve: str,
+    wish: Wish,
+    file: Path | None,
+    deviations: tuple[float | None, ...],
+    output: Path | None,
+) -> None:
+    done: tuple[Measurements, Noise] | None = None
+    if file is not None:
+        measured = read_measurements(file, len(robot.joints))
+        position, rotation, force, moment = deviations
+        noise = noise_of(measured, position or wish.position, rotation or 1e-4, force, moment)
+        done = (measured, noise)
+    target = output or Path("results", "plan.csv")
+    _make_folder(target)
+    found = planned(robot, torque_curve, wish, done)
+    write_plan(found, target)
+    print_plan(Console(), found, target)
+
+
+def _with_noise(wish: Wish, position: float | None, force: float | None) -> Wish:
+    return replace(
+        wish,
+        position=wish.position if position is None else position,
+        force_deviation=wish.force_deviation if force is None else force,
+    )
+
+
+def _make_folder(file: Path) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise IdentifyError(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause
+
+
+def _write(file: Path, text: str) -> None:
+    write_whole(file, text, IdentifyError)
+
+
+def _require(word: str, known: Iterable[str], option: str) -> None:
+    if word not in known:
+        raise IdentifyError(f"{option}: {one_of(known, word)}")

@@ -1,0 +1,59 @@
+"""elastic-robot identify --plan: the table of what to measure next, and what to expect of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from coupling.errors import IdentifyError
+from coupling.files.whole_file import write_whole
+from coupling.identify.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
+from coupling.identify.plan import Plan
+
+
+def write_plan(plan: Plan, file: Path) -> None:
+    """Write the poses and loads of a plan, with empty cells for what will be measured."""
+    planned = plan.measurements
+    angles = tuple(f"q{i + 1}" for i in range(planned.q.shape[1]))
+    points = planned.load_point.any() or planned.measured_point.any()
+    stream = io.StringIO()
+    rows = csv.writer(stream, lineterminator="\n")
+    stream.write(
+        "# Poses and loads to measure: fill in dx, dy, dz [m], base axes, loaded less unloaded.\n"
+    )
+    header = ("name", *angles, *FORCE, *(LOAD_POINT + MEASURED_POINT if points else ()), *SHIFT)
+    rows.writerow(header)
+    for k in range(planned.count):
+        ends = [*planned.load_point[k], *planned.measured_point[k]] if points else []
+        numbers = [*planned.q[k], *planned.wrench[k, :3], *ends]
+        rows.writerow([f"pose {k + 1}", *(f"{value:.9g}" for value in numbers), "", "", ""])
+    write_whole(file, stream.getvalue(), IdentifyError)
+
+
+def print_plan(console: Console, plan: Plan, file: Path) -> None:
+    """Say what the planned measurements will tell."""
+    lines = [
+        "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:"
+    ]
+    width = max(len(entry.name) for entry in plan.expected)
+    lines.append(f"{'parameter':<{width}} {'start':>10} {'so far':>10} {'then':>10}")
+    for entry in plan.expected:
+        lines.append(
+            f"{entry.name:<{width}} {entry.start:>10.4g} {_percent(entry.before):>10}"
+            f" {_percent(entry.after):>10}"
+        )
+    away = np.linalg.norm(plan.measurements.deflection, axis=1)
+    lines.append(
+        f"Deflections to expect: {1e3 * away.min():.3g} to {1e3 * away.max():.3g} mm. Look whether every"
+        " pose is free of collisions before you drive there."
+    )
+    lines.append(f"{file}: {plan.measurements.count} poses and loads")
+    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+
+
+def _percent(half: float) -> str:
+    return "unknown" if not np.isfinite(half) else f"{100.0 * half:.3g} %"

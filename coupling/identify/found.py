@@ -1,0 +1,106 @@
+"""What measurements tell of a robot, as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.identify.accuracy import Intervals
+from coupling.identify.elastic import Candidate
+from coupling.identify.fit import Fit
+from coupling.identify.judge import Judged
+from coupling.identify.measurements import Measurements
+from coupling.identify.noise import Noise
+from coupling.identify.separable import Separability
+from coupling.identify.support import CommonLoss, Support
+from elastic_robot.description import Robot
+
+# A robot that is off by more than so many times what the start file is is not written.
+_WORSE = 1.2
+
+
+@dataclass(frozen=True)
+class Further:
+    """A parameter that the robot does not have, tested beside those that it has.
+
+    Attributes:
+        candidate: Which.
+        value: Its compliance [rad/(N m)] or half width [rad] beside the others.
+        support: Whether the data support it.
+    """
+
+    candidate: Candidate
+    value: float
+    support: Support
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What measurements tell of a robot.
+
+    Attributes:
+        measured: The measurements.
+        fit: The fit of all parameters.
+        added: Names of parameters that the start file does not have.
+        intervals: 95 % intervals of all of them.
+        parameters: Verdict on each.
+        written: Values of p in the robot as written: those of the start where not identified, beside
+            them identified ones that fit best within their intervals, (P,).
+        left_out: Errors of rows predicted by a fit of all others [m, rad], (k, r).
+        rms_start, rms_written: Of the start's and the written robot's error [m]; nan where one finds
+            no rest.
+        separability: What postures and loads can tell.
+        further: Parameters that were tested beside.
+        loss: What every row lacks.
+        noise: Standard deviations that were given.
+    """
+
+    measured: Measurements
+    fit: Fit
+    added: tuple[str, ...]
+    intervals: Intervals
+    parameters: tuple[Judged, ...]
+    written: np.ndarray
+    left_out: np.ndarray
+    rms_start: float
+    rms_written: float
+    separability: Separability
+    further: tuple[Further, ...]
+    loss: CommonLoss | None
+    noise: Noise
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured less predicted deflections [m, rad], (k, r)."""
+        return self.measured.deflection - self.fit.prediction.deflection
+
+    @property
+    def refusal(self) -> str:
+        """Why no robot should be written, in words; "" where one may be."""
+        if not self.fit.converged:
+            return f"the fit has not converged: {self.fit.reason}"
+        if not any(parameter.identified for parameter in self.parameters):
+            return "nothing is identified"
+        if self.rms_written > _WORSE * self.rms_start:
+            return (
+                "with the values that would be kept the robot would be off by"
+                f" {1e3 * self.rms_written:.3g} mm rms, the start file is by"
+                f" {1e3 * self.rms_start:.3g} mm"
+            )
+        return ""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as written; an added tilt that is not identified is not in it."""
+        return self.fit.elasticity.described(self.written)
+
+    def worst(self, count: int = 5) -> list[int]:
+        """Return the rows that the others predict worst, the worst first."""
+        size = np.linalg.norm(self.left_out[:, :3], axis=1)
+        return [int(k) for k in np.argsort(-size, kind="stable")[:count]]
+
+
+def rms(errors: np.ndarray) -> float:
+    """Return the root mean square over all components of positions [m], of (k, r)."""
+    return float(np.sqrt(np.mean(errors[:, :3] ** 2)))

@@ -1,0 +1,185 @@
+"""Figures of an identification, drawn from the content of identified.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+
+_MM = 1e3
+_KEPT = "#999999"
+
+
+def amplification(found: dict[str, Any]) -> int:
+    """Return a round factor that makes the largest deflection about a sixth of the poses' extent."""
+    _, place, measured, _ = _rows(found)
+    largest = np.linalg.norm(measured, axis=1).max()
+    size = max(float(np.ptp(place, axis=0).max()), 0.5)
+    if not largest > 0.0:
+        return 1
+    factor = max(size / 6.0 / largest, 1.0)
+    digit = 10.0 ** np.floor(np.log10(factor))
+    return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
+
+
+def arrows(found: dict[str, Any], factor: int) -> go.Figure:
+    """Draw measured and predicted deflections where the tool was, amplified."""
+    names, place, measured, predicted = _rows(found)
+    figure = go.Figure()
+    for words, deflection, color, width in (
+        ("measured", measured, BEFORE, 6),
+        ("predicted", predicted, AFTER, 3),
+    ):
+        tip = place + factor * deflection
+        gaps = np.full_like(place, np.nan)
+        x, y, z = np.stack([place, tip, gaps], axis=1).reshape(-1, 3).T
+        figure.add_scatter3d(
+            x=x,
+            y=y,
+            z=z,
+            mode="lines",
+            name=words,
+            legendgroup=words,
+            line={"color": color, "width": width},
+            hoverinfo="skip",
+        )
+        figure.add_cone(
+            **dict(zip("xyz", tip.T, strict=True)),
+            **dict(zip("uvw", _unit(deflection).T, strict=True)),
+            anchor="tip",
+            sizemode="absolute",
+            sizeref=0.035 * max(float(np.ptp(place, axis=0).max()), 0.5),
+            colorscale=[[0.0, color], [1.0, color]],
+            showscale=False,
+            legendgroup=words,
+            text=[
+                f"{name}: {words} {_MM * size:.3f} mm"
+                for name, size in zip(names, np.linalg.norm(deflection, axis=1), strict=True)
+            ],
+            hoverinfo="text",
+        )
+    axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
+    figure.update_layout(scene={**axes, "aspectmode": "data"})
+    return style(figure, 620)
+
+
+def agreement(found: dict[str, Any]) -> go.Figure:
+    """Every measured component over the predicted one."""
+    names, _, measured, predicted = _rows(found)
+    figure = go.Figure()
+    ends = _MM * np.array(
+        [min(measured.min(), predicted.min()), max(measured.max(), predicted.max())]
+    )
+    figure.add_scatter(
+        x=ends,
+        y=ends,
+        mode="lines",
+        name="equal",
+        line={"color": DESIRED, "width": 1, "dash": "dot"},
+    )
+    for k, (axis, color) in enumerate(zip("xyz", (AFTER, "#009E73", BEFORE), strict=True)):
+        figure.add_scatter(
+            x=_MM * predicted[:, k],
+            y=_MM * measured[:, k],
+            mode="markers",
+            name=axis,
+            marker={"color": color, "size": 6, "opacity": 0.75},
+            text=names,
+            hovertemplate="%{text}: %{y:.3f} mm measured, %{x:.3f} mm predicted",
+        )
+    figure.update_xaxes(title="predicted [mm]")
+    figure.update_yaxes(title="measured [mm]")
+    return style(figure, 440)
+
+
+def residuals(found: dict[str, Any]) -> go.Figure:
+    """Distance of measured from predicted by row, and predicted without that row."""
+    names, _, measured, predicted = _rows(found)
+    left = np.array([row["left_out_error"][:3] for row in found["measurements"]])
+    figure = go.Figure()
+    labels = [f"{k + 1}: {name}" for k, name in enumerate(names)]  # names may come twice
+    for words, errors, color in (
+        ("fit of all rows", measured - predicted, AFTER),
+        ("left out: fit of the others", left, BEFORE),
+    ):
+        size = _MM * np.linalg.norm(errors, axis=1)
+        detail = [", ".join(f"{_MM * value:+.3f}" for value in error) for error in errors]
+        figure.add_bar(
+            x=labels,
+            y=size,
+            name=words,
+            marker={"color": color},
+            text=detail,
+            textposition="none",
+            hovertemplate="%{x}: %{y:.3f} mm (%{text})",
+        )
+    figure.update_xaxes(title="measurement", tickangle=-60, ticktext=names, tickvals=labels)
+    figure.update_yaxes(title="distance [mm]")
+    figure.update_layout(barmode="group")
+    return style(figure, 440)
+
+
+def intervals(found: dict[str, Any]) -> go.Figure:
+    """Fitted values with their intervals, beside the start values."""
+    figure = go.Figure()
+    entries = found["parameters"][::-1]
+    for words, chosen, color in (
+        ("identified, 95 % interval", True, AFTER),
+        ("not identified", False, _KEPT),
+    ):
+        own = [entry for entry in entries if entry["identified"] is chosen]
+        values = [entry["value"] or _far(entry) for entry in own]
+        figure.add_scatter(
+            x=values,
+            y=[label(entry) for entry in own],
+            mode="markers",
+            name=words,
+            marker={"color": color, "size": 9},
+            error_x={
+                "type": "data",
+                "symmetric": False,
+                "array": [(e["high"] or _far(e)) - v for e, v in zip(own, values, strict=True)],
+                "arrayminus": [v - (e["low"] or 0.1 * v) for e, v in zip(own, values, strict=True)],
+                "color": color,
+            },
+        )
+    figure.add_scatter(
+        x=[entry["start"] for entry in entries if not entry["added"]],
+        y=[label(entry) for entry in entries if not entry["added"]],
+        mode="markers",
+        name="start file",
+        marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
+    )
+    figure.update_xaxes(title="N m/rad (backlash: rad)", type="log", exponentformat="power")
+    figure.update_yaxes(
+        categoryorder="array", categoryarray=[label(entry) for entry in entries], automargin=True
+    )
+    return style(figure, 170 + 34 * len(entries))
+
+
+def _far(entry: dict[str, Any]) -> float:
+    """Return where an unbounded interval ends on the page."""
+    return 30.0 * max(entry["low"] or 0.0, entry["start"] or 0.0, 1e-9)
+
+
+def label(entry: dict[str, Any]) -> str:
+    """Return a parameter's name as short as it is clear."""
+    name: str = entry["name"].removesuffix(".stiffness")
+    return name
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
+
+
+def _rows(found: dict[str, Any]) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    """Return names, places, measured and predicted displacements [m] of all rows."""
+    rows = found["measurements"]
+    place, measured, predicted = (
+        np.array([row[key][:3] for row in rows]) for key in ("position_m", "measured", "predicted")
+    )
+    return [row["name"] for row in rows], place, measured, predicted
