@@ -14,8 +14,11 @@ from coupling.identify.noise import Noise, whitening
 from coupling.identify.prediction import Model, Prediction, rigid_prediction
 
 _MOST_PASSES = 25
-# The fit ends where a pass moves no prediction by more than this part of the largest.
-_SETTLED = 1e-11
+# The fit ends where a pass moves the predictions by less than this part of the residual, or of what is
+# measured, where nothing is left.
+_SETTLED, _ROUNDING = 1e-8, 1e-12
+# A step that moves them by less than this part of the residual needs no check that it fits better.
+_SMALL = 1e-3
 _MOST_HALVINGS = 6
 # Passes of the linear fit, whose weights follow its own compliance.
 _RIGID_PASSES = 2
@@ -76,10 +79,12 @@ def fitted(
             white = whitening(noise, prediction.by_wrench)
             problem = _around(rigid, measured, prediction, values, white)
             wanted, _ = solved(problem, loss)
-            values, after = _damped(model, problem, measured, white, values, wanted)
-            moved = np.abs(after.deflection - prediction.deflection).max()
-            prediction = after
-            if moved <= _SETTLED * np.abs(prediction.deflection).max():
+            step = float(np.linalg.norm(problem.columns @ (wanted - values)))
+            rest = float(np.linalg.norm(problem.residual(values)))
+            values, prediction = _damped(
+                model, problem, measured, white, values, wanted, step < _SMALL * rest
+            )
+            if step <= max(_SETTLED * rest, _ROUNDING * float(np.linalg.norm(problem.target))):
                 converged, reason = True, "converged"
                 break
         problem = _around(rigid, measured, prediction, values, white)
@@ -137,8 +142,9 @@ def _damped(
     white: np.ndarray,
     values: np.ndarray,
     wanted: np.ndarray,
+    at_once: bool,
 ) -> tuple[np.ndarray, Prediction]:
-    """Return the farthest values on the way to those wanted that fit better than the present."""
+    """Return the farthest values on the way to those wanted that fit better, or all of it at once."""
 
     def cost(prediction: Prediction) -> float:
         rest = measured.deflection - prediction.deflection
@@ -148,7 +154,7 @@ def _damped(
     part = 1.0
     for _ in range(_MOST_HALVINGS):
         after = model.predict(values + part * (wanted - values))
-        if cost(after) <= start * (1.0 + 1e-9):
+        if at_once or cost(after) <= start * (1.0 + 1e-9):
             break
         part *= 0.5
     return values + part * (wanted - values), after

@@ -88,9 +88,17 @@ class LinearProblem:
         )
 
     def only(self, chosen: np.ndarray) -> LinearProblem:
-        """Return the problem with some of the parameters, the others zero."""
-        return LinearProblem.of(
-            self.columns[:, :, chosen], self.target, self.start[chosen], self.size[chosen]
+        """Return the problem with some of the parameters, (P,) of bool, the others zero."""
+        # Of what is not seen, what the others take no part in.
+        left, values, _ = np.linalg.svd(self.unseen[:, ~chosen])
+        taking_part = int(np.count_nonzero(values > UNSEEN))
+        return LinearProblem(
+            self.columns[:, :, chosen],
+            self.target,
+            self.start[chosen],
+            self.size[chosen],
+            self.scale[chosen],
+            left[:, taking_part:].T @ self.unseen[:, chosen],
         )
 
     def also(self, column: np.ndarray, size: float) -> LinearProblem:
@@ -100,9 +108,24 @@ class LinearProblem:
             column: Its whitened column, (k, r).
             size: Its usual size.
         """
-        columns = np.concatenate([self.columns, column[:, :, None]], axis=2)
-        start, sizes = np.append(self.start, 0.0), np.append(self.size, size)
-        return LinearProblem.of(columns, self.target, start, sizes)
+        length = float(np.linalg.norm(column))
+        effect = np.divide(
+            self.size, self.scale, out=np.zeros_like(self.size), where=self.scale > 0
+        )
+        seen = length * size > _NO_COLUMN * effect.max(initial=0.0)
+        held = np.pad(self.unseen, ((0, 0), (0, 1)))
+        wider = LinearProblem(
+            np.concatenate([self.columns, column[:, :, None]], axis=2),
+            self.target,
+            np.append(self.start, 0.0),
+            np.append(self.size, size),
+            np.append(self.scale, 1.0 / length if seen else 0.0),
+            held,
+        )
+        _, values, directions = np.linalg.svd(np.vstack([wider.scaled, held]))
+        values = np.pad(values, (0, len(directions) - len(values)))
+        alike = directions[values <= UNSEEN * values.max(initial=0.0)]
+        return replace(wider, unseen=np.vstack([held, alike]))
 
     def weighted(self, weight: np.ndarray) -> LinearProblem:
         """Return the problem with the equations of each measurement multiplied, (k,)."""

@@ -164,13 +164,14 @@ class Model:
                 raise IdentifyError(f"{measured.names[k]}: {cause}") from cause
             ends.append(self._state(robot, arm))
         (before, by_before, _), (after, by_after, by_wrench) = ends
-        turn = pin.log3(after.rotation @ before.rotation.T)
+        turn = after.rotation @ before.rotation.T
         shift = after.translation - before.translation
-        return (
-            np.append(shift, turn)[:rows],
-            (by_after - by_before)[:rows],
-            by_wrench[:rows],
-        )
+        # d log(R1 R0^T) = J_l^-1 (w1 - R1 R0^T w0), J_l^-1 of a turn is Pinocchio's Jlog3 of its inverse.
+        by_turn = pin.Jlog3(turn.T)
+        changed = by_after - by_before
+        changed[3:] = by_turn @ (by_after[3:] - turn @ by_before[3:])
+        by_wrench[3:] = by_turn @ by_wrench[3:]
+        return np.append(shift, pin.log3(turn))[:rows], changed[:rows], by_wrench[:rows]
 
     def _state(
         self, robot: ElasticRobot, arm: np.ndarray

@@ -14,13 +14,13 @@ _KEPT = "#999999"
 
 
 def amplification(found: dict[str, Any]) -> int:
-    """Return a round factor that makes the largest deflection about a sixth of the poses' extent."""
+    """Return a round factor that makes the largest deflection about a quarter of the poses' extent."""
     _, place, measured, _ = _rows(found)
     largest = np.linalg.norm(measured, axis=1).max()
     size = max(float(np.ptp(place, axis=0).max()), 0.5)
     if not largest > 0.0:
         return 1
-    factor = max(size / 6.0 / largest, 1.0)
+    factor = max(size / 4.0 / largest, 1.0)
     digit = 10.0 ** np.floor(np.log10(factor))
     return int(digit * max(d for d in (1, 2, 5) if d * digit <= factor))
 
@@ -29,32 +29,23 @@ def arrows(found: dict[str, Any], factor: int) -> go.Figure:
     """Draw measured and predicted deflections where the tool was, amplified."""
     names, place, measured, predicted = _rows(found)
     figure = go.Figure()
-    for words, deflection, color, width in (
-        ("measured", measured, BEFORE, 6),
-        ("predicted", predicted, AFTER, 3),
+    for words, deflection, color, width, symbol in (
+        ("measured", measured, BEFORE, 5, "circle"),
+        ("predicted", predicted, AFTER, 5, "diamond"),
     ):
         tip = place + factor * deflection
         gaps = np.full_like(place, np.nan)
         x, y, z = np.stack([place, tip, gaps], axis=1).reshape(-1, 3).T
+        line = {"color": color, "width": width}
         figure.add_scatter3d(
-            x=x,
-            y=y,
-            z=z,
-            mode="lines",
+            x=x, y=y, z=z, mode="lines", legendgroup=words, line=line, showlegend=False
+        )
+        figure.add_scatter3d(
+            **dict(zip("xyz", tip.T, strict=True)),
+            mode="markers",
             name=words,
             legendgroup=words,
-            line={"color": color, "width": width},
-            hoverinfo="skip",
-        )
-        figure.add_cone(
-            **dict(zip("xyz", tip.T, strict=True)),
-            **dict(zip("uvw", _unit(deflection).T, strict=True)),
-            anchor="tip",
-            sizemode="absolute",
-            sizeref=0.035 * max(float(np.ptp(place, axis=0).max()), 0.5),
-            colorscale=[[0.0, color], [1.0, color]],
-            showscale=False,
-            legendgroup=words,
+            marker={"color": color, "size": 3, "symbol": symbol},
             text=[
                 f"{name}: {words} {_MM * size:.3f} mm"
                 for name, size in zip(names, np.linalg.norm(deflection, axis=1), strict=True)
@@ -62,8 +53,9 @@ def arrows(found: dict[str, Any], factor: int) -> go.Figure:
             hoverinfo="text",
         )
     axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
-    figure.update_layout(scene={**axes, "aspectmode": "data"})
-    return style(figure, 620)
+    camera = {"eye": {"x": 1.0, "y": -1.0, "z": 0.6}}
+    figure.update_layout(scene={**axes, "aspectmode": "data", "camera": camera})
+    return style(figure, 620).update_layout(legend_itemsizing="constant")
 
 
 def agreement(found: dict[str, Any]) -> go.Figure:
@@ -169,11 +161,6 @@ def label(entry: dict[str, Any]) -> str:
     """Return a parameter's name as short as it is clear."""
     name: str = entry["name"].removesuffix(".stiffness")
     return name
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
 def _rows(found: dict[str, Any]) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
