@@ -103,7 +103,13 @@ def identify(
     _write(report, identify_page(title, told))
     console.print(f"Report: {report}", highlight=False, soft_wrap=True)
     if found.refusal:
-        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow", markup=False)
+        console.print(
+            f"{target}: NOT WRITTEN: {found.refusal}",
+            style="yellow",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )
         raise typer.Exit(_REFUSED)
     source = f"{measurements.name}, {measured.count} measurements"
     content = load_toml(start, RobotFileError)

@@ -24,6 +24,8 @@ class Intervals:
         scale: Root mean square of the whitened residual per degree of freedom: 1 where given standard
             deviations are right.
         rests_on: Row that alone tells a parameter, -1 for none, (P,).
+        against: Parameters that would be negative, their whole interval: deflections go against their
+            load, and they are taken for zero, (P,).
     """
 
     low: np.ndarray
@@ -31,6 +33,7 @@ class Intervals:
     freedom: int
     scale: float
     rests_on: np.ndarray
+    against: np.ndarray
 
 
 def intervals(
@@ -49,34 +52,48 @@ def intervals(
         known: Whether the standard deviations behind the whitening were given.
     """
     weighted = problem.weighted(weight)
-    rows = len(problem.target)
-    freedom = problem.target.size - problem.rank
-    inverse = np.linalg.pinv(np.vstack([weighted.scaled, problem.unseen]))
+    chosen = np.ones(len(values), dtype=bool)
+    while True:
+        centre, half, freedom, scale, rests_on = _unbounded(weighted.only(chosen), known)
+        against = centre + half < 0.0
+        if not against.any():
+            break
+        chosen[np.flatnonzero(chosen)[against]] = False
+    low, high, alone = np.zeros(len(values)), values.copy(), np.full(len(values), -1)
+    unseen = ~np.isfinite(half)
+    low[chosen] = np.where(unseen, 0.0, np.maximum(centre - np.where(unseen, 0.0, half), 0.0))
+    high[chosen] = centre + half
+    alone[chosen] = rests_on
+    return Intervals(
+        np.minimum(low, values), np.maximum(high, values), freedom, scale, alone, ~chosen
+    )
+
+
+def _unbounded(
+    weighted: LinearProblem, known: bool
+) -> tuple[np.ndarray, np.ndarray, int, float, np.ndarray]:
+    """Return centre and half width of the intervals, degrees of freedom, scale and rows rested on."""
+    rows, numbers = len(weighted.target), weighted.target.size
+    freedom = numbers - weighted.rank
+    inverse = np.linalg.pinv(np.vstack([weighted.scaled, weighted.unseen]))[:, :numbers]
     centre = weighted.solve(bounded=False)
     rest = weighted.residual(centre)
     scale = float(np.sqrt(np.sum(rest**2) / freedom)) if freedom > 0 else np.nan
+    deviation = np.nanmax([scale, 1.0]) if known else scale
+    spread = np.linalg.norm(inverse, axis=1)
     if freedom > 0:
-        variance = scale**2 if not known else max(scale, 1.0) ** 2
-        quantile = student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)
+        half = _quantile(freedom) * deviation * spread
     else:
-        variance, quantile = (
-            (1.0, student.ppf(0.5 + 0.5 * CONFIDENCE, np.inf)) if known else (np.inf, 1)
-        )
-    seen = inverse[:, : problem.target.size]
-    held = problem.unseen.T @ problem.unseen
-    spread = np.sqrt(np.maximum(np.sum(seen**2, axis=1), 0.0))
-    half = quantile * np.sqrt(variance) * spread
-    moved, rests_on = _jackknife(weighted, seen.reshape(len(centre), rows, -1), rest, spread)
+        half = np.full(len(centre), _quantile(np.inf) if known else np.inf) * spread
+    moved, rests_on = _jackknife(weighted, inverse.reshape(len(centre), rows, -1), rest, spread)
     if rows > 1 and freedom > 0:
         of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
-        of_rows = np.where(rests_on < 0, of_rows, 0.0)
-        half = np.maximum(half, student.ppf(0.5 + 0.5 * CONFIDENCE, rows - 1) * of_rows)
-    unseen = (problem.scale == 0.0) | (np.diag(held) > 1e-6)
-    half = np.where(unseen, np.inf, half * problem.scale)
-    with np.errstate(invalid="ignore"):
-        low = np.minimum(np.maximum(centre - half, 0.0), values)
-        high = np.maximum(centre + half, values)
-    return Intervals(np.where(unseen, 0.0, low), high, freedom, scale, rests_on)
+        half = np.maximum(half, _quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
+    return centre, np.where(weighted.held, np.inf, half * weighted.scale), freedom, scale, rests_on
+
+
+def _quantile(freedom: float) -> float:
+    return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
 
 
 def _jackknife(

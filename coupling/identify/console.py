@@ -46,7 +46,7 @@ def lines(found: dict[str, Any]) -> Iterator[str]:
         yield f"None of {len(found['further'])} further tilts and backlashes is supported."
     yield f"Worst predicted when left out: {', '.join(_row(found, name) for name in found['worst'])}."
     for warning in found["warnings"]:
-        yield f"Warning: {warning}."
+        yield f"Warning: {warning}" + "." * (not warning.endswith("?"))
 
 
 def _start(parameter: dict[str, Any]) -> str:

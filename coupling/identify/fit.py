@@ -14,9 +14,10 @@ from coupling.identify.noise import Noise, whitening
 from coupling.identify.prediction import Model, Prediction, rigid_prediction
 
 _MOST_PASSES = 25
-# The fit ends where a pass moves the predictions by less than this part of the residual, or of what is
-# measured, where nothing is left.
-_SETTLED, _ROUNDING = 1e-8, 1e-12
+# The fit ends where a pass moves the predictions by less than this part of the residual, or this [m].
+_SETTLED, _ROUNDING = 1e-8, 1e-14
+# Passes that estimate the ratio of the deviations of rotations and positions anew.
+_REWEIGHTED = 4
 # A step that moves them by less than this part of the residual needs no check that it fits better.
 _SMALL = 1e-3
 _MOST_HALVINGS = 6
@@ -74,17 +75,20 @@ def fitted(
     converged, reason = False, f"did not settle in {_MOST_PASSES} passes"
     try:
         prediction = model.predict(values)
-        for _ in range(_MOST_PASSES):
-            noise = noise.estimated(measured.deflection - prediction.deflection)
+        for number in range(_MOST_PASSES):
+            if number < _REWEIGHTED:
+                noise = noise.estimated(measured.deflection - prediction.deflection)
             white = whitening(noise, prediction.by_wrench)
             problem = _around(rigid, measured, prediction, values, white)
             wanted, _ = solved(problem, loss)
             step = float(np.linalg.norm(problem.columns @ (wanted - values)))
             rest = float(np.linalg.norm(problem.residual(values)))
+            before = prediction
             values, prediction = _damped(
                 model, problem, measured, white, values, wanted, step < _SMALL * rest
             )
-            if step <= max(_SETTLED * rest, _ROUNDING * float(np.linalg.norm(problem.target))):
+            moved = float(np.abs(prediction.deflection - before.deflection).max())
+            if step <= _SETTLED * rest or moved <= _ROUNDING:
                 converged, reason = True, "converged"
                 break
         problem = _around(rigid, measured, prediction, values, white)

@@ -87,9 +87,11 @@ def _reason(fit: Fit, sure: Intervals, telling: Separability, j: int) -> str:
         if fit.elasticity.is_backlash[j]:
             return "no measurement moves it: no load takes this gear to another flank"
         return "no measurement moves it: no load turns it, or the measured point does not follow"
-    mixed = [d for d in telling.unseen if name in d.names]
-    if mixed:
-        return f"cannot be told apart: {mixed[0].in_words()} changes nothing measured"
+    if fit.rigid.held[j]:
+        mixed = [d.in_words() for d in telling.unseen if name in d.names]
+        return f"cannot be told apart: {' and '.join(mixed)} change nothing measured"
+    if sure.against[j]:
+        return "deflections go against its load: it would be negative"
     if not np.isfinite(sure.high[j]):
         return "as many unknowns as numbers measured: no error can be told"
     if sure.low[j] <= 0.0 and fit.elasticity.is_backlash[j]:

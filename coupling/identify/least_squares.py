@@ -17,6 +17,8 @@ from scipy.optimize import lsq_linear
 # Singular values of the scaled columns below this part of the largest are rounding or posture's
 # curvature: what the data do not see.
 UNSEEN = 1e-6
+# A parameter with a larger part, squared, in directions that are not seen is not seen itself.
+_HELD = 1e-6
 # A column shorter than this part of the longest one is none.
 _NO_COLUMN = 1e-9
 # Huber's constant [standard deviations], 95 % efficient under normal errors.
@@ -75,6 +77,11 @@ class LinearProblem:
         whole = np.zeros(len(directions))
         whole[: len(values)] = values
         return whole, directions
+
+    @property
+    def held(self) -> np.ndarray:
+        """Which parameters take part in what is not seen, (P,)."""
+        return (self.scale == 0.0) | (np.sum(self.unseen**2, axis=0) > _HELD)
 
     @property
     def rank(self) -> int:

@@ -166,7 +166,7 @@ class Model:
         (before, by_before, _), (after, by_after, by_wrench) = ends
         turn = after.rotation @ before.rotation.T
         shift = after.translation - before.translation
-        # d log(R1 R0^T) = J_l^-1 (w1 - R1 R0^T w0), J_l^-1 of a turn is Pinocchio's Jlog3 of its inverse.
+        # d log(E) = J_l^-1 (w1 - E w0), E = R1 R0^T; J_l^-1 is Pinocchio's Jlog3 of the inverse turn.
         by_turn = pin.Jlog3(turn.T)
         changed = by_after - by_before
         changed[3:] = by_turn @ (by_after[3:] - turn @ by_before[3:])

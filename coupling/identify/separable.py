@@ -13,8 +13,9 @@ from coupling.identify.least_squares import LinearProblem
 STRONG = 30.0
 # Cosine of two columns from which on a pair looks alike.
 ALIKE = 0.98
-# Smallest part of a direction that is named, over the largest.
-_NAMED = 0.05
+# Smallest part of a direction that is named, over the largest, by what it does: of one that is not seen
+# at all, and of one that is hardly.
+_NAMED_UNSEEN, _NAMED = 1e-3, 0.05
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Direction:
 
     Attributes:
         names: Parameters that take part.
-        parts: How much each changes, over the one that changes most, (len(names),).
+        parts: How much each changes, over the first, whose change does most, (len(names),).
         index: Condition index: largest singular value over that of this direction; infinite for one
             that the data do not see.
     """
@@ -79,11 +80,10 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
         index = largest / value if value > 0.0 else np.inf
         if index > STRONG and np.abs(direction[silent]).max(initial=0.0) < 0.5:
             found.append((index, direction))
-    unseen = [
-        _named(problem, names, d, np.inf)
-        for d in problem.unseen
-        if np.abs(d[silent]).max(initial=0.0) < 0.5
-    ]
+    apart = problem.only(~silent).unseen
+    whole = np.zeros((len(apart), len(names)))
+    whole[:, ~silent] = _reduced(apart)
+    unseen = [_named(problem, names, d, np.inf) for d in whole]
     weak = [
         _named(problem, names, d, index) for index, d in found[: max(0, len(found) - len(unseen))]
     ]
@@ -96,14 +96,33 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
     )
 
 
+def _reduced(directions: np.ndarray) -> np.ndarray:
+    """Return directions that span the same, each with a parameter of its own and few others."""
+    rows = directions.copy()
+    free = list(range(len(rows)))
+    while free:
+        i, j = divmod(int(np.argmax(np.abs(rows[free]))), rows.shape[1])
+        pivot = free.pop(i)
+        rows[pivot] /= rows[pivot, j]
+        for other in range(len(rows)):
+            if other != pivot:
+                rows[other] -= rows[other, j] * rows[pivot]
+    return rows
+
+
 def _named(
     problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
 ) -> Direction:
-    parts = direction * problem.scale
-    if any(name.endswith("backlash") for name in names):
-        parts = direction  # [rad] beside [rad/(N m)]: by their effect
-    chosen = np.flatnonzero(np.abs(parts) > _NAMED * np.abs(parts).max())
-    chosen = chosen[np.argsort(-np.abs(parts[chosen]), kind="stable")]
+    least = _NAMED if np.isfinite(index) else _NAMED_UNSEEN
+    chosen = np.flatnonzero(np.abs(direction) > least * np.abs(direction).max())
+    chosen = chosen[np.argsort(-np.abs(direction[chosen]), kind="stable")]
+    parts = (
+        direction
+        if any(names[int(j)].endswith("backlash") for j in chosen)
+        else (
+            direction * problem.scale  # [rad] beside [rad/(N m)] only by their effect
+        )
+    )
     relative = parts[chosen] / parts[chosen[0]]
     return Direction(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
 

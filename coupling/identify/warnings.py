@@ -30,6 +30,8 @@ def warnings(found: Identification) -> list[str]:
             "deflections go against what the start file predicts: is the load that on the robot, in base"
             " axes, and the deflection loaded less unloaded?"
         )
+    if not fit.converged:
+        return said
     if telling.condition > STRONG:
         said.append(
             f"the parameters pull against each other, condition {telling.condition:.0f}: hardly told"
@@ -38,12 +40,14 @@ def warnings(found: Identification) -> list[str]:
     said += [
         f"{p.name}: the start value that is kept, {p.start:.4g}, is outside of what the data allow,"
         f" {p.low:.4g} to {p.high:.4g}"
-        for p in found.parameters
-        if not p.identified and p.name not in found.added and not p.low <= p.start <= p.high
+        for p, against in zip(found.parameters, found.intervals.against, strict=True)
+        if not (p.identified or against or p.name in found.added) and not p.low <= p.start <= p.high
     ]
-    for name, row in zip(fit.elasticity.names, found.intervals.rests_on, strict=True):
-        if row >= 0:
-            said.append(f"{name} rests on {measured.names[row]} alone")
+    rests: dict[int, list[str]] = {}
+    for parameter, row in zip(found.parameters, found.intervals.rests_on.tolist(), strict=True):
+        if row >= 0 and parameter.identified:
+            rests.setdefault(row, []).append(parameter.name)
+    said += [f"{', '.join(own)} rest on {measured.names[row]} alone" for row, own in rests.items()]
     if found.noise.known and found.intervals.freedom > 0:
         if found.intervals.scale > 1.5:
             said.append(

@@ -87,7 +87,10 @@ def _number(value: float | None) -> str:
 
 
 def _warnings(found: dict[str, Any]) -> str:
-    items = "".join(f"<li>{html.escape(text)}.</li>" for text in found["warnings"])
+    items = "".join(
+        f"<li>{html.escape(text)}{'.' * (not text.endswith('?'))}</li>"
+        for text in found["warnings"]
+    )
     return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""
 
 

@@ -1,4 +1,4 @@
-"""Measurements of random robots, made by MuJoCo: springs, play, gravity, loads and points off the TCP."""
+"""Measurements of robots, made by MuJoCo: springs, play, gravity, loads and points off the TCP."""
 
 from __future__ import annotations
 
