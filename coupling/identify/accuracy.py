@@ -73,7 +73,7 @@ def _unbounded(
     weighted: LinearProblem, known: bool
 ) -> tuple[np.ndarray, np.ndarray, int, float, np.ndarray]:
     """Return centre and half width of the intervals, degrees of freedom, scale and rows rested on."""
-    rows, numbers = len(weighted.target), weighted.target.size
+    (rows, width), numbers = weighted.target.shape, weighted.target.size
     freedom = numbers - weighted.rank
     inverse = np.linalg.pinv(np.vstack([weighted.scaled, weighted.unseen]))[:, :numbers]
     centre = weighted.solve(bounded=False)
@@ -85,7 +85,7 @@ def _unbounded(
         half = _quantile(freedom) * deviation * spread
     else:
         half = np.full(len(centre), _quantile(np.inf) if known else np.inf) * spread
-    moved, rests_on = _jackknife(weighted, inverse.reshape(len(centre), rows, -1), rest, spread)
+    moved, rests_on = _jackknife(weighted, inverse.reshape(len(centre), rows, width), rest, spread)
     if rows > 1 and freedom > 0:
         of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
         half = np.maximum(half, _quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
@@ -111,7 +111,7 @@ def _jackknife(
         spread: Standard deviations of scaled parameters under a residual of 1, (P,).
     """
     rows, width = rest.shape
-    columns = weighted.scaled.reshape(rows, width, -1)
+    columns = weighted.scaled.reshape(rows, width, len(inverse))
     moved, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
     for i in range(rows):
         hat = columns[i] @ inverse[:, i]

@@ -15,7 +15,7 @@ from coupling.identify.prediction import Model, Prediction, rigid_prediction
 
 _MOST_PASSES = 25
 # The fit ends where a pass moves the predictions by less than this part of the residual, or this [m].
-_SETTLED, _ROUNDING = 1e-8, 1e-14
+_SETTLED, _ROUNDING = 1e-5, 1e-14
 # Passes that estimate the ratio of the deviations of rotations and positions anew.
 _REWEIGHTED = 4
 # A step that moves them by less than this part of the residual needs no check that it fits better.

@@ -68,7 +68,7 @@ class LinearProblem:
     @cached_property
     def scaled(self) -> np.ndarray:
         """A as rows of equations, with scaled columns, (k r, P)."""
-        return self.columns.reshape(-1, self.columns.shape[-1]) * self.scale
+        return self.columns.reshape(self.target.size, len(self.start)) * self.scale
 
     @cached_property
     def decomposition(self) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +159,7 @@ class LinearProblem:
         step = np.where(active, low, 0.0)
         rest = rest - matrix @ step
         step[~active] = np.linalg.lstsq(matrix[:, ~active], rest, rcond=None)[0]
-        return np.maximum(self.start + self.scale * step, 0.0)
+        return np.where(active, 0.0, np.maximum(self.start + self.scale * step, 0.0))
 
     def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return the p between two bounds that solves best, (P,); low < high."""

@@ -1,0 +1,154 @@
+"""Intervals, rows left out, weights, loss: against closed forms, deletion one by one, and chance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from noisy_arm import arm, exact, noisy
+from scipy.stats import t as student
+
+from coupling.errors import IdentifyError
+from coupling.identify.accuracy import _jackknife, intervals, left_out
+from coupling.identify.elastic import Elasticity
+from coupling.identify.fit import fitted
+from coupling.identify.least_squares import LinearProblem
+from coupling.identify.measurements import Measurements
+from coupling.identify.noise import noise_of, whitening
+from coupling.identify.prediction import rigid_prediction
+
+
+def random_problem(seed: int, rows: int = 9, parameters: int = 4) -> LinearProblem:
+    rng = np.random.default_rng(seed)
+    size = 10.0 ** rng.uniform(2, 6, parameters)
+    columns, p = (
+        rng.normal(size=(rows, 3, parameters)) * size,
+        rng.uniform(0.5, 2.0, parameters) / size,
+    )
+    target = columns @ p + 0.05 * rng.normal(size=(rows, 3))
+    return LinearProblem.of(columns, target, p, p)
+
+
+def test_bounded_least_squares_keeps_to_the_conditions_of_the_optimum():
+    """Gradient zero where p > 0, not pulling down where p = 0 (Karush, Kuhn and Tucker)."""
+    held = 0
+    for seed in range(30):
+        problem = random_problem(seed)
+        problem = replace(problem, target=np.random.default_rng(seed).normal(size=(9, 3)))
+        p = problem.solve()
+        gradient = problem.scaled.T @ problem.residual(p).ravel()
+        free = p > 0.0
+        held += np.count_nonzero(~free)
+        size = np.linalg.norm(problem.target)
+        assert np.abs(gradient[free]).max(initial=0.0) < 1e-12 * size
+        assert gradient[~free].max(initial=-size) < 0.0
+    assert held > 20
+
+
+def test_rows_left_out_and_the_jackknife_are_fits_of_the_others():
+    problem = random_problem(1)
+    errors, p = left_out(problem, "squares"), problem.solve(bounded=False)
+    count, numbers = len(p), problem.target.size
+    inverse = np.linalg.pinv(problem.scaled)
+    rest = problem.residual(p)
+    spread = np.linalg.norm(inverse, axis=1)
+    moved, alone = _jackknife(problem, inverse.reshape(count, -1, 3), rest, spread)
+    assert np.all(alone < 0)
+    assert numbers == 27
+    for i in range(len(problem.target)):
+        columns = np.delete(problem.columns, i, axis=0).reshape(-1, count)
+        other = np.linalg.lstsq(columns, np.delete(problem.target, i, axis=0).ravel())[0]
+        np.testing.assert_allclose((p + problem.scale * moved[:, i]), other, rtol=1e-9)
+        expected = problem.target[i] - problem.columns[i] @ other
+        np.testing.assert_allclose(errors[i], expected, rtol=0, atol=1e-9)
+
+
+def test_an_interval_is_students_or_wider():
+    problem = random_problem(2)
+    p = problem.solve(bounded=False)
+    found = intervals(problem, np.ones(9), np.abs(p), known=False)
+    columns, rest = problem.columns.reshape(-1, 4), problem.residual(p)
+    variance = np.sum(rest**2) / (27 - 4) * np.diag(np.linalg.inv(columns.T @ columns))
+    half = student.ppf(0.975, 23) * np.sqrt(variance)
+    assert found.freedom == 23
+    assert np.all(found.high - p >= half * (1 - 1e-9))
+    assert np.any(np.isclose(found.high - p, half, rtol=1e-9))
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_intervals_hold_the_truth_as_often_as_they_say(known):
+    """0.02 mm and 5 N, 25 repetitions of 8 rows; docs/scripts/make_identify.py does more, by MuJoCo."""
+    true = arm(tilt=True)
+    rows, rng = exact(true, 8, seed=1), np.random.default_rng(2)
+    elasticity = Elasticity.of(true, "backlash")
+    start = Elasticity.of(elasticity.described(1.3 * elasticity.start), "backlash")
+    inside = np.zeros(len(elasticity.names))
+    for _ in range(25):
+        own = noisy(rows, rng, 2e-5, 5.0)
+        noise = noise_of(own, 2e-5, None, 5.0, None) if known else noise_of(own)
+        fit = fitted(start, own, "backlash", noise)
+        assert fit.converged
+        found = intervals(fit.problem, fit.weight, fit.values, known)
+        inside += (found.low <= elasticity.start) & (elasticity.start <= found.high)
+        assert 0.4 < found.scale / (1.0 if known else 2e-5) < 2.5
+    assert np.all(inside >= 0.8 * 25)
+    assert inside.sum() >= 0.93 * 25 * len(inside)
+
+
+def test_weights_are_the_covariance_of_what_was_measured():
+    """Deflections of samples with noise on reading and force have the covariance that is whitened."""
+    true, rng = arm(), np.random.default_rng(0)
+    rows = exact(true, 1, seed=5)
+    elasticity = Elasticity.of(true, "backlash")
+    noise = noise_of(rows, 1e-5, None, 40.0, None)
+    white = whitening(noise, rigid_prediction(elasticity, rows, elasticity.start).by_wrench)[0]
+    many = Measurements.of(
+        np.repeat(rows.q, 2000, axis=0),
+        np.repeat(rows.wrench, 2000, axis=0),
+        np.zeros((2000, 3)),
+    )
+    errors = rigid_prediction(elasticity, noisy(many, rng, 0.0, 40.0), elasticity.start).deflection
+    errors = errors - errors.mean(axis=0) + 1e-5 * rng.normal(size=errors.shape)
+    np.testing.assert_allclose(np.cov(white @ errors.T), np.eye(3), atol=0.12)
+    assert np.abs(white @ np.diag([1e-5] * 3) - np.eye(3)).max() > 0.3  # the force's part counts
+
+
+def test_a_row_that_is_off_hardly_moves_the_robust_fit():
+    true = arm()
+    rows = noisy(exact(true, 20, seed=3), np.random.default_rng(4), 1e-5)
+    elasticity = Elasticity.of(true, "backlash")
+    spoiled = rows.deflection.copy()
+    spoiled[7] += 5e-3
+    rows = replace(rows, deflection=spoiled)
+    error = {}
+    for loss in ("squares", "huber"):
+        fit = fitted(elasticity, rows, "backlash", noise_of(rows), loss)
+        assert fit.converged
+        error[loss] = np.abs(fit.values / elasticity.start - 1.0).max()
+    assert 5.0 * error["huber"] < error["squares"]
+    assert fit.weight[7] < 0.1
+    assert fit.weight[7] == fit.weight.min()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"force": 5.0}, "beside those of the loads"),
+        ({"position": 0.0}, "> 0"),
+    ],
+)
+def test_deviations_that_do_not_suffice_are_refused(given, words):
+    with pytest.raises(IdentifyError, match=words):
+        noise_of(exact(arm(), 2, seed=0), **given)
+
+
+def test_deviations_of_positions_alone_do_not_weigh_rotations():
+    rows = exact(arm(), 2, seed=0)
+    turned = replace(
+        rows,
+        deflection=np.zeros((2, 6)),
+        deflection_deviation=np.full((2, 6), np.nan),
+    )
+    with pytest.raises(IdentifyError, match="--sd-rad"):
+        noise_of(turned, position=1e-5)
