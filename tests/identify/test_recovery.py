@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
-from measured_robots import measured
 from random_robots import make_robot
 
 from coupling.identify.elastic import Elasticity
 from coupling.identify.fit import fitted
 from coupling.identify.noise import noise_of
+from examples.mujoco_robot.measuring import measured
 
 
 def random_task(seed: int, joints: int, backlash: float, rotations: bool):
@@ -23,7 +23,7 @@ def random_task(seed: int, joints: int, backlash: float, rotations: bool):
     wrench = np.hstack([rng.normal(size=(count, 3)) * 800.0, rng.normal(size=(count, 3)) * 200.0])
     points = rng.uniform(-0.5, 0.5, (2, count, 3))
     q = rng.uniform(-2.5, 2.5, (count, joints))
-    return true, measured(true, q, wrench, *points, rotations=rotations), rng
+    return true, measured(true, q, wrench, points, rotations), rng
 
 
 @pytest.mark.parametrize("joints", range(1, 8))

@@ -1,0 +1,168 @@
+"""Write the tables of docs/identify.md: make identify.
+
+The FANUC R-2000iC's measurements, and 200 repetitions of 30 noisy measurements by MuJoCo; with names,
+only those parts: python docs/scripts/make_identify.py fanuc coverage.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.identify.accuracy import intervals
+from coupling.identify.elastic import Elasticity
+from coupling.identify.fit import fitted
+from coupling.identify.found import Identification, rms
+from coupling.identify.identification import Options, identify
+from coupling.identify.measurements import read_measurements
+from coupling.identify.noise import noise_of
+from docs.scripts.page import finish, replace_parts, table
+from elastic_robot.description import Robot, Tilt
+from examples.mujoco_robot.measuring import measured
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "identify"
+REPETITIONS, ROWS = 200, 30
+POSITION, FORCE = 2e-5, 5.0  # [m, N], standard deviations
+_X, _Y, _Z = (tuple(axis) for axis in np.eye(3).tolist())
+
+
+def fanuc() -> str:
+    """Return what 43 measured deflections say."""
+    start = load_robot(EXAMPLES / "fanuc_start.toml")
+    rows = read_measurements(EXAMPLES / "fanuc_r2000ic.csv", 6)
+    options = Options(noise_of(rows))
+    axial = identify(start, rows, options)
+    tilted = identify(start, rows, replace(options, add=("supported",)))
+    six = identify(_tilted(start), rows, options)
+    others = [
+        further
+        for further in axial.further
+        if further.candidate.axis is not None
+        and further.candidate.joint < 3
+        and further.candidate.name != "joint[3].tilt about [0, 0, 1]"
+    ]
+    size = np.sqrt(rows.deflection.size)
+    left = [1e3 * np.sqrt(further.support.within) / size for further in others]
+    head = (
+        f"{rows.count} loads, data {1e3 * rms(rows.deflection):.3f} mm rms",
+        "fit",
+        "left out",
+        "worst left out",
+        "K1 .. K6 [kN m/rad]",
+        "condition",
+    )
+    table_rows = [
+        ("six joints", *_sizes(axial)),
+        ("and the tilt of joint 3 about z of its body", *_sizes(tilted)),
+        (
+            "each other tilt of joints 1 to 3 instead",
+            "",
+            f"{min(left):.3f} to {max(left):.3f}",
+            "",
+            "",
+            "",
+        ),
+        ("all six tilts of joints 1 to 3", *_sizes(six)),
+        ("published stiffness, no tilt", f"{1e3 * axial.rms_start:.3f}", "", "", "", ""),
+    ]
+    (tilt,) = [p for p in tilted.parameters if p.name in tilted.added]
+    assert tilt.support is not None
+    numbers = table(
+        ("with the tilt", "[kN m/rad]", "95 % from", "to", "verdict"),
+        [
+            (
+                f"`{p.name}`",
+                *(_kilo(value) for value in (p.value, p.low, p.high)),
+                "identified" if p.identified else f"not identified: {p.reason}",
+            )
+            for p in tilted.parameters
+        ],
+    )
+    kept = [p.name for p in six.parameters if not p.identified]
+    return (
+        f"{table(head, table_rows)}\n\n{numbers}\n\n"
+        f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
+        f" {len(six.parameters)} parameters are refused."
+    )
+
+
+def coverage() -> str:
+    """Return how often intervals hold the truth."""
+    found = [_coverage(name, seed) for seed, name in enumerate(("fanuc_r2000ic", "icme2008"), 1)]
+    head = ("robot, parameter", "identified in", "inside its interval", "median half width")
+    return table(head, [row for rows in found for row in rows])
+
+
+def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
+    """Return a row for each parameter of a robot that MuJoCo measures."""
+    rng, true = np.random.default_rng(seed), load_robot(find_robot(name))
+    right = Elasticity.of(true, "backlash")
+    ways = rng.normal(size=(ROWS, 3))
+    wrench = np.zeros((ROWS, 6))
+    wrench[:, :3] = ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    wrench *= rng.uniform(500.0, 1000.0, (ROWS, 1))
+    points = [np.tile(rng.uniform(-0.2, 0.2, 3), (ROWS, 1)) for _ in range(2)]
+    exact = measured(true, rng.uniform(-1.2, 1.2, (ROWS, len(true.joints))), wrench, points)
+    first = right.described(right.start * rng.uniform(0.6, 1.6, len(right.start)))
+    start = Elasticity.of(first, "backlash")
+    inside, identified, halves = [], [], []
+    for _ in range(REPETITIONS):
+        forces = exact.wrench.copy()
+        forces[:, :3] += FORCE * rng.normal(size=(ROWS, 3))
+        noise = POSITION * rng.normal(size=exact.deflection.shape)
+        rows = replace(exact, deflection=exact.deflection + noise, wrench=forces)
+        noise_given = noise_of(rows, POSITION, None, FORCE, None)
+        fit = fitted(start, rows, "backlash", noise_given)
+        sure = intervals(fit.problem, fit.weight, fit.values, known=True)
+        inside.append((sure.low <= right.start) & (right.start <= sure.high))
+        identified.append((sure.low > 0.0) & np.isfinite(sure.high) & fit.converged)
+        halves.append((sure.high - sure.low) / 2.0 / right.start)
+    shares, often = np.mean(inside, axis=0), np.mean(identified, axis=0)
+    median = np.median(halves, axis=0)
+    return [
+        (
+            f"{name} `{parameter}`",
+            f"{100 * often[j]:.0f} %",
+            f"{100 * shares[j]:.1f} %",
+            f"{100 * median[j]:.0f} %" if np.isfinite(median[j]) else "no end",
+        )
+        for j, parameter in enumerate(right.names)
+    ]
+
+
+def _tilted(robot: Robot) -> Robot:
+    axes = [(_X, _Y), (_X, _Z), (_X, _Z)]
+    joints = [
+        replace(joint, tilt=tuple(Tilt(axis, 2e7, 0.0) for axis in own))
+        for joint, own in zip(robot.joints, axes, strict=False)
+    ]
+    return replace(robot, joints=(*joints, *robot.joints[3:]))
+
+
+def _sizes(found: Identification) -> tuple[str, ...]:
+    torsions = [p.value for p in found.parameters if ".tilt[" not in p.name]
+    tilts = [p.value for p in found.parameters if p.name in found.added]
+    worst = np.linalg.norm(found.left_out[found.worst(1)[0]])
+    return (
+        f"{1e3 * rms(found.residual):.3f}",
+        f"{1e3 * rms(found.left_out):.3f} mm",
+        f"{1e3 * worst:.2f} mm",
+        ", ".join(_kilo(value) for value in torsions)
+        + "".join(f"; tilt {_kilo(value)}" for value in tilts),
+        f"{found.separability.condition:.1f}",
+    )
+
+
+def _kilo(stiffness: float) -> str:
+    return f"{1e-3 * stiffness:.0f}" if np.isfinite(stiffness) else "rigid"
+
+
+PARTS: dict[str, Callable[[], str]] = {"fanuc": fanuc, "coverage": coverage}
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("identify", PARTS, sys.argv[1:])))
