@@ -53,8 +53,9 @@ def test_rows_left_out_and_the_jackknife_are_fits_of_the_others():
     inverse = np.linalg.pinv(problem.scaled)
     rest = problem.residual(p)
     spread = np.linalg.norm(inverse, axis=1)
-    moved, alone = _jackknife(problem, inverse.reshape(count, -1, 3), rest, spread)
+    moved, alone, needed = _jackknife(problem, inverse.reshape(count, -1, 3), rest, spread)
     assert np.all(alone < 0)
+    assert not needed.any()
     assert numbers == 27
     for i in range(len(problem.target)):
         columns = np.delete(problem.columns, i, axis=0).reshape(-1, count)
@@ -62,6 +63,25 @@ def test_rows_left_out_and_the_jackknife_are_fits_of_the_others():
         np.testing.assert_allclose((p + problem.scale * moved[:, i]), other, rtol=1e-9)
         expected = problem.target[i] - problem.columns[i] @ other
         np.testing.assert_allclose(errors[i], expected, rtol=0, atol=1e-9)
+
+
+def test_rows_left_out_meet_bounds_and_gaps_as_well():
+    """Few rows, columns that are alike or zero, values at their bound: as one fit for each row."""
+    rng = np.random.default_rng(0)
+    for case in range(40):
+        rows, count = int(rng.integers(1, 9)), int(rng.integers(1, 7))
+        size = 10.0 ** rng.uniform(2, 6, count)
+        columns, p = rng.normal(size=(rows, 3, count)) * size, rng.uniform(0, 1, count) / size
+        columns[:, :, -1] *= 0.0 if case % 4 == 0 else 1.0
+        if case % 3 == 0:
+            columns[:, :, 0] = 2.0 * columns[:, :, -1]
+        target = columns @ p + 0.3 * rng.normal(size=(rows, 3))
+        problem = LinearProblem.of(columns, target, p, p)
+        errors = left_out(problem, "squares")
+        for i in range(rows):
+            other = problem.without(i).solve()
+            expected = problem.target[i] - problem.columns[i] @ other
+            np.testing.assert_allclose(errors[i], expected, rtol=0, atol=1e-9)
 
 
 def test_an_interval_is_students_or_wider():
