@@ -85,7 +85,9 @@ def _unbounded(
         half = _quantile(freedom) * deviation * spread
     else:
         half = np.full(len(centre), _quantile(np.inf) if known else np.inf) * spread
-    moved, rests_on, _ = _jackknife(weighted, inverse.reshape(len(centre), rows, width), rest, spread)
+    moved, rests_on, _ = _jackknife(
+        weighted, inverse.reshape(len(centre), rows, width), rest, spread
+    )
     if rows > 1 and freedom > 0:
         of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
         half = np.maximum(half, _quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
@@ -145,7 +147,7 @@ def left_out(problem: LinearProblem, loss: str) -> np.ndarray:
         rest, spread = problem.residual(p), np.linalg.norm(inverse, axis=(1, 2))
         moved, _, alone = _jackknife(problem, inverse, rest, spread)
         others = p[:, None] + problem.scale[:, None] * moved
-        alone = alone | np.any(others < 0.0, axis=0)
+        alone = alone | np.any(others < problem.lowest[:, None], axis=0)
         errors = problem.target - np.einsum("krp,pk->kr", problem.columns, others)
     for i in np.flatnonzero(alone):
         others, _ = solved(problem.without(int(i)), loss)

@@ -12,6 +12,7 @@ from coupling.identify.fit import Fit
 from coupling.identify.judge import Judged
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import Noise
+from coupling.identify.points import MovedPoint
 from coupling.identify.separable import Separability
 from coupling.identify.support import CommonLoss, Support
 from elastic_robot.description import Robot
@@ -53,6 +54,7 @@ class Identification:
         separability: What postures and loads can tell.
         further: Parameters that were tested beside.
         loss: What every row lacks.
+        points: Whether load and measured point seem to be elsewhere.
         noise: Standard deviations that were given.
     """
 
@@ -68,6 +70,7 @@ class Identification:
     separability: Separability
     further: tuple[Further, ...]
     loss: CommonLoss | None
+    points: tuple[MovedPoint, ...]
     noise: Noise
 
     @property

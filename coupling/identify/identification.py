@@ -15,6 +15,7 @@ from coupling.identify.found import Further, Identification, rms
 from coupling.identify.judge import judged
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import Noise
+from coupling.identify.points import moved_points
 from coupling.identify.prediction import Model, candidate_columns
 from coupling.identify.separable import separability
 from coupling.identify.support import common_loss, support
@@ -109,8 +110,10 @@ def _once(
     known = options.noise.known
     sure = intervals(fit.problem, fit.weight, fit.values, known)
     tested = np.flatnonzero(~elasticity.is_torsion)
+    every = np.arange(len(elasticity.names))
     supports = {
-        int(j): support(fit.problem, int(j), fit.weight, options.loss, len(tested)) for j in tested
+        int(j): support(fit.problem, every == j, fit.weight, options.loss, len(tested))
+        for j in tested
     }
     telling = separability(fit.rigid, elasticity.names)
     parameters = judged(fit, sure, supports, telling)
@@ -137,6 +140,7 @@ def _once(
         telling,
         tuple(further),
         common_loss(fit.problem, fit.weight, white, fit.prediction.deflection),
+        tuple(moved_points(fit, measured, options.loss)),
         options.noise,
     )
 
@@ -178,7 +182,8 @@ def _further(
     for candidate, columns in whole:
         column = (white @ columns)[:, :, 0]
         problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
-        tested = support(problem, len(fit.values), fit.weight, options.loss, len(whole))
+        last = np.arange(len(problem.start)) == len(fit.values)
+        tested = support(problem, last, fit.weight, options.loss, len(whole))
         value = float(problem.weighted(fit.weight).solve()[-1])
         results.append(Further(candidate, value, tested))
     return results

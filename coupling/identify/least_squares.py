@@ -39,6 +39,7 @@ class LinearProblem:
         scale: What a scaled parameter of 1 is, 1 over the length of its column; 0 where that is no
             column beside the others, (P,).
         unseen: Directions of the scaled parameters that change nothing, (d, P).
+        signed: Number of parameters, the last ones, that may be negative.
     """
 
     columns: np.ndarray
@@ -47,6 +48,12 @@ class LinearProblem:
     size: np.ndarray
     scale: np.ndarray
     unseen: np.ndarray
+    signed: int = 0
+
+    @property
+    def lowest(self) -> np.ndarray:
+        """Bounds of p: 0, or minus infinity, (P,)."""
+        return np.where(np.arange(len(self.start)) < len(self.start) - self.signed, 0.0, -np.inf)
 
     @classmethod
     def of(
@@ -73,10 +80,7 @@ class LinearProblem:
     @cached_property
     def decomposition(self) -> tuple[np.ndarray, np.ndarray]:
         """Singular values, falling, and directions in rows, of the scaled columns; (P,), (P, P)."""
-        _, values, directions = np.linalg.svd(self.scaled, full_matrices=True)
-        whole = np.zeros(len(directions))
-        whole[: len(values)] = values
-        return whole, directions
+        return _decomposed(self.scaled)
 
     @property
     def held(self) -> np.ndarray:
@@ -106,14 +110,16 @@ class LinearProblem:
             self.size[chosen],
             self.scale[chosen],
             left[:, taking_part:].T @ self.unseen[:, chosen],
+            int(np.count_nonzero(chosen & np.isinf(self.lowest))),
         )
 
-    def also(self, column: np.ndarray, size: float) -> LinearProblem:
+    def also(self, column: np.ndarray, size: float, signed: bool = False) -> LinearProblem:
         """Return the problem with one more parameter, zero where it is not seen.
 
         Args:
             column: Its whitened column, (k, r).
             size: Its usual size.
+            signed: Whether it may be negative; those after it are as well.
         """
         length = float(np.linalg.norm(column))
         effect = np.divide(
@@ -128,9 +134,9 @@ class LinearProblem:
             np.append(self.size, size),
             np.append(self.scale, 1.0 / length if seen else 0.0),
             held,
+            self.signed + signed,
         )
-        _, values, directions = np.linalg.svd(np.vstack([wider.scaled, held]))
-        values = np.pad(values, (0, len(directions) - len(values)))
+        values, directions = _decomposed(np.vstack([wider.scaled, held]))
         alike = directions[values <= UNSEEN * values.max(initial=0.0)]
         return replace(wider, unseen=np.vstack([held, alike]))
 
@@ -143,23 +149,24 @@ class LinearProblem:
         return self.target - self.columns @ p
 
     def solve(self, bounded: bool = True) -> np.ndarray:
-        """Return p, not negative where `bounded`, (P,)."""
+        """Return p, within its bounds where `bounded`, (P,)."""
         # Equations that hold what is not seen; they take part in nothing else.
         matrix = np.vstack([self.scaled, self.unseen])
         rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
         step: np.ndarray = np.linalg.lstsq(matrix, rest, rcond=None)[0]
         found = self.start + self.scale * step
-        if not bounded or np.all(found >= 0.0):
+        lowest = self.lowest
+        if not bounded or np.all(found >= lowest):
             return found
         low = np.full(len(step), -np.inf)
-        seen = self.scale > 0.0
-        low[seen] = -self.start[seen] / self.scale[seen]
+        bound = (self.scale > 0.0) & np.isfinite(lowest)
+        low[bound] = -self.start[bound] / self.scale[bound]
         low -= 1e-12 * (low == 0.0)  # bounds have to leave room
         active = lsq_linear(matrix, rest, (low, np.inf), method="bvls").active_mask < 0
         step = np.where(active, low, 0.0)
         rest = rest - matrix @ step
         step[~active] = np.linalg.lstsq(matrix[:, ~active], rest, rcond=None)[0]
-        return np.where(active, 0.0, np.maximum(self.start + self.scale * step, 0.0))
+        return np.where(active, 0.0, np.maximum(self.start + self.scale * step, lowest))
 
     def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return the p between two bounds that solves best, (P,); low < high."""
@@ -172,6 +179,12 @@ class LinearProblem:
         rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
         step = lsq_linear(matrix, rest, bounds, method="bvls").x
         return np.clip(self.start + scale * step, low, high)
+
+
+def _decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return all singular values, falling, and right directions in rows, of many equations."""
+    _, values, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=True)
+    return np.pad(values, (0, len(directions) - len(values))), directions
 
 
 def robust_weights(problem: LinearProblem, p: np.ndarray, loss: str) -> np.ndarray:

@@ -98,6 +98,37 @@ def candidate_columns(
     return columns
 
 
+def point_columns(
+    elasticity: Elasticity, measured: Measurements, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how rigid predictions follow shifts of measured point and load point, (k, r, 3) each.
+
+    The tool turns by r: the measured point moves by r x d more for a shift d, and the load twists the
+    joints by J_w^T (d x f) more.
+
+    Args:
+        elasticity: The parameters.
+        measured: The measurements.
+        values: Values of the parameters, (P,).
+    """
+    chain = build_chain(elasticity.robot)
+    data, rows = chain.model.createData(), measured.rows
+    own = elasticity.elastic[~elasticity.is_backlash]
+    turning = rigid_prediction(
+        elasticity, replace(measured, deflection=np.zeros((measured.count, 6))), values
+    )
+    of_point, of_load = np.zeros((2, measured.count, rows, 3))
+    for k in range(measured.count):
+        theta = chain.theta(measured.q[k])
+        jacobian = tcp_jacobian(chain, data, theta)[:, chain.elastic]
+        turn = base_from_tool(chain, data, theta).rotation
+        at_point = moved(jacobian, turn @ measured.measured_point[k])[:rows, own]
+        compliance = at_point * values[~elasticity.is_backlash]
+        of_point[k, :3] = np.cross(turning.deflection[k, 3:], turn.T).T
+        of_load[k] = compliance @ jacobian[3:, own].T @ np.cross(turn.T, measured.wrench[k, :3]).T
+    return of_point, of_load
+
+
 def positions(robot: Robot, measured: Measurements) -> np.ndarray:
     """Return where the measured points of the undeflected robot are [m], base axes, (k, 3)."""
     chain = build_chain(robot)

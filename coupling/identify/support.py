@@ -22,10 +22,10 @@ _TRIMMED = 3
 
 @dataclass(frozen=True)
 class Support:
-    """A parameter beside a model without it.
+    """A parameter, or some together, beside a model without.
 
     Attributes:
-        statistic: F on (1, freedom): how much the squares fall, over the variance.
+        statistic: F: how much the squares fall for each parameter, over the variance.
         probability: Of an F as large by chance.
         without, within: Leave-one-out sums of squares, without and with the parameter, whitened.
         tests: Number of parameters tested together, by which `SIGNIFICANT` is divided (Bonferroni).
@@ -78,22 +78,22 @@ class Support:
 
 
 def support(
-    with_it: LinearProblem, number: int, weight: np.ndarray, loss: str, tests: int
+    with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, loss: str, tests: int
 ) -> Support:
-    """Test one parameter of a problem against the problem without it.
+    """Test some parameters of a problem together against the problem without them.
 
     Args:
         with_it: The problem, without weights of the loss.
-        number: Which parameter.
+        tested: Which parameters, (P,) of bool.
         weight: Weights of the loss, (k,).
         loss: A name of `LOSSES`.
         tests: Number of parameters tested together.
     """
-    others = np.arange(len(with_it.start)) != number
-    without = with_it.only(others)
-    if with_it.scale[number] == 0.0:
+    without = with_it.only(~tested)
+    more = with_it.rank - without.rank
+    if not with_it.scale[tested].any():
         return _untested(tests, "no measurement moves it")
-    if with_it.rank == without.rank:
+    if more == 0:
         return _untested(tests, "cannot be told apart from the others")
     freedom = with_it.target.size - with_it.rank
     if freedom <= 0:
@@ -103,11 +103,11 @@ def support(
         for p in (without.weighted(weight), with_it.weighted(weight))
     ]
     error = max(squares[1], np.finfo(float).eps ** 2 * float(np.sum(with_it.target**2))) / freedom
-    statistic = max(squares[0] - squares[1], 0.0) / error if error > 0.0 else 0.0
+    statistic = max(squares[0] - squares[1], 0.0) / more / error if error > 0.0 else 0.0
     errors = [np.sum(left_out(p, loss) ** 2, axis=1) for p in (without, with_it)]
     found = Support(
         statistic,
-        float(fisher.sf(statistic, 1, freedom)),
+        float(fisher.sf(statistic, more, freedom)),
         float(errors[0].sum()),
         float(errors[1].sum()),
         tests,
@@ -174,7 +174,9 @@ def common_loss(
     way[:, 3:] = 0.0
     length = np.linalg.norm(way, axis=1, keepdims=True)
     way = np.divide(-way, length, out=np.zeros_like(way), where=length > 0.0)
-    extended = problem.also(np.einsum("kij,kj->ki", white, way), _SMALL).weighted(weight)
+    extended = problem.also(np.einsum("kij,kj->ki", white, way), _SMALL, signed=True).weighted(
+        weight
+    )
     freedom = problem.target.size - extended.rank
     if extended.rank == problem.rank or freedom <= 0:
         return None

@@ -59,8 +59,9 @@ def warnings(found: Identification) -> list[str]:
                 f"residuals are {found.intervals.scale:.2g} times what the standard deviations say: they"
                 " are too large"
             )
-    if found.loss is not None and found.loss.suspicion():
-        said.append(found.loss.suspicion())
+    suspicions = [point.suspicion() for point in found.points]
+    suspicions += [found.loss.suspicion()] if found.loss is not None else []
+    said += [suspicion for suspicion in suspicions if suspicion]
     if found.rms_written > 1.2 * rms(found.residual):
         said.append(
             "with the values that were kept the robot as written is off by"

@@ -21,6 +21,7 @@ from coupling.identify.found import Identification, rms
 from coupling.identify.identification import Options, identify
 from coupling.identify.measurements import read_measurements
 from coupling.identify.noise import noise_of
+from coupling.identify.points import MovedPoint
 from docs.scripts.page import finish, replace_parts, table
 from elastic_robot.description import Robot, Tilt
 from examples.mujoco_robot.measuring import measured
@@ -84,10 +85,15 @@ def fanuc() -> str:
         ],
     )
     kept = [p.name for p in six.parameters if not p.identified]
+    shifts = " ".join(
+        f"- {words}, one at a time: {'; '.join(_shift(point) for point in found.points)}.\n"
+        for words, found in (("Without the tilt", axial), ("With it", tilted))
+    ).replace("\n ", "\n")
     return (
         f"{table(head, table_rows)}\n\n{numbers}\n\n"
         f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
-        f" {len(six.parameters)} parameters are refused."
+        f" {len(six.parameters)} parameters are refused.\n\n"
+        f"Would load or marker explain more elsewhere (TCP's frame, to first order)?\n\n{shifts.rstrip()}"
     )
 
 
@@ -142,6 +148,11 @@ def _tilted(robot: Robot) -> Robot:
         for joint, own in zip(robot.joints, axes, strict=False)
     ]
     return replace(robot, joints=(*joints, *robot.joints[3:]))
+
+
+def _shift(point: MovedPoint) -> str:
+    place = ", ".join(f"{value:.2f}" for value in point.shift)
+    return f"{point.name} by [{place}] m, {point.support.in_words()}"
 
 
 def _sizes(found: Identification) -> tuple[str, ...]:

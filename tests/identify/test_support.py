@@ -23,7 +23,7 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
     fit = fitted(Elasticity.of(robot, "backlash"), rows, "backlash", noise_of(rows))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    found = support(fit.problem, number, fit.weight, "squares", tests=1)
+    found = support(fit.problem, np.arange(4) == number, fit.weight, "squares", tests=1)
     columns = fit.problem.columns.reshape(-1, 4)
     rest = fit.problem.residual(fit.problem.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
@@ -83,3 +83,22 @@ def test_a_constant_part_of_every_deflection_is_suspected(part, words):
     assert abs(-found.loss.value - part) < found.loss.half
     said = found.loss.suspicion()
     assert (words in said) if words else said == ""
+
+
+@pytest.mark.parametrize("which", ["measured point", "load point"])
+def test_a_point_that_was_elsewhere_is_suspected_where_it_was(which):
+    """Made with one point 5 mm off, read as at the TCP; a right table raises no suspicion."""
+    rng, shift = np.random.default_rng(4), np.array([0.003, -0.004, 0.001])
+    rows = exact(arm(), 20, seed=8)
+    place = {which.replace(" ", "_"): np.tile(shift, (20, 1))}
+    elasticity = Elasticity.of(arm(), "linear")
+    off = Model(elasticity, replace(rows, **place), "linear").predict(elasticity.start)
+    spoiled = noisy(replace(rows, deflection=off.deflection), rng, 1e-7)
+    found = identify(arm(), spoiled, Options(noise_of(spoiled), "linear"))
+    (own,) = [point for point in found.points if point.name == which]
+    assert own.support.supported
+    np.testing.assert_allclose(own.shift, shift, atol=5e-4)
+    assert which in own.suspicion()
+    right = noisy(rows, rng, 5e-6)
+    found = identify(arm(), right, Options(noise_of(right), "linear"))
+    assert [point.suspicion() for point in found.points] == ["", ""]
