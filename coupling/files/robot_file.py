@@ -111,7 +111,9 @@ def shipped_robots() -> dict[str, Path]:
     Those of the examples are among them: a wheel has them beside the others, a checkout where they are.
     """
     package = Path(str(resources.files("coupling.files")))
-    folders = (package / "robots", package.parents[1] / "examples" / "robots")
+    folders, checkout = [package / "robots"], package.parents[1]
+    if (checkout / "pyproject.toml").is_file():
+        folders.append(checkout / "examples" / "robots")
     files = [file for folder in folders for file in folder.glob("*.toml")]
     return {file.stem: file for file in sorted(files, key=lambda file: file.stem)}
 

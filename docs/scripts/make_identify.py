@@ -93,7 +93,8 @@ def fanuc() -> str:
         f"{table(head, table_rows)}\n\n{numbers}\n\n"
         f"The tilt: {tilt.support.in_words()}. With all six tilts {len(kept)} of"
         f" {len(six.parameters)} parameters are refused.\n\n"
-        f"Would load or marker explain more elsewhere (TCP's frame, to first order)?\n\n{shifts.rstrip()}"
+        "Would load or marker explain more elsewhere (TCP's frame, to first order)?\n\n"
+        f"{shifts.rstrip()}"
     )
 
 
