@@ -9,100 +9,26 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from pydantic import Field
 
 from coupling.errors import one_of
+from coupling.files.robot_schema import (
+    BodyTable,
+    Elasticity,
+    RobotFile,
+    UrdfJoint,
+    UrdfRobotFile,
+)
 from coupling.files.sources import Number, numbers, require_places
-from coupling.files.toml_file import Positive, Schema, Vector3, load_toml, validate
+from coupling.files.toml_file import load_toml, validate
 from coupling.files.urdf import UrdfChain, find_urdf, read_urdf
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Body, Joint, Robot, Tilt
 from elastic_robot.errors import ElasticRobotError, RobotFileError
 from elastic_robot.spline_curve import akima
-
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-
-
-class _Body(Schema):
-    mass: float
-    com: Vector3
-    inertia: Annotated[list[float], Field(min_length=3, max_length=6)]
-
-    def body(self) -> Body:
-        return Body(self.mass, tuple(self.com), tuple(self.inertia))
-
-
-class _Tilt(Schema):
-    axis: Vector3
-    stiffness: float
-    damping: float = 0.0
-
-
-class _Elasticity(Schema):
-    """What gives way in a joint, and what its drive can do."""
-
-    stiffness: float | None = None
-    damping: float = 0.0
-    backlash: float = 0.0
-    tilt: list[_Tilt] = []
-    torque_table: list[Pair] | None = None
-    limits: Pair | None = None
-    max_rate: float | None = None
-    max_acceleration: float | None = None
-
-
-class _Joint(_Body, _Elasticity):
-    name: str = ""
-    origin: Vector3
-    axis: Vector3
-
-
-class _Tcp(Schema):
-    position: Vector3
-    rpy: Vector3 = [0.0, 0.0, 0.0]
-
-
-class _RobotFile(Schema):
-    """A robot file that describes the whole robot."""
-
-    name: str
-    gravity: Vector3 = [0.0, 0.0, -9.81]
-    tcp: _Tcp
-    joint: Annotated[list[_Joint], Field(min_length=1)]
-    payload: _Body | None = None
-    sources: dict[str, str] = {}
-
-
-class _Urdf(Schema):
-    file: str
-    base: str | None = None
-    mass_scale: Positive = 1.0
-
-
-class _UrdfJoint(_Elasticity):
-    name: str
-
-
-class _UrdfTcp(Schema):
-    link: str
-    position: Vector3 = [0.0, 0.0, 0.0]
-    rpy: Vector3 = [0.0, 0.0, 0.0]
-
-
-class _UrdfRobotFile(Schema):
-    """A robot file that adds elasticities to a URDF."""
-
-    name: str
-    gravity: Vector3 = [0.0, 0.0, -9.81]
-    urdf: _Urdf
-    tcp: _UrdfTcp
-    joint: list[_UrdfJoint] = []
-    payload: _Body | None = None
-    sources: dict[str, str] = {}
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -140,7 +66,7 @@ def robot_numbers(path: Path) -> tuple[str, list[Number]]:
         RobotFileError: If the file cannot be read or does not have a robot file's keys.
     """
     data = load_toml(path, RobotFileError)
-    schema: type[_RobotFile | _UrdfRobotFile] = _UrdfRobotFile if "urdf" in data else _RobotFile
+    schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     file = validate(data, schema, RobotFileError, str(path))
     try:
         require_places(data)
@@ -183,14 +109,14 @@ def axes_of_file(path: Path) -> list[np.ndarray]:
     data = load_toml(path, RobotFileError)
     if "urdf" not in data:
         return [np.eye(3)] * len(data["joint"])
-    file = validate(data, _UrdfRobotFile, RobotFileError, str(path))
+    file = validate(data, UrdfRobotFile, RobotFileError, str(path))
     chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
     return [base_from_joint.rotation for base_from_joint in chain.base_from_joint]
 
 
 def _complete(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot that a file describes by itself."""
-    file = validate(data, _RobotFile, RobotFileError, str(path))
+    file = validate(data, RobotFile, RobotFileError, str(path))
     joints = []
     for number, joint in enumerate(file.joint, start=1):
         where = f"{path}: joint {number}" + (f" ({joint.name!r})" if joint.name else "")
@@ -211,7 +137,7 @@ def _complete(path: Path, data: dict[str, Any]) -> Robot:
 
 def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
     """Return the robot of a URDF with the elasticities of a file."""
-    file = validate(data, _UrdfRobotFile, RobotFileError, str(path))
+    file = validate(data, UrdfRobotFile, RobotFileError, str(path))
     try:
         chain = read_urdf(find_urdf(file.urdf.file, path.parent), file.urdf.base, file.tcp.link)
     except RobotFileError as cause:
@@ -240,10 +166,10 @@ def _with_urdf(path: Path, data: dict[str, Any]) -> Robot:
     )
 
 
-def _by_name(joints: list[_UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, _UrdfJoint]:
+def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str, UrdfJoint]:
     """Return the tables of the joints by their names in the URDF."""
     known = [joint.name for joint in chain.joints]
-    keys: dict[str, _UrdfJoint] = {}
+    keys: dict[str, UrdfJoint] = {}
     for joint in joints:
         if joint.name not in known:
             raise RobotFileError(
@@ -255,7 +181,7 @@ def _by_name(joints: list[_UrdfJoint], chain: UrdfChain, path: Path) -> dict[str
     return keys
 
 
-def _elastic(rigid: Joint, keys: _Elasticity, base_from_file: np.ndarray, where: str) -> Joint:
+def _elastic(rigid: Joint, keys: Elasticity, base_from_file: np.ndarray, where: str) -> Joint:
     """Return a joint that gives way; `base_from_file` turns the axes of the file's tilts."""
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):
@@ -283,7 +209,7 @@ def _elastic(rigid: Joint, keys: _Elasticity, base_from_file: np.ndarray, where:
     return elastic
 
 
-def _payload(given: _Body | None, last_from_file: pin.SE3, path: Path) -> Body | None:
+def _payload(given: BodyTable | None, last_from_file: pin.SE3, path: Path) -> Body | None:
     """Return the payload in the last body's frame."""
     if given is None:
         return None
