@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from coupling.identify.least_squares import LinearProblem, solved
+from coupling.identify.least_squares import LinearProblem
 
 CONFIDENCE = 0.95
-# A row without which a parameter moves by more than this part of its deviation has leverage 1.
-_LEVERAGE = 1e-9
+# A direction of a row's numbers that the others predict with ten times its own noise or more, 1 - H of
+# this or less, is told by that row alone: no prediction of it, no jackknife.
+_ALONE = 1e-2
+# A parameter rests on a row if so large a part of its deviation comes from what that row alone tells.
+_RESTS = 0.5
 
 
 @dataclass(frozen=True)
@@ -85,9 +88,7 @@ def _unbounded(
         half = _quantile(freedom) * deviation * spread
     else:
         half = np.full(len(centre), _quantile(np.inf) if known else np.inf) * spread
-    moved, rests_on, _ = _jackknife(
-        weighted, inverse.reshape(len(centre), rows, width), rest, spread
-    )
+    moved, rests_on = _jackknife(weighted, inverse.reshape(len(centre), rows, width), rest, spread)
     if rows > 1 and freedom > 0:
         of_rows = np.sqrt((rows - 1) / rows * np.sum(moved**2, axis=1))
         half = np.maximum(half, _quantile(rows - 1) * np.where(rests_on < 0, of_rows, 0.0))
@@ -100,10 +101,8 @@ def _quantile(freedom: float) -> float:
 
 def _jackknife(
     weighted: LinearProblem, inverse: np.ndarray, rest: np.ndarray, spread: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:
     """Return how scaled parameters move without each row, (P, k), and the rows that they rest on.
-
-    Third, rows without which a direction is not seen any more, (k,).
 
     p_(i) - p = -(A^T A)^-1 A_i^T (1 - H_ii)^-1 e_i with the residual e_i of row i and its block H_ii of
     the hat matrix.
@@ -117,39 +116,35 @@ def _jackknife(
     rows, width = rest.shape
     columns = weighted.scaled.reshape(rows, width, len(inverse))
     moved, rests_on = np.zeros((len(inverse), rows)), np.full(len(inverse), -1)
-    needed = np.zeros(rows, dtype=bool)
     for i in range(rows):
         hat = columns[i] @ inverse[:, i]
         values, vectors = np.linalg.eigh(np.eye(width) - 0.5 * (hat + hat.T))
-        alone = values < _LEVERAGE
-        needed[i] = alone.any()
-        own = np.abs(inverse[:, i] @ vectors[:, alone]).max(axis=1, initial=0.0)
-        rests_on[own > 1e-3 * np.maximum(spread, 1e-300)] = i
+        alone = values < _ALONE
+        own = np.linalg.norm(inverse[:, i] @ vectors[:, alone], axis=1)
+        rests_on[own > _RESTS * np.maximum(spread, 1e-300)] = i
         turned = vectors.T @ rest[i] / np.where(alone, np.inf, values)
         moved[:, i] = -inverse[:, i] @ (vectors @ turned)
-    return moved, rests_on, needed
+    return moved, rests_on
 
 
-def left_out(problem: LinearProblem, loss: str) -> np.ndarray:
+def left_out(problem: LinearProblem, weight: np.ndarray) -> np.ndarray:
     """Return the whitened error of each row predicted by a fit of all the others, (k, r).
+
+    In closed form, but where a bound would hold.  What only the row itself tells is no error.
 
     Args:
         problem: The problem without weights of the loss.
-        loss: A name of `LOSSES`.
+        weight: Those weights, kept, (k,).
     """
-    rows, width = problem.target.shape
-    errors, alone = np.empty((rows, width)), np.ones(rows, dtype=bool)
-    if loss == "squares":
-        # All rows in closed form, (1 - H_ii)^-1 e_i, but where a bound would hold or nothing be left.
-        p = problem.solve(bounded=False)
-        inverse = np.linalg.pinv(np.vstack([problem.scaled, problem.unseen]))
-        inverse = inverse[:, : problem.target.size].reshape(len(p), rows, width)
-        rest, spread = problem.residual(p), np.linalg.norm(inverse, axis=(1, 2))
-        moved, _, alone = _jackknife(problem, inverse, rest, spread)
-        others = p[:, None] + problem.scale[:, None] * moved
-        alone = alone | np.any(others < problem.lowest[:, None], axis=0)
-        errors = problem.target - np.einsum("krp,pk->kr", problem.columns, others)
-    for i in np.flatnonzero(alone):
-        others, _ = solved(problem.without(int(i)), loss)
-        errors[i] = problem.target[i] - problem.columns[i] @ others
+    weighted, (rows, width) = problem.weighted(weight), problem.target.shape
+    p = weighted.solve(bounded=False)
+    inverse = np.linalg.pinv(np.vstack([weighted.scaled, weighted.unseen]))
+    inverse = inverse[:, : problem.target.size].reshape(len(p), rows, width)
+    spread = np.linalg.norm(inverse, axis=(1, 2))
+    moved, _ = _jackknife(weighted, inverse, weighted.residual(p), spread)
+    others = p[:, None] + problem.scale[:, None] * moved
+    lowest = problem.lowest
+    for i in np.flatnonzero(np.any(others < lowest[:, None], axis=0)):
+        others[:, i] = weighted.without(int(i)).solve()
+    errors: np.ndarray = problem.target - np.einsum("krp,pk->kr", problem.columns, others)
     return errors

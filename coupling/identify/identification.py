@@ -111,10 +111,7 @@ def _once(
     sure = intervals(fit.problem, fit.weight, fit.values, known)
     tested = np.flatnonzero(~elasticity.is_torsion)
     every = np.arange(len(elasticity.names))
-    supports = {
-        int(j): support(fit.problem, every == j, fit.weight, options.loss, len(tested))
-        for j in tested
-    }
+    supports = {int(j): support(fit.problem, every == j, fit.weight, len(tested)) for j in tested}
     telling = separability(fit.rigid, elasticity.names)
     parameters = judged(fit, sure, supports, telling)
     identified = np.array([p.identified for p in parameters])
@@ -123,7 +120,7 @@ def _once(
         if name in added and not identified[j]:
             kept[j] = elasticity.least[j]
     written = _beside(fit, identified, kept, sure)
-    errors = np.einsum("kij,kj->ki", fit.unwhiten, left_out(fit.problem, options.loss))
+    errors = np.einsum("kij,kj->ki", fit.unwhiten, left_out(fit.problem, fit.weight))
     model = Model(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
     white = np.linalg.inv(fit.unwhiten)
@@ -140,7 +137,7 @@ def _once(
         telling,
         tuple(further),
         common_loss(fit.problem, fit.weight, white, fit.prediction.deflection),
-        tuple(moved_points(fit, measured, options.loss)),
+        tuple(moved_points(fit, measured)),
         options.noise,
     )
 
@@ -183,7 +180,7 @@ def _further(
         column = (white @ columns)[:, :, 0]
         problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
         last = np.arange(len(problem.start)) == len(fit.values)
-        tested = support(problem, last, fit.weight, options.loss, len(whole))
+        tested = support(problem, last, fit.weight, len(whole))
         value = float(problem.weighted(fit.weight).solve()[-1])
         results.append(Further(candidate, value, tested))
     return results

@@ -41,13 +41,12 @@ class MovedPoint:
         )
 
 
-def moved_points(fit: Fit, measured: Measurements, loss: str) -> list[MovedPoint]:
+def moved_points(fit: Fit, measured: Measurements) -> list[MovedPoint]:
     """Return the shifts of both points that fit best, one point at a time.
 
     Args:
         fit: The fit.
         measured: The measurements.
-        loss: A name of `LOSSES`.
     """
     white = np.linalg.inv(fit.unwhiten)
     columns = point_columns(fit.elasticity, measured, fit.values)
@@ -58,6 +57,6 @@ def moved_points(fit: Fit, measured: Measurements, loss: str) -> list[MovedPoint
             problem = problem.also(column, _SIZE, signed=True)
         tested = np.arange(len(problem.start)) >= len(fit.values)
         shift = problem.weighted(fit.weight).solve()[tested]
-        own_support = support(problem, tested, fit.weight, loss, len(_NAMES))
+        own_support = support(problem, tested, fit.weight, len(_NAMES))
         found.append(MovedPoint(name, tuple(shift.tolist()), own_support))
     return found

@@ -77,16 +77,13 @@ class Support:
         )
 
 
-def support(
-    with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, loss: str, tests: int
-) -> Support:
+def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, tests: int) -> Support:
     """Test some parameters of a problem together against the problem without them.
 
     Args:
         with_it: The problem, without weights of the loss.
         tested: Which parameters, (P,) of bool.
         weight: Weights of the loss, (k,).
-        loss: A name of `LOSSES`.
         tests: Number of parameters tested together.
     """
     without = with_it.only(~tested)
@@ -104,7 +101,7 @@ def support(
     ]
     error = max(squares[1], np.finfo(float).eps ** 2 * float(np.sum(with_it.target**2))) / freedom
     statistic = max(squares[0] - squares[1], 0.0) / more / error if error > 0.0 else 0.0
-    errors = [np.sum(left_out(p, loss) ** 2, axis=1) for p in (without, with_it)]
+    errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
     found = Support(
         statistic,
         float(fisher.sf(statistic, more, freedom)),
@@ -117,7 +114,8 @@ def support(
     problems = [without, with_it]
     for row in np.sort(np.argsort(-errors[0], kind="stable")[:_TRIMMED])[::-1]:
         problems = [p.without(int(row)) for p in problems]
-    left = [float(np.sum(left_out(p, loss) ** 2)) for p in problems]
+        weight = np.delete(weight, row)
+    left = [float(np.sum(left_out(p, weight) ** 2)) for p in problems]
     return replace(found, trimmed=_change(*left))
 
 

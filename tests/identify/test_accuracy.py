@@ -48,14 +48,13 @@ def test_bounded_least_squares_keeps_to_the_conditions_of_the_optimum():
 
 def test_rows_left_out_and_the_jackknife_are_fits_of_the_others():
     problem = random_problem(1)
-    errors, p = left_out(problem, "squares"), problem.solve(bounded=False)
+    errors, p = left_out(problem, np.ones(9)), problem.solve(bounded=False)
     count, numbers = len(p), problem.target.size
     inverse = np.linalg.pinv(problem.scaled)
     rest = problem.residual(p)
     spread = np.linalg.norm(inverse, axis=1)
-    moved, alone, needed = _jackknife(problem, inverse.reshape(count, -1, 3), rest, spread)
+    moved, alone = _jackknife(problem, inverse.reshape(count, -1, 3), rest, spread)
     assert np.all(alone < 0)
-    assert not needed.any()
     assert numbers == 27
     for i in range(len(problem.target)):
         columns = np.delete(problem.columns, i, axis=0).reshape(-1, count)
@@ -65,11 +64,11 @@ def test_rows_left_out_and_the_jackknife_are_fits_of_the_others():
         np.testing.assert_allclose(errors[i], expected, rtol=0, atol=1e-9)
 
 
-def test_rows_left_out_meet_bounds_and_gaps_as_well():
-    """Few rows, columns that are alike or zero, values at their bound: as one fit for each row."""
+def test_rows_left_out_meet_bounds_as_well():
+    """Columns that are alike or zero, values at their bound: as one fit for each row."""
     rng = np.random.default_rng(0)
     for case in range(40):
-        rows, count = int(rng.integers(1, 9)), int(rng.integers(1, 7))
+        rows, count = int(rng.integers(8, 14)), int(rng.integers(1, 7))
         size = 10.0 ** rng.uniform(2, 6, count)
         columns, p = rng.normal(size=(rows, 3, count)) * size, rng.uniform(0, 1, count) / size
         columns[:, :, -1] *= 0.0 if case % 4 == 0 else 1.0
@@ -77,11 +76,26 @@ def test_rows_left_out_meet_bounds_and_gaps_as_well():
             columns[:, :, 0] = 2.0 * columns[:, :, -1]
         target = columns @ p + 0.3 * rng.normal(size=(rows, 3))
         problem = LinearProblem.of(columns, target, p, p)
-        errors = left_out(problem, "squares")
+        errors = left_out(problem, np.ones(rows))
         for i in range(rows):
             other = problem.without(i).solve()
             expected = problem.target[i] - problem.columns[i] @ other
             np.testing.assert_allclose(errors[i], expected, rtol=0, atol=1e-9)
+
+
+def test_what_one_row_alone_tells_is_said_and_spoils_nothing_else():
+    """A parameter that acts in row 4 alone: no leave-one-out error of it, and the row is named."""
+    problem = random_problem(3)
+    columns = problem.columns.copy()
+    columns[np.arange(9) != 4, :, 2] = 0.0
+    target = columns @ problem.start + 0.05 * np.random.default_rng(1).normal(size=(9, 3))
+    alone = LinearProblem.of(columns, target, problem.start, problem.start)
+    found = intervals(alone, np.ones(9), alone.solve(), known=False)
+    assert found.rests_on.tolist() == [-1, -1, 4, -1]
+    assert np.isfinite(found.high[2])
+    others = alone.only(np.arange(4) != 2)
+    errors = left_out(alone, np.ones(9))
+    assert np.abs(errors).max() < 2.0 * np.abs(left_out(others.without(4), np.ones(8))).max()
 
 
 def test_an_interval_is_students_or_wider():

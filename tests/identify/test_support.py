@@ -23,13 +23,13 @@ def test_f_is_t_squared_and_leave_one_out_is_that_of_both_models():
     rows = noisy(exact(robot, 14, seed=1), np.random.default_rng(0), 2e-5)
     fit = fitted(Elasticity.of(robot, "backlash"), rows, "backlash", noise_of(rows))
     number = fit.elasticity.names.index("joint[3].tilt[1].stiffness")
-    found = support(fit.problem, np.arange(4) == number, fit.weight, "squares", tests=1)
+    found = support(fit.problem, np.arange(4) == number, fit.weight, tests=1)
     columns = fit.problem.columns.reshape(-1, 4)
     rest = fit.problem.residual(fit.problem.solve())
     variance = np.sum(rest**2) / (rest.size - 4) * np.linalg.inv(columns.T @ columns)
     t = fit.values[number] / np.sqrt(variance[number, number])
     assert found.statistic == pytest.approx(t**2, rel=1e-6)
-    assert found.within == pytest.approx(np.sum(left_out(fit.problem, "squares") ** 2))
+    assert found.within == pytest.approx(np.sum(left_out(fit.problem, fit.weight) ** 2))
     assert found.supported
 
 
