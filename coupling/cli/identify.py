@@ -94,6 +94,8 @@ def identify(
     found = identified(described, measured, options)
     told = figures(found)
     target = output or Path("results", f"{measurements.stem}_identified.toml")
+    if target.suffix != ".toml":
+        raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     _make_folder(target)
     console = Console()
     console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)

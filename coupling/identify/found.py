@@ -85,6 +85,8 @@ class Identification:
             return f"the fit has not converged: {self.fit.reason}"
         if not any(parameter.identified for parameter in self.parameters):
             return "nothing is identified"
+        if not np.isfinite(self.rms_written):
+            return "with the values that would be kept the robot finds no rest under these loads"
         if self.rms_written > _WORSE * self.rms_start:
             return (
                 "with the values that would be kept the robot would be off by"

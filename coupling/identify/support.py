@@ -16,6 +16,8 @@ SIGNIFICANT = 0.05
 _SUSPICIOUS = 0.01
 # Size of such a loss that is worth a word [m].
 _SMALL = 1e-6
+# An F below this is rounding.
+_ROUNDING = 1e-9
 # Rows that are left out to see whether they alone make the case.
 _TRIMMED = 3
 
@@ -101,6 +103,7 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     ]
     error = max(squares[1], np.finfo(float).eps ** 2 * float(np.sum(with_it.target**2))) / freedom
     statistic = max(squares[0] - squares[1], 0.0) / more / error if error > 0.0 else 0.0
+    statistic *= statistic > _ROUNDING
     errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
     found = Support(
         statistic,

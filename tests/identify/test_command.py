@@ -123,10 +123,12 @@ def test_a_plan_is_a_table_to_fill_in(command, tmp_path):
         ([FANUC, "--robot", START, "--sd-N", "5"], "--sd-m"),
         ([FANUC, "--robot", START, "--sd-m", "-1"], "> 0"),
         ([FANUC, "--robot", START, "--add", "joint[3].tilt"], "--add: expected"),
+        ([FANUC, "--robot", START, "-o", "x.json"], "ends in .toml, got 'x.json'"),
     ],
 )
 def test_a_mistake_is_one_sentence_and_status_2(command, arguments, words, tmp_path):
-    done = command("identify", *arguments, "-o", tmp_path / "x.toml")
+    output = () if "-o" in arguments else ("-o", tmp_path / "x.toml")
+    done = command("identify", *arguments, *output)
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
