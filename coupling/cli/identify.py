@@ -89,13 +89,13 @@ def identify(
         return
     if measurements is None:
         raise typer.BadParameter("expected the file of measurements, or --plan, got neither")
+    target = output or Path("results", f"{measurements.stem}_identified.toml")
+    if target.suffix != ".toml":
+        raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     measured = read_measurements(measurements, len(described.joints))
     options = Options(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     found = identified(described, measured, options)
     told = figures(found)
-    target = output or Path("results", f"{measurements.stem}_identified.toml")
-    if target.suffix != ".toml":
-        raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     _make_folder(target)
     console = Console()
     console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)

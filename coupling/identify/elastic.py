@@ -9,6 +9,7 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot, Tilt
 from elastic_robot.parameters import Parameters
+from elastic_robot.spline_curve import SplineCurve
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve
 
 # What a coordinate is taken for that gives way by nothing measurable [rad/(N m), rad].
@@ -36,13 +37,18 @@ class Elasticity:
 
     @classmethod
     def of(cls, robot: Robot, torque_curve: str) -> Elasticity:
-        """Return the parameters of a robot: backlash where it has any and the curve knows it."""
+        """Return the parameters of a robot: backlash where it has any and the curve knows it.
+
+        A gear whose torque the curve takes from its own table has none.
+        """
         chain, given = build_chain(robot), Parameters.of(robot)
-        coordinates = np.arange(chain.elastic_count)
-        plays = TORQUE_CURVES[torque_curve] is not LinearCurve
-        loose = np.flatnonzero(given.backlash > 0.0) if plays else np.empty(0, dtype=int)
+        curve = TORQUE_CURVES[torque_curve]
+        tabled = [table is not None and curve is SplineCurve for table in given.tables]
+        coordinates = np.flatnonzero(~np.array(tabled, dtype=bool))
+        loose = np.flatnonzero((given.backlash > 0.0) & ~np.array(tabled, dtype=bool))
+        loose = loose[:0] if curve is LinearCurve else loose
         names = (
-            *(f"{name}.stiffness" for name in chain.elastic_names),
+            *(f"{chain.elastic_names[k]}.stiffness" for k in coordinates),
             *(f"{chain.elastic_names[k]}.backlash" for k in loose),
         )
         return cls(
@@ -50,7 +56,7 @@ class Elasticity:
             names,
             np.concatenate([coordinates, loose]),
             np.repeat([False, True], [len(coordinates), len(loose)]),
-            np.concatenate([1.0 / given.stiffness, given.backlash[loose]]),
+            np.concatenate([1.0 / given.stiffness[coordinates], given.backlash[loose]]),
         )
 
     @property

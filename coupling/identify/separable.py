@@ -71,28 +71,21 @@ def separability(problem: LinearProblem, names: Sequence[str]) -> Separability:
         names: Of its parameters.
     """
     silent = problem.scale == 0.0
-    values, directions = problem.decomposition
-    largest = values.max(initial=0.0)
-    count = problem.rank
-    seen = values[:count]
-    found = []
-    for value, direction in zip(values, directions, strict=True):
-        index = largest / value if value > 0.0 else np.inf
-        if index > STRONG and np.abs(direction[silent]).max(initial=0.0) < 0.5:
-            found.append((index, direction))
-    apart = problem.only(~silent).unseen
-    whole = np.zeros((len(apart), len(names)))
-    whole[:, ~silent] = _reduced(apart)
-    unseen = [_named(problem, names, d, np.inf) for d in whole]
-    weak = [
-        _named(problem, names, d, index) for index, d in found[: max(0, len(found) - len(unseen))]
-    ]
+    heard = problem.only(~silent)
+    own = [name for name, none in zip(names, silent, strict=True) if not none]
+    values, directions = heard.decomposition
+    seen = values[: heard.rank]
+    index = seen[:1] / seen
     return Separability(
-        float(largest / seen[-1]) if count else np.nan,
+        float(index[-1]) if len(index) else np.nan,
         tuple(name for name, none in zip(names, silent, strict=True) if none),
-        tuple(unseen),
-        tuple(weak),
-        tuple(_pairs(problem, names)),
+        tuple(_named(heard, own, d, np.inf) for d in _reduced(heard.unseen)),
+        tuple(
+            _named(heard, own, direction, float(i))
+            for i, direction in zip(index, directions, strict=False)
+            if i > STRONG
+        ),
+        tuple(_pairs(heard, own)),
     )
 
 

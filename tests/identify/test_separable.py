@@ -66,6 +66,21 @@ def test_the_direction_named_changes_nothing_measured():
         assert "cannot be told apart" in verdict[name].reason
 
 
+def test_a_silent_joint_and_a_pair_are_told_one_by_one():
+    """Joint 3 turns about the load's own line, joints 1 and 2 about one axis."""
+    robot, rows = on_the_last_axis()
+    first, second, third = robot.joints
+    alike = replace(second, axis=first.axis, origin=(0.0, 0.0, 0.5))
+    aside = replace(third, origin=(0.4, 0.0, 0.8))
+    robot = replace(robot, joints=(first, alike, aside))
+    found = telling(robot, predicted(robot, rows))
+    assert found.silent == ("joint[3].stiffness",)
+    (direction,) = found.unseen
+    assert set(direction.names) == {"joint[1].stiffness", "joint[2].stiffness"}
+    assert found.weak == ()
+    assert found.condition == pytest.approx(1.0)
+
+
 def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     true, rows = on_the_last_axis()
     rows = noisy(rows, np.random.default_rng(1), 1e-5)
@@ -140,3 +155,18 @@ def test_a_rigid_robot_and_rows_without_loads_are_refused():
     joints = tuple(replace(joint, stiffness=None) for joint in robot.joints)
     with pytest.raises(IdentifyError, match="rigid robot"):
         identify(replace(robot, joints=joints), rows, Options(noise_of(rows)))
+
+
+def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_counts():
+    points = tuple((angle, 5e5 * angle + 1e9 * angle**3) for angle in np.linspace(-0.02, 0.02, 9))
+    joints = arm().joints
+    tabled = replace(joints[1], torque_table=points)
+    robot = replace(arm(), joints=(joints[0], tabled, joints[2]))
+    assert "joint[2].stiffness" in Elasticity.of(robot, "backlash").names
+    right = Elasticity.of(robot, "spline")
+    assert right.names == ("joint[1].stiffness", "joint[3].stiffness")
+    rows = exact(robot, 12, seed=2)
+    rows = replace(rows, deflection=Model(right, rows, "spline").predict(right.start).deflection)
+    start = Elasticity.of(right.described(1.5 * right.start), "spline")
+    found = fitted(start, rows, "spline", noise_of(rows))
+    np.testing.assert_allclose(found.values, right.start, rtol=1e-7)
