@@ -27,6 +27,7 @@ class SheetFemTable(ProcessTable):
     sheet_size_m: Annotated[list[Positive], Field(min_length=2, max_length=2)]
     sheet_thickness_m: Positive
     backing_radius_m: Positive | None = None
+    backing_edge_radius_m: Annotated[float, Field(ge=0.0)] = 0.0
     youngs_modulus_Pa: Positive
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
     strength_Pa: Positive
@@ -47,6 +48,11 @@ class SheetFemTable(ProcessTable):
             raise ValueError(
                 "element_m: expected at most a fifth of the sheet's side,"
                 f" {min(self.sheet_size_m) / 5.0:.4g}, got {self.element_m}"
+            )
+        if self.backing_edge_radius_m and self.backing_radius_m is None:
+            raise ValueError(
+                "backing_edge_radius_m: expected backing_radius_m beside it, the opening whose edge is"
+                " rounded, got none"
             )
         return self
 
@@ -88,7 +94,11 @@ class SheetFemTable(ProcessTable):
             self.hardening_exponent,
         )
         settings = SheetSettings(
-            self.layers, self.window_m, self.backing_radius_m, self.friction_coefficient
+            self.layers,
+            self.window_m,
+            self.backing_radius_m,
+            self.backing_edge_radius_m,
+            self.friction_coefficient,
         )
         diameters = [self.tool_diameter_m]
         if task.support is not None:

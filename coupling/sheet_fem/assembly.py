@@ -129,7 +129,7 @@ class Assembler:
         self._stiffness = np.empty((total, 27, 27))
         self._index = np.empty((total, 27), dtype=np.int64)
         self._threads = ThreadPoolExecutor(_THREADS)
-        self._bears = bool(surface.supported.any())
+        self._bears = bool(np.isfinite(surface.plane))
 
     @property
     def everywhere(self) -> Box:

@@ -47,12 +47,14 @@ class SheetSettings:
         layers: Gauss points over the thickness.
         window: Half side of the square about a tool in which control points may move [m].
         opening_radius: Radius of the hole in the backing plate under the sheet [m]; None: no plate.
+        edge_radius: Roundness of that hole's edge [m]: the plate is plane from the sum of both on.
         friction: Coefficient between tools and sheet; the plate is frictionless.
     """
 
     layers: int = 5
     window: float = 0.03
     opening_radius: float | None = None
+    edge_radius: float = 0.0
     friction: float = 0.0
 
 
@@ -89,6 +91,8 @@ class SheetModel:
                 contact_basis,
                 0.5 * thickness,
                 self._supported(contact_basis.value),
+                self._plane,
+                self.settings.edge_radius,
                 self._penalty,
                 self._smoothing,
             ),
@@ -218,14 +222,20 @@ class SheetModel:
             start = first.state.points if first else None
         return find_equilibrium(self.assemble, state, tools, box, self._newton, start)
 
+    @property
+    def _plane(self) -> float:
+        """Radius from which the backing plate is plane [m]; infinite without a plate."""
+        opening = self.settings.opening_radius
+        return np.inf if opening is None else opening + self.settings.edge_radius
+
     def _supported(self, value: np.ndarray) -> np.ndarray:
         """Return which contact points lie on the backing plate, (nx, ny, points)."""
         nx, ny = self.mesh.elements
-        if self.settings.opening_radius is None:
+        if np.isinf(self._plane):
             return np.zeros((nx, ny, len(value)), dtype=bool)
         x = np.stack(
             [self._start[i : i + nx, j : j + ny, :2] for i in range(3) for j in range(3)], axis=2
         )
         place = np.einsum("ga,xyak->xygk", value, x)
-        supported: np.ndarray = np.linalg.norm(place, axis=-1) > self.settings.opening_radius
+        supported: np.ndarray = np.linalg.norm(place, axis=-1) > self._plane
         return supported

@@ -185,7 +185,7 @@ def cantilever_deflection(elements: int) -> float:
     metal = Material(E, 0.0, 1e15, 1.0, 0.0)
     assemble = Assembler(
         Shell(CrossSection(metal, THICKNESS, gauss_layers(2)), basis(gauss(2), size)),
-        Surface(basis(midpoints(1), size), 0.5 * THICKNESS, none, 1.0, 1.0),
+        Surface(basis(midpoints(1), size), 0.5 * THICKNESS, none, np.inf, 0.0, 1.0, 1.0),
         mesh.elements,
         free,
     )

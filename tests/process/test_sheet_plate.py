@@ -130,3 +130,58 @@ def test_plate_and_clamps_carry_the_tool():
     assert plate.min() > -1e-3 * plate.sum()
     total = internal[held, 2].sum() + plate.sum()
     assert total == pytest.approx(found.forces[0, 2], rel=1e-3)
+
+
+def sunk_onto(edge: float, opening: float, depth: float):
+    """Return a flat sheet pushed down by a depth, and a function of its points: what acts on it."""
+    mesh = SheetMesh((0.06, 0.06), (24, 24), THICKNESS)
+    sheet = SheetModel(mesh, ELASTIC, SheetSettings(opening_radius=opening, edge_radius=edge))
+    flat = sheet.flat()
+
+    def pushed(points: np.ndarray):
+        after = replace(
+            flat, points=points, plastic=flat.plastic.copy(), stretch=flat.stretch.copy()
+        )
+        return sheet.assemble(sheet.everywhere(), flat, (), after)
+
+    return pushed, flat.points - [0.0, 0.0, depth]
+
+
+def test_a_sunk_sheet_is_borne_by_the_edge_as_by_its_torus():
+    """Force on the ring that is 0.3 mm deep in a torus, beyond a plate without an edge.
+
+    Closed form: pressure k (p - s/2) with the penetration p(r) = R - |(r - r_p, R - depth)|,
+    R = edge + t/2, r_p where the plate is plane, times its vertical share, over the ring.
+    """
+    edge, opening, depth = 4e-3, 0.016, 3e-4
+    vertical = []
+    for plate in ((edge, opening), (0.0, opening + edge)):
+        pushed, points = sunk_onto(*plate, depth)
+        residual = pushed(points).residual.reshape(points.shape)
+        inner = (
+            np.linalg.norm(points[..., :2], axis=-1) < 0.026
+        )  # nothing else acts on a flat sheet
+        vertical.append(-residual[inner, 2].sum())
+    tube, plane = edge + 0.5 * THICKNESS, opening + edge
+    stiffness, smoothing = 0.3 * 70e9 / THICKNESS, 0.003 * THICKNESS
+    r = np.linspace(plane - tube, plane, 100_001)
+    distance = np.hypot(r - plane, tube - depth)
+    p = np.maximum(tube - distance, 0.0)
+    size = np.where(p < smoothing, 0.5 * p**2 / smoothing, p - 0.5 * smoothing) * stiffness
+    expected = np.trapezoid(2.0 * np.pi * r * size * (tube - depth) / distance, r)
+    # The ring is 1.6 mm wide, with contact points 0.3 mm apart.
+    assert vertical[0] - vertical[1] == pytest.approx(expected, rel=0.02)
+
+
+def test_the_tangent_of_a_rounded_edge_is_the_derivative_of_its_force():
+    """Central differences along a random change of a sheet that is pushed onto the edge askew."""
+    pushed, points = sunk_onto(4e-3, 0.016, 1e-4)
+    free = SheetMesh((0.06, 0.06), (24, 24), THICKNESS).clamped()
+    points[..., 0] += 3e-4
+    change = np.random.default_rng(16).normal(size=points.shape) * free
+    h = 1e-9
+    forces = [pushed(points + sign * h * change).residual for sign in (1.0, -1.0)]
+    expected = pushed(points).stiffness.times(change.ravel())
+    np.testing.assert_allclose(
+        (forces[0] - forces[1]) / (2.0 * h), expected, atol=1e-5 * np.abs(expected).max()
+    )

@@ -139,6 +139,8 @@ def test_schedule_has_corners_spacing_and_whole_solutions_where_the_depth_change
 def test_bad_tables_say_what_is_needed():
     with pytest.raises(ValueError, match="at most a fifth of the sheet's side"):
         table(element_m=0.02)
+    with pytest.raises(ValueError, match="expected backing_radius_m beside it"):
+        table(backing_edge_radius_m=0.002)
     path = stroke(UPRIGHT)
     with pytest.raises(CaseError, match="which the tool path spans"):
         table(sheet_size_m=[0.003, 0.04], element_m=0.0005).process(Task(UPRIGHT, path))
