@@ -7,24 +7,24 @@ from collections.abc import Callable
 
 import numpy as np
 
-# A run shorter than this [s] is repeated, and the best of three counts.
-_SHORT = 5.0
+# A run shorter than this [s] is repeated: three times, and again until all took so long [s] together, so
+# that a run of milliseconds does not fall into one disturbance as a whole.
+_SHORT, _TOGETHER = 5.0, 2.0
 
 
 def timed(
     run: Callable[[], np.ndarray], clock: Callable[[], float] = time.perf_counter
 ) -> tuple[float, np.ndarray]:
-    """Return the time [s] of a run, the best of three if it is short, and what it returned.
+    """Return the time [s] of a run, the best of several if it is short, and what it returned.
 
     Args:
         run: What is timed.
         clock: Tells the time [s]: wall time, or that of this process on its core.
     """
-    best = np.inf
-    for _ in range(3):
+    best, spent, runs = np.inf, 0.0, 0
+    while runs < 1 or (best <= _SHORT and (runs < 3 or spent < _TOGETHER)):
         start = clock()
         values = run()
-        best = min(best, clock() - start)
-        if best > _SHORT:
-            break
+        took = clock() - start
+        best, spent, runs = min(best, took), spent + took, runs + 1
     return best, values
