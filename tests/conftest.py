@@ -55,6 +55,20 @@ def example_fmu(build, example: Robot, tmp_path_factory: pytest.TempPathFactory)
 
 
 @pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]):
+    """The command line in this process: importing all takes longer than it works."""
+    from coupling.cli import main
+
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        typed = [str(argument) for argument in arguments]
+        with pytest.raises(SystemExit) as end:
+            main(typed)
+        return subprocess.CompletedProcess(typed, end.value.code or 0, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
 def run_host(tmp_path: Path):
     """Run a script of tests/fmu/hosts in a process that has not imported the project; return stderr."""
 

@@ -35,7 +35,7 @@ class Fit:
         prediction: What they predict.
         problem: The whitened linear problem around them, without weights of the loss.
         weight: Weights of the loss, (k,).
-        unwhiten: From whitened residuals back to [m] and [rad], (k, r, r).
+        white: W_i, from residuals in [m] and [rad] to whitened ones, (k, r, r).
         converged: Whether the last pass moved nothing.
         reason: In words, what happened.
         rigid: The problem in the rigid posture: what postures and loads can tell at all.
@@ -46,10 +46,14 @@ class Fit:
     prediction: Prediction
     problem: LinearProblem
     weight: np.ndarray
-    unwhiten: np.ndarray
+    white: np.ndarray
     converged: bool
     reason: str
     rigid: LinearProblem
+
+    def in_units(self, whitened: np.ndarray) -> np.ndarray:
+        """Return whitened residuals (k, r) in [m] and [rad]."""
+        return np.einsum("kij,kj->ki", np.linalg.inv(self.white), whitened)
 
 
 def fitted(
@@ -104,7 +108,7 @@ def fitted(
         prediction,
         problem,
         weight,
-        np.linalg.inv(white),
+        white,
         converged,
         reason,
         rigid,

@@ -57,9 +57,9 @@ def identify(robot: Robot, measured: Measurements, options: Options) -> Identifi
     """
     if not measured.wrench.any():
         raise IdentifyError("loads: expected a force or moment in at least one row, got none")
-    if not Elasticity.of(robot, options.torque_curve).names:
-        raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
     before = Elasticity.of(robot, options.torque_curve)
+    if not before.names:
+        raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
     rms_start = _rms_of(Model(before, measured, options.torque_curve), before.start, measured)
     added: list[str] = []
     for name in options.add:
@@ -120,10 +120,9 @@ def _once(
         if name in added and not identified[j]:
             kept[j] = elasticity.least[j]
     written = _beside(fit, identified, kept, sure)
-    errors = np.einsum("kij,kj->ki", fit.unwhiten, left_out(fit.problem, fit.weight))
+    errors = fit.in_units(left_out(fit.problem, fit.weight))
     model = Model(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
-    white = np.linalg.inv(fit.unwhiten)
     return Identification(
         measured,
         fit,
@@ -136,7 +135,7 @@ def _once(
         _rms_of(model, written, measured),
         telling,
         tuple(further),
-        common_loss(fit.problem, fit.weight, white, fit.prediction.deflection),
+        common_loss(fit.problem, fit.weight, fit.white, fit.prediction.deflection),
         tuple(moved_points(fit, measured)),
         options.noise,
     )
@@ -175,9 +174,8 @@ def _further(
             )
         except ElasticRobotError:  # it would move no inertia
             continue
-    white = np.linalg.inv(fit.unwhiten)
     for candidate, columns in whole:
-        column = (white @ columns)[:, :, 0]
+        column = (fit.white @ columns)[:, :, 0]
         problem = fit.problem.also(column, _SIZE[candidate.axis is not None])
         last = np.arange(len(problem.start)) == len(fit.values)
         tested = support(problem, last, fit.weight, len(whole))

@@ -150,9 +150,7 @@ class LinearProblem:
 
     def solve(self, bounded: bool = True) -> np.ndarray:
         """Return p, within its bounds where `bounded`, (P,)."""
-        # Equations that hold what is not seen; they take part in nothing else.
-        matrix = np.vstack([self.scaled, self.unseen])
-        rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
+        matrix, rest = self._equations()
         step: np.ndarray = np.linalg.lstsq(matrix, rest, rcond=None)[0]
         found = self.start + self.scale * step
         lowest = self.lowest
@@ -171,14 +169,18 @@ class LinearProblem:
     def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return the p between two bounds that solves best, (P,); low < high."""
         scale = np.where(self.scale > 0.0, self.scale, 1.0)
-        found = np.clip(self.solve(), low, high)
-        if np.array_equal(found, self.solve()):
+        found = self.solve()
+        if np.array_equal(np.clip(found, low, high), found):
             return found
         bounds = ((low - self.start) / scale, (high - self.start) / scale)
-        matrix = np.vstack([self.scaled, self.unseen])
-        rest = np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
-        step = lsq_linear(matrix, rest, bounds, method="bvls").x
+        step = lsq_linear(*self._equations(), bounds, method="bvls").x
         return np.clip(self.start + scale * step, low, high)
+
+    def _equations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return matrix and right side of the scaled step from the start."""
+        # The last ones hold what is not seen; they take part in nothing else.
+        matrix = np.vstack([self.scaled, self.unseen])
+        return matrix, np.append(self.residual(self.start).ravel(), np.zeros(len(self.unseen)))
 
 
 def _decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -48,12 +48,11 @@ def moved_points(fit: Fit, measured: Measurements) -> list[MovedPoint]:
         fit: The fit.
         measured: The measurements.
     """
-    white = np.linalg.inv(fit.unwhiten)
     columns = point_columns(fit.elasticity, measured, fit.values)
     found = []
     for name, own in zip(_NAMES, columns, strict=True):
         problem = fit.problem
-        for column in np.moveaxis(white @ own, 2, 0):
+        for column in np.moveaxis(fit.white @ own, 2, 0):
             problem = problem.also(column, _SIZE, signed=True)
         tested = np.arange(len(problem.start)) >= len(fit.values)
         shift = problem.weighted(fit.weight).solve()[tested]

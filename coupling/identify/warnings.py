@@ -74,5 +74,5 @@ def warnings(found: Identification) -> list[str]:
 
 def _start(found: Identification) -> np.ndarray:
     """Return what the start values predict in the rigid posture, (k, r)."""
-    white, rigid = found.fit.unwhiten, found.fit.rigid
-    return np.einsum("kij,kj->ki", white, rigid.columns @ rigid.start)
+    rigid = found.fit.rigid
+    return found.fit.in_units(rigid.columns @ rigid.start)

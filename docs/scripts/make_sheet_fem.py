@@ -16,7 +16,7 @@ from coupling.run.study import Deviations, Run
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
-from docs.scripts.runs import compensated, example, gap_ranges, peak_force, workpieces
+from docs.scripts.runs import around_axis, compensated, example, gap_ranges, peak_force, workpieces
 
 
 def cone() -> str:
@@ -46,24 +46,14 @@ def _contours(case: Case, run: Run) -> str:
     part = case.task.part
     points = part.coordinates(run.desired.position[0])
     force = part.rotation.inv().apply(run.correction.answer.wrench.force[0])
-    outward = points * [1.0, 1.0, 0.0]
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    ahead = np.cross([0.0, 0.0, 1.0], outward)
     depths = np.unique(points[:, 2].round(6))
     depths = depths[depths < 0.0][::-1]
     within = [flat for depth in depths if np.sum(flat := np.abs(points[:, 2] - depth) < 1e-7) > 100]
     deep = [-1e3 * points[flat, 2].mean() for flat in within]
-    components = {
-        "F_z": force[:, 2],
-        "F_r": -np.sum(force * outward, axis=1),
-        "F_t": -np.sum(force * ahead, axis=1),
-    }
+    components = zip(("F_z", "F_r", "F_t"), around_axis(points, force).T, strict=True)
     return table(
         ("depth", *(f"{depth:.0f} mm" for depth in deep)),
-        (
-            (name, *(f"{values[flat].mean():.0f}" for flat in within))
-            for name, values in components.items()
-        ),
+        ((name, *(f"{values[flat].mean():.0f}" for flat in within)) for name, values in components),
     )
 
 

@@ -14,7 +14,7 @@ from coupling.process.base import Answer
 from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.shape import THICKNESS
 from docs.scripts.page import DOCS, table
-from docs.scripts.runs import example
+from docs.scripts.runs import around_axis, example
 
 MEASURED = DOCS.parent / "examples" / "measured" / "numisheet2014_bm3"
 TENSILE_STRENGTH = 198e6  # of the benchmark's sheet [Pa]
@@ -54,12 +54,7 @@ class Forming:
         part = case.task.part
         points = part.coordinates(case.desired.position[0])
         force = part.rotation.inv().apply(answer.wrench.force[0])
-        outward = points * [1.0, 1.0, 0.0]
-        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-        ahead = np.cross([0.0, 0.0, 1.0], outward)
-        own = np.column_stack(
-            [force[:, 2], -np.sum(force * outward, axis=1), -np.sum(force * ahead, axis=1)]
-        )
+        own = around_axis(points, force)
         moves = np.linalg.norm(np.diff(points, axis=0), axis=1)
         moves[np.minimum(points[:-1, 2], points[1:, 2]) > -1e-6] = 0.0  # in the air
         way = np.concatenate([[0.0], np.cumsum(moves)])

@@ -58,6 +58,22 @@ def peak_force(run: Run, tool: int) -> float:
     return run.correction.answer.wrench.tools[tool].peak_force
 
 
+def around_axis(points: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return forces on a tool that goes round the part's z axis, (n, 3).
+
+    Axial, radial (towards the axis) and tangential (against the motion) [N].
+
+    Args:
+        points: Its positions, part axes [m], (n, 3).
+        force: Forces, part axes [N], (n, 3).
+    """
+    outward = points * [1.0, 1.0, 0.0]
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    ahead = np.cross([0.0, 0.0, 1.0], outward)
+    radial, tangential = (-np.sum(force * way, axis=1) for way in (outward, ahead))
+    return np.column_stack([force[:, 2], radial, tangential])
+
+
 def gap_ranges(run: Run) -> tuple[str, str]:
     """Return from where to where the gap between a cell's tools goes, before and after, in words."""
     assert run.gap is not None

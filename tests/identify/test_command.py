@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from noisy_arm import exact, noisy
 from places import EXAMPLES
 
-from coupling.cli import main
 from coupling.files.robot_file import load_robot, robot_numbers, shipped_robots
 from coupling.identify.identification import SUPPORTED
 from coupling.identify.measurements import read_measurements
@@ -26,25 +25,6 @@ from elastic_robot.torque_curves import LinearCurve
 
 FANUC = EXAMPLES / "identify" / "fanuc_r2000ic.csv"
 START = EXAMPLES / "identify" / "fanuc_start.toml"
-
-
-@dataclass(frozen=True)
-class Done:
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def command(capsys):
-    """The command line in this process: importing all takes longer than it works."""
-
-    def run(*arguments: object) -> Done:
-        with pytest.raises(SystemExit) as end:
-            main([str(argument) for argument in arguments])
-        return Done(end.value.code or 0, *capsys.readouterr())
-
-    return run
 
 
 def test_measurements_become_a_robot_file_a_report_and_figures(command, tmp_path):

@@ -4,38 +4,17 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from killing import die_while_keeping, start_function
 
-from coupling.cli import main
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import Answer
 from coupling.store import Store, StoredProcess
 
 DAY = 86400.0
-
-
-@dataclass(frozen=True)
-class Done:
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def command(capsys):
-    """The command line in this process: importing all takes longer than it works."""
-
-    def run(*arguments: object) -> Done:
-        with pytest.raises(SystemExit) as end:
-            main([str(argument) for argument in arguments])
-        return Done(end.value.code or 0, *capsys.readouterr())
-
-    return run
 
 
 class Springs:
