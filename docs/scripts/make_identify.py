@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from coupling.identify.elastic import Elasticity
 from coupling.identify.fit import fitted
 from coupling.identify.found import Identification, rms
 from coupling.identify.identification import Options, identify
-from coupling.identify.measurements import read_measurements
+from coupling.identify.measurements import Measurements, read_measurements
 from coupling.identify.noise import noise_of
 from coupling.identify.points import MovedPoint
 from docs.scripts.page import finish, replace_parts, table
@@ -32,14 +33,25 @@ POSITION, FORCE = 2e-5, 5.0  # [m, N], standard deviations
 _X, _Y, _Z = (tuple(axis) for axis in np.eye(3).tolist())
 
 
+@cache
+def measurements() -> Measurements:
+    """Return the FANUC's 43 measured deflections."""
+    return read_measurements(EXAMPLES / "fanuc_r2000ic.csv", 6)
+
+
+@cache
+def identified(*add: str) -> Identification:
+    """Return what they say of its joints, and of parameters that are added to them."""
+    start = load_robot(EXAMPLES / "fanuc_start.toml")
+    return identify(start, measurements(), Options(noise_of(measurements()), add=add))
+
+
 def fanuc() -> str:
     """Return what 43 measured deflections say."""
     start = load_robot(EXAMPLES / "fanuc_start.toml")
-    rows = read_measurements(EXAMPLES / "fanuc_r2000ic.csv", 6)
-    options = Options(noise_of(rows))
-    axial = identify(start, rows, options)
-    tilted = identify(start, rows, replace(options, add=("supported",)))
-    six = identify(_tilted(start), rows, options)
+    rows = measurements()
+    axial, tilted = identified(), identified("supported")
+    six = identify(_tilted(start), rows, Options(noise_of(rows)))
     others = [
         further
         for further in axial.further

@@ -16,8 +16,7 @@ from places import REFERENCE
 from random_robots import make_robot
 
 from elastic_robot.chain import build_chain
-from elastic_robot.description import Body, Robot
-from elastic_robot.kinematics import base_from_tool, tcp_jacobian
+from elastic_robot.description import Body
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
@@ -26,35 +25,9 @@ from elastic_robot.trajectory import HeldCommand, read_trajectory
 pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
 import itertools
 
-from examples.mujoco_robot import INTEGRATORS, ElasticModel, MujocoRobot, MujocoSimulation
-from examples.mujoco_robot.rest import settle
+from mujoco_differences import both_at_rest, largest_differences
 
-
-def largest_differences(robot: Robot, states: int, seed: int) -> np.ndarray:
-    """Return relative differences of M, bias, TCP position, TCP rotation and Jacobian."""
-    chain, other = build_chain(robot), MujocoRobot(robot)
-    model, data = chain.model, chain.model.createData()
-    rng = np.random.default_rng(seed)
-    worst = np.zeros(5)
-    for _ in range(states):
-        theta, rate = rng.uniform(-3, 3, model.nv), rng.uniform(-2, 2, model.nv)
-        other.set(theta, rate)
-        mass = pin.crba(model, data, theta).reshape(model.nv, model.nv)
-        mass = np.triu(mass) + np.triu(mass, 1).T
-        bias = pin.nonLinearEffects(model, data, theta, rate)
-        jacobian = tcp_jacobian(chain, data, theta)
-        tcp = base_from_tool(chain, data, theta)
-        position, rotation = other.tcp()
-        pairs = [
-            (mass, other.mass_matrix()),
-            (bias, other.bias()),
-            (tcp.translation, position),
-            (tcp.rotation, rotation),
-            (jacobian, other.jacobian()),
-        ]
-        differences = [np.abs(a - b).max() / np.abs(b).max() for a, b in pairs]
-        worst = np.maximum(worst, differences)
-    return worst
+from examples.mujoco_robot import MujocoRobot, MujocoSimulation
 
 
 def test_the_example_robot_is_mujocos_in_a_thousand_states(example):
@@ -87,13 +60,9 @@ def test_both_come_to_rest_at_the_same_place(curve):
     rng = np.random.default_rng(3)
     for seed in range(30):
         joints = 1 + seed % 8
-        robot = make_robot(seed, joints)
         q, wrench = rng.uniform(-2, 2, joints), rng.normal(size=6) * [300, 300, 300, 50, 50, 50]
-        model = ElasticModel(robot, curve, INTEGRATORS["RK4"], 1e-3, range(6))
-        other = settle(model, q, wrench)
-        ours = ElasticRobot(robot, curve, quasistatic=True)
-        ours.reset(0.0, at_rest(q), Load(wrench))
-        np.testing.assert_allclose(ours.deflection(), other, rtol=0, atol=1e-13)
+        ours, other = both_at_rest(make_robot(seed, joints), curve, q, wrench)
+        np.testing.assert_allclose(ours, other, rtol=0, atol=1e-13)
 
 
 def force_step() -> tuple:
