@@ -36,6 +36,15 @@ def test_what_is_read_from_other_pages_is_what_they_say_now(template, written, l
     assert [line for line in read if line.format(**values) not in lines] == []
 
 
+def test_without_calculix_what_it_last_said_is_read(monkeypatch):
+    monkeypatch.setattr(trust_sheet, "calculix_curve", lambda: None)
+    monkeypatch.setattr(trust_sheet, "plunge_curve", lambda side, count, depths: 0.0 * depths)
+    solid = trust_sheet.plunge.__wrapped__().solid
+    # A force that rises with the depth, and less than in proportion, since the plate yields.
+    assert np.all(np.diff(solid) > 0.0)
+    assert np.all(np.diff(solid / trust_sheet.SHALLOW) < 0.0)
+
+
 @pytest.fixture
 def table(tmp_path, monkeypatch):
     """A page with a part that has a table between words, and one of words only."""
