@@ -1,4 +1,4 @@
-"""Write docs/trust.md, its pictures and the README's summary of it: make trust, about two minutes.
+"""Write docs/trust.md, its pictures and the README's summary of it: make trust, a minute or two.
 
 The FMUs, MuJoCo, CalculiX (where it is installed), the measured robot and the cone on other robots are
 run anew; what `make measured-sheet` and `make study` take long for is read from their pages.
