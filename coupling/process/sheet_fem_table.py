@@ -14,13 +14,14 @@ from coupling.toolpaths.task import Task
 
 if TYPE_CHECKING:
     from coupling.process.sheet_fem import SheetFem
+    from coupling.sheet_fem.return_mapping import Metal
 
 
 class SheetFemTable(ProcessTable):
     """Keys of the sheet, its material, the tool and the fineness; see docs/sheet_fem.md.
 
     sheet_size_m is the side inside the clamps; the part's origin is in its middle.  Without
-    prestrain the hardening is Hollomon's.
+    prestrain the hardening is Hollomon's.  An anisotropic sheet is rolled along the x of the part.
     """
 
     model: Literal["sheet-fem"]
@@ -33,6 +34,9 @@ class SheetFemTable(ProcessTable):
     strength_Pa: Positive
     hardening_exponent: Annotated[float, Field(ge=0.0, lt=1.0)]
     prestrain: Positive | None = None
+    yield_criterion: Literal["von-mises", "yld91"] = "von-mises"
+    anisotropy: Annotated[list[Positive], Field(min_length=6, max_length=6)] | None = None
+    yield_exponent: Annotated[int, Field(ge=2, le=20, multiple_of=2)] | None = None
     tool_diameter_m: Positive
     friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     force_factor: Positive = 1.0
@@ -56,6 +60,23 @@ class SheetFemTable(ProcessTable):
             )
         return self
 
+    @model_validator(mode="after")
+    def _criterion_has_its_keys(self) -> SheetFemTable:
+        own = {"anisotropy": self.anisotropy, "yield_exponent": self.yield_exponent}
+        given = [name for name, value in own.items() if value is not None]
+        if self.yield_criterion == "von-mises" and given:
+            raise ValueError(
+                f'{given[0]}: expected yield_criterion = "yld91" beside it, got "von-mises", which is'
+                " isotropic"
+            )
+        if self.yield_criterion == "yld91" and len(given) < len(own):
+            missing = next(name for name in own if name not in given)
+            raise ValueError(
+                f'{missing}: expected beside yield_criterion = "yld91", got none: give anisotropy ='
+                " [c1, ..., c6] and yield_exponent (8 is usual for aluminium, 6 for steel)"
+            )
+        return self
+
     @property
     def forming_tool_diameter(self) -> float:
         """Diameter of the forming tool's sphere [m]."""
@@ -70,7 +91,6 @@ class SheetFemTable(ProcessTable):
         # numba is of the extra `fem`, and its import takes longer than other cases should wait.
         from coupling.process.sheet_fem import SheetFem
         from coupling.sheet_fem.forming import SheetModel, SheetSettings
-        from coupling.sheet_fem.material import Material, hollomon_prestrain
         from coupling.sheet_fem.mesh import SheetMesh
         from coupling.sheet_fem.schedule import schedule
 
@@ -83,16 +103,6 @@ class SheetFemTable(ProcessTable):
             )
         x, y = self.sheet_size_m
         elements = (round(x / self.element_m), round(y / self.element_m))
-        prestrain = self.prestrain or hollomon_prestrain(
-            self.youngs_modulus_Pa, self.strength_Pa, self.hardening_exponent
-        )
-        material = Material(
-            self.youngs_modulus_Pa,
-            self.poisson_ratio,
-            self.strength_Pa,
-            prestrain,
-            self.hardening_exponent,
-        )
         settings = SheetSettings(
             self.layers,
             self.window_m,
@@ -106,7 +116,7 @@ class SheetFemTable(ProcessTable):
         return SheetFem(
             part=task.part,
             model=SheetModel(
-                SheetMesh((x, y), elements, self.sheet_thickness_m), material, settings
+                SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
             ),
             tool_radii=tuple(0.5 * diameter for diameter in diameters),
             schedule=schedule(points[0], self.position_m, self.global_every),
@@ -115,3 +125,21 @@ class SheetFemTable(ProcessTable):
             watch=task.watch,
             identity=self.identity(task),
         )
+
+    def _metal(self) -> Metal:
+        from coupling.sheet_fem.material import Material, hollomon_prestrain
+        from coupling.sheet_fem.orthotropic import Yld91
+
+        prestrain = self.prestrain or hollomon_prestrain(
+            self.youngs_modulus_Pa, self.strength_Pa, self.hardening_exponent
+        )
+        material = Material(
+            self.youngs_modulus_Pa,
+            self.poisson_ratio,
+            self.strength_Pa,
+            prestrain,
+            self.hardening_exponent,
+        )
+        if self.anisotropy is None or self.yield_exponent is None:
+            return material
+        return Yld91.of(material, self.anisotropy, self.yield_exponent)

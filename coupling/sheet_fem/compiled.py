@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from coupling.errors import CaseError
 
 try:
     import numba
+    import numba.extending
 except ImportError as cause:
     raise CaseError(
         "process: sheet-fem needs the package numba, which is not installed: install the extra,"
@@ -37,10 +38,27 @@ def _forget_older_code() -> None:
 _forget_older_code()
 
 
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function of numbers and arrays.
+# Sums may be reordered; the code runs without Python's lock.
+_OPTIONS: Any = {
+    "error_model": "numpy",
+    "nogil": True,
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+}
 
-    The code is kept beside the source; it runs without Python's lock.  Sums may be reordered.
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function of numbers and arrays; the code is kept beside the source."""
+    return numba.njit(cache=True, **_OPTIONS)(function)
+
+
+def compiled_as(function: Callable[P, R]) -> Callable[[Callable[..., object]], None]:
+    """Tell what stands for a plain function in compiled code.
+
+    The decorated function is called with numba's types of the arguments, while a caller is compiled,
+    and returns the compiled function for them.
     """
-    reordering = {"contract", "reassoc", "nsz", "arcp"}
-    return numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=reordering)(function)
+
+    def register(choose: Callable[..., object]) -> None:
+        numba.extending.overload(function, jit_options=_OPTIONS, strict=False)(choose)
+
+    return register

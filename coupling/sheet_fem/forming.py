@@ -15,9 +15,9 @@ from coupling.sheet_fem.equilibrium import (
     NewtonSettings,
     find_equilibrium,
 )
-from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
 from coupling.sheet_fem.reaction import tool_stiffness
+from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
 
@@ -71,7 +71,7 @@ class SheetModel:
     def __init__(
         self,
         mesh: SheetMesh,
-        material: Material,
+        material: Metal,
         settings: SheetSettings | None = None,
         free: np.ndarray | None = None,
     ) -> None:

@@ -1,20 +1,32 @@
-"""Elastoplastic sheet metal: von Mises plasticity in plane stress with isotropic hardening."""
+"""Elastoplastic sheet metal: elasticity, isotropic hardening, and the metal that yields by von Mises."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
 
-# Stress beyond the yield stress, relative to it, at which the return mapping ends.
-_CONVERGED = 1e-13
-_MAX_ITERATIONS = 50
+
+class Swift(Protocol):
+    """Any metal with Swift hardening."""
+
+    @property
+    def strength(self) -> float:
+        """Yield stress at a total strain of 1 [Pa]."""
+
+    @property
+    def prestrain(self) -> float:
+        """Strain that the metal brings along."""
+
+    @property
+    def exponent(self) -> float:
+        """Hardening exponent."""
 
 
 class Material(NamedTuple):
-    """Hooke's law and Swift hardening, sigma_y = K (eps_0 + eps)^n.
+    """Metal that yields by von Mises: Hooke's law and Swift hardening, sigma_y = K (eps_0 + eps)^n.
 
     Hollomon's law K eps^n, which has no elastic range, is Swift's with the strain at which it
     meets Hooke's line as eps_0: see `hollomon_prestrain`.
@@ -61,103 +73,8 @@ def tensile_strength(material: Material) -> float:
 
 
 @compiled
-def yield_stress(material: Material, plastic_strain: float) -> tuple[float, float]:
+def yield_stress(material: Swift, plastic_strain: float) -> tuple[float, float]:
     """Return the yield stress [Pa] and its slope over the equivalent plastic strain [Pa]."""
     total = material.prestrain + plastic_strain
     stress = material.strength * total**material.exponent
     return stress, material.exponent * stress / total
-
-
-@compiled
-def plane_stress(
-    material: Material,
-    strain: np.ndarray,
-    plastic: np.ndarray,
-    stress: np.ndarray,
-    tangent: np.ndarray,
-    new_plastic: np.ndarray,
-) -> None:
-    """Return mapping of one layer, projected to plane stress [SimoTaylor1986].
-
-    Vectors are (11, 22, 12); strains carry the engineering shear 2 eps_12.
-
-    Args:
-        material: Sheet metal.
-        strain: Logarithmic strain, (3,).
-        plastic: Plastic strain and equivalent plastic strain before, (4,).
-        stress: Written [Pa], (3,).
-        tangent: Written, d stress / d strain [Pa], (3, 3).
-        new_plastic: Written, `plastic` after, (4,).
-    """
-    E, nu = material.youngs_modulus, material.poisson_ratio
-    G = 0.5 * E / (1.0 + nu)
-    bulk = E / (1.0 - nu)  # stress 11 + 22 per strain 11 + 22
-    sum_ = bulk * (strain[0] + strain[1] - plastic[0] - plastic[1])
-    difference = 2.0 * G * (strain[0] - strain[1] - plastic[0] + plastic[1])
-    shear = G * (strain[2] - plastic[2])
-    a_sum = sum_ * sum_ / 6.0
-    a_difference = 0.5 * difference * difference + 2.0 * shear * shear
-    before = plastic[3]
-    xi = a_sum + a_difference  # stress deviator squared
-    q = np.sqrt(1.5 * xi)  # von Mises stress
-    limit, slope = yield_stress(material, before)
-    multiplier = 0.0
-    after = before
-    c_sum, c_difference = bulk / 3.0, 2.0 * G
-    if q > limit:
-        # Convex and falling in the multiplier: Newton's method from zero does not overshoot.
-        for _ in range(_MAX_ITERATIONS):
-            d_sum = 1.0 + c_sum * multiplier
-            d_difference = 1.0 + c_difference * multiplier
-            xi = a_sum / d_sum**2 + a_difference / d_difference**2
-            xi_slope = -2.0 * (
-                c_sum * a_sum / d_sum**3 + c_difference * a_difference / d_difference**3
-            )
-            q = np.sqrt(1.5 * xi)
-            q_slope = 0.75 * xi_slope / q
-            after = before + 2.0 / 3.0 * multiplier * q
-            limit, slope = yield_stress(material, after)
-            residual_slope = q_slope - slope * 2.0 / 3.0 * (q + multiplier * q_slope)
-            if q - limit <= _CONVERGED * limit:
-                break
-            multiplier += (limit - q) / residual_slope
-        d_sum = 1.0 + c_sum * multiplier
-        d_difference = 1.0 + c_difference * multiplier
-        sum_ /= d_sum
-        difference /= d_difference
-        shear /= d_difference
-        xi = sum_ * sum_ / 6.0 + 0.5 * difference * difference + 2.0 * shear * shear
-        after = before + multiplier * np.sqrt(2.0 / 3.0 * xi)
-    stress[0] = 0.5 * (sum_ + difference)
-    stress[1] = 0.5 * (sum_ - difference)
-    stress[2] = shear
-    # Flow direction P sigma.
-    p0 = sum_ / 6.0 + 0.5 * difference
-    p1 = sum_ / 6.0 - 0.5 * difference
-    p2 = 2.0 * shear
-    new_plastic[0] = plastic[0] + multiplier * p0
-    new_plastic[1] = plastic[1] + multiplier * p1
-    new_plastic[2] = plastic[2] + multiplier * p2
-    new_plastic[3] = after
-    m_sum = bulk / (1.0 + c_sum * multiplier)
-    m_difference = 2.0 * G / (1.0 + c_difference * multiplier)
-    m_shear = 0.5 * m_difference
-    tangent[0, 0] = tangent[1, 1] = 0.5 * (m_sum + m_difference)
-    tangent[0, 1] = tangent[1, 0] = 0.5 * (m_sum - m_difference)
-    tangent[0, 2] = tangent[1, 2] = tangent[2, 0] = tangent[2, 1] = 0.0
-    tangent[2, 2] = m_shear
-    if multiplier > 0.0:
-        n0 = tangent[0, 0] * p0 + tangent[0, 1] * p1
-        n1 = tangent[1, 0] * p0 + tangent[1, 1] * p1
-        n2 = m_shear * p2
-        hardening = 2.0 * xi * slope / (3.0 - 2.0 * slope * multiplier)
-        alpha = 1.0 / (p0 * n0 + p1 * n1 + p2 * n2 + hardening)
-        tangent[0, 0] -= alpha * n0 * n0
-        tangent[1, 1] -= alpha * n1 * n1
-        tangent[2, 2] -= alpha * n2 * n2
-        tangent[0, 1] -= alpha * n0 * n1
-        tangent[1, 0] = tangent[0, 1]
-        tangent[0, 2] -= alpha * n0 * n2
-        tangent[2, 0] = tangent[0, 2]
-        tangent[1, 2] -= alpha * n1 * n2
-        tangent[2, 1] = tangent[1, 2]

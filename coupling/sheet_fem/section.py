@@ -21,7 +21,7 @@ import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.eigenbasis import eigenbasis, turn, turn_blocks
-from coupling.sheet_fem.material import Material, plane_stress
+from coupling.sheet_fem.return_mapping import Metal, plane_stress
 
 # Derivatives by (a11, a22, a12, b11, b22, b12), times these, are those by the vectors of six.  Those of
 # the functions below, D, are by the former, and in the eigenbasis of a.
@@ -37,7 +37,7 @@ class CrossSection(NamedTuple):
         layers: Points and weights over the thickness, -1 to 1, (2, layers).
     """
 
-    material: Material
+    material: Metal
     thickness: float
     layers: np.ndarray
 
