@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from coupling.sheet_fem.return_mapping import Metal
 
 
+# Of the yield criterion; sheets of metal are within a factor of two or so of one.
+_Coefficient = Annotated[float, Field(ge=0.1, le=10.0)]
+
+
 class SheetFemTable(ProcessTable):
     """Keys of the sheet, its material, the tool and the fineness; see docs/sheet_fem.md.
 
@@ -35,7 +39,7 @@ class SheetFemTable(ProcessTable):
     hardening_exponent: Annotated[float, Field(ge=0.0, lt=1.0)]
     prestrain: Positive | None = None
     yield_criterion: Literal["von-mises", "yld91"] = "von-mises"
-    anisotropy: Annotated[list[Positive], Field(min_length=6, max_length=6)] | None = None
+    anisotropy: Annotated[list[_Coefficient], Field(min_length=6, max_length=6)] | None = None
     yield_exponent: Annotated[int, Field(ge=2, le=20, multiple_of=2)] | None = None
     tool_diameter_m: Positive
     friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
