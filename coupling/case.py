@@ -25,12 +25,15 @@ from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
 from coupling.process import Process, ProcessTable
 from coupling.process.plugin import find_process
-from coupling.robot.cell import AT_THE_ORIGIN, Placement
+from coupling.robot.cell import Placement
 from coupling.robot.difference import Plant
+from coupling.robot.mounting import Mounting
 from coupling.solve import METHODS
 from coupling.solve.correction import Method
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.task import Task
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
 
@@ -58,10 +61,11 @@ class PlacedRobot:
 
     Attributes:
         name: "forming", or "support" for the second robot of a cell.
-        description: The robot.
+        description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad].
-        placement: Place of its base in the world, which is the base of the first robot.
+        placement: Place of its base in the world.
+        mounting: How its description differs from its file.
     """
 
     name: str
@@ -69,6 +73,7 @@ class PlacedRobot:
     torque_curve: str
     home: np.ndarray
     placement: Placement
+    mounting: Mounting
 
 
 @dataclass(frozen=True)
@@ -128,17 +133,18 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     compensation = {"method": _DEFAULT_METHOD, **file.compensation}
     method = _variant(path, "compensation", "method", compensation, METHODS)
     process_table = _process_table(path, file.process)
-    robots = [_placed("forming", file.robot, AT_THE_ORIGIN, f"{path}: robot", path.parent)]
+    with _errors_of(str(path)):
+        task = _task(tool_path, file.part.part(), process_table)
+        task = replace(task, watch=watch)
+    robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
-        at = file.support.placement()
-        robots.append(_placed("support", file.support, at, f"{path}: support", path.parent))
+        robots.append(_placed("support", file.support, np.zeros(3), path))
     plant: Plant | None = None
     if file.plant is not None:
         with _errors_of(f"{path}: plant"):
-            models = [(robot.description, robot.torque_curve) for robot in robots]
+            models = [(own.description, own.torque_curve, own.mounting) for own in robots]
             plant = file.plant.plant(models, path.parent)
     with _errors_of(str(path)):
-        task = replace(tool_path.task(file.part.part()), watch=watch)
         if workspace is not None:
             task = replace(task, workspace=workspace)
         if file.support is not None:
@@ -203,13 +209,33 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessTable:
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
 
 
+def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessTable) -> Task:
+    """Return what is to be made, with the point of a tool's sphere that is its TCP."""
+    task = tool_path.task(part)
+    if process_table.forming_tool_diameter is None:
+        return task
+    try:
+        return replace(task, contact=tool_path.tilt.contact(part, tool_path.upright(part)))
+    except ValueError as cause:
+        raise CaseError(f"tool_path: lead_deg, lean_deg: {cause}") from cause
+
+
+def _tcp_shift(task: Task, process_table: ProcessTable) -> np.ndarray:
+    """Return from the tip of the tool to the lowest point of its sphere, tool axes [m], (3,)."""
+    diameter = process_table.forming_tool_diameter or 0.0
+    return 0.5 * diameter * (task.contact - APPROACH)
+
+
 def _placed(
-    name: str, table: RobotTable | SupportTable, at: Placement, where: str, folder: Path
+    name: str, table: RobotTable | SupportTable, tcp_shift: np.ndarray, path: Path
 ) -> PlacedRobot:
-    """Read the robot that a table describes."""
-    with _errors_of(where):
-        robot = table.robot(folder)
-    return PlacedRobot(name, robot, table.torque_curve, np.deg2rad(table.home_deg), at)
+    """Read the robot that a table of a case describes."""
+    with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
+        robot = table.robot(path.parent)
+    at = table.placement()
+    mounting = Mounting(at.rotation, tcp_shift)
+    home = np.deg2rad(table.home_deg)
+    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting)
 
 
 def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> Task:

@@ -12,6 +12,7 @@ from coupling.case_tables import OneOfCurves, described, resolved_description
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.robot.difference import Difference, Plant, PlantRobot
+from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
 
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -38,13 +39,23 @@ class _PlantRobotTable(Schema):
     payload_kg: NotNegative = 0.0
     payload_position_m: Vector3 | None = None
 
-    def robot(self, model: Robot, torque_curve: str, folder: Path) -> PlantRobot:
+    def robot(
+        self, model: Robot, torque_curve: str, mounting: Mounting, folder: Path
+    ) -> PlantRobot:
         """Return the robot that moves in place of a model.
+
+        Args:
+            model: The model, as it stands.
+            torque_curve: Its torque curve.
+            mounting: How it stands; the other robot stands there as well.
+            folder: Folder in which relative files begin.
 
         Raises:
             CaseError: If its file cannot be read, or joints or factors are not as many as the model's.
         """
-        robot = model if self.description is None else described(self.description, folder)
+        robot = model
+        if self.description is not None:
+            robot = mounting.of(described(self.description, folder))
         if len(robot.joints) != len(model.joints):
             raise CaseError(
                 f"description: expected a robot of {len(model.joints)} joints, as the model that is"
@@ -89,11 +100,11 @@ class PlantTable(_PlantRobotTable):
     couple: bool = False
     support: _PlantRobotTable | None = None
 
-    def plant(self, models: Sequence[tuple[Robot, str]], folder: Path) -> Plant:
+    def plant(self, models: Sequence[tuple[Robot, str, Mounting]], folder: Path) -> Plant:
         """Return the plant.
 
         Args:
-            models: Description and torque curve of each of the case's robots.
+            models: Description, torque curve and mounting of each of the case's robots.
             folder: Folder in which relative files begin.
 
         Raises:
@@ -103,9 +114,9 @@ class PlantTable(_PlantRobotTable):
         if self.support is not None and len(models) < 2:
             raise CaseError("support: expected none, as the case has no [support], got a table")
         robots = []
-        for name, table, (model, curve) in zip(("", "support: "), tables, models, strict=False):
+        for name, table, model in zip(("", "support: "), tables, models, strict=False):
             try:
-                robots.append(table.robot(model, curve, folder))
+                robots.append(table.robot(*model, folder))
             except CaseError as cause:
                 raise CaseError(f"{name}{cause}") from cause
         return Plant(tuple(robots), self.force_factor, self.couple)

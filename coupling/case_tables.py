@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -38,6 +38,11 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
         return value
 
     return BeforeValidator(check)
+
+
+def turned(rpy_deg: Sequence[float]) -> Rotation:
+    """Return the rotation of roll, pitch and yaw [deg]: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    return Rotation.from_euler("xyz", rpy_deg, degrees=True)
 
 
 OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
@@ -90,17 +95,26 @@ class _MemberTable(Schema):
 
 
 class RobotTable(_MemberTable):
-    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg."""
+    """[robot]: description (shipped name or path), torque_curve, mode, fmu, home_deg, base_rpy_deg.
+
+    The world frame of a case has its origin in the base of this robot, and its axes before base_rpy_deg
+    turns it against gravity.
+    """
 
     mode: Annotated[Mode, _one_of(MODES)] = "dynamic"
     fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
+    base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+
+    def placement(self) -> Placement:
+        """Return where the robot stands: at the world's origin."""
+        return Placement(np.zeros(3), turned(self.base_rpy_deg))
 
 
 class SupportTable(_MemberTable):
     """[support]: a second robot with a supporting tool at the sheet's back.
 
     description, torque_curve and home_deg as in [robot]; base_position_m and base_rpy_deg place its
-    base in the base of the first robot, which is the world frame of the cell.
+    base in the world.
     """
 
     base_position_m: Vector3
@@ -111,8 +125,7 @@ class SupportTable(_MemberTable):
 
     def placement(self) -> Placement:
         """Return where the robot stands."""
-        rotation = Rotation.from_euler("xyz", self.base_rpy_deg, degrees=True)
-        return Placement(np.array(self.base_position_m), rotation)
+        return Placement(np.array(self.base_position_m), turned(self.base_rpy_deg))
 
     def support(self, task: Task, forming_tool_diameter: float) -> Support:
         """Return what the supporting tool is to do along a task's path.
@@ -132,15 +145,14 @@ class SupportTable(_MemberTable):
 
 
 class PartTable(Schema):
-    """[part]: placement of the part frame in the robot's base."""
+    """[part]: placement of the part frame in the world."""
 
     position_m: Vector3
     rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
     def part(self) -> Part:
-        """Return the placement; roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        rotation = Rotation.from_euler("xyz", self.rpy_deg, degrees=True)
-        return Part(np.array(self.position_m), rotation)
+        """Return the placement."""
+        return Part(np.array(self.position_m), turned(self.rpy_deg))
 
 
 class CouplingTable(Schema):

@@ -19,6 +19,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.task import Task
+from coupling.toolpaths.tilt import APPROACH
 
 # Raised by one whenever any shipped process answers a path differently than before, beyond rounding:
 # answers that were kept under a lower number are not used again (CONTRIBUTING.md).
@@ -172,6 +173,8 @@ def _arrays_of(task: Task) -> Iterable[np.ndarray]:
     yield from (task.part.position, task.part.rotation.as_quat())
     yield from (task.desired.time, task.desired.pose)
     yield np.array([np.nan if x is None else x for x in (task.wall_angle, task.step_down)])
+    if not np.array_equal(task.contact, APPROACH):
+        yield task.contact
     if task.support is not None:
         yield task.support.direction
         yield np.array([task.support.gap, task.support.tool_diameter])

@@ -28,7 +28,8 @@ class SheetFem(Identified):
     Attributes:
         part: Placement of the part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
-        tool_radii: Radii of the spheres, whose tips are the TCPs [m]; one for each tool of the path.
+        tips: From the centres of the spheres to the TCPs on them, tool axes [m]; one for each tool of
+            the path, (3,).
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
         force_factor: Measured over computed force, see docs/sheet_fem.md.
@@ -37,7 +38,7 @@ class SheetFem(Identified):
 
     part: Part
     model: SheetModel
-    tool_radii: tuple[float, ...]
+    tips: tuple[np.ndarray, ...]
     schedule: Schedule
     desired: ToolPath
     force_factor: float = 1.0
@@ -50,8 +51,7 @@ class SheetFem(Identified):
             ProcessError: If no equilibrium is found.
         """
         centers = [
-            self._centers(tool, radius)
-            for tool, radius in zip(path.tools, self.tool_radii, strict=True)
+            self._centers(tool, tip) for tool, tip in zip(path.tools, self.tips, strict=True)
         ]
         places = np.stack(centers, axis=1)[self.schedule.positions]
         moves = [self._spheres(place) for place in places]
@@ -115,15 +115,14 @@ class SheetFem(Identified):
         moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
-    def _centers(self, path: ToolPath, radius: float) -> np.ndarray:
-        """Return a sphere's centres in the part frame, behind the TCP along the tool's axis."""
-        approach = path.rotations[0].apply([1.0, 0.0, 0.0])
-        return self.part.coordinates(path.position[0] - radius * approach)
+    def _centers(self, path: ToolPath, tip: np.ndarray) -> np.ndarray:
+        """Return a sphere's centres in the part frame."""
+        return self.part.coordinates(path.position[0] - path.rotations[0].apply(tip))
 
     def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""
         lift = np.array([0.0, 0.0, 0.5 * self.model.mesh.thickness])
         return tuple(
-            self.model.sphere(center + lift, radius)
-            for center, radius in zip(centers, self.tool_radii, strict=True)
+            self.model.sphere(center + lift, float(np.linalg.norm(tip)))
+            for center, tip in zip(centers, self.tips, strict=True)
         )

@@ -11,6 +11,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.process.base import ProcessTable
 from coupling.toolpaths.task import Task
+from coupling.toolpaths.tilt import APPROACH
 
 if TYPE_CHECKING:
     from coupling.process.sheet_fem import SheetFem
@@ -114,15 +115,15 @@ class SheetFemTable(ProcessTable):
             self.backing_edge_radius_m,
             self.friction_coefficient,
         )
-        diameters = [self.tool_diameter_m]
+        tips = [0.5 * self.tool_diameter_m * task.contact]
         if task.support is not None:
-            diameters.append(task.support.tool_diameter)
+            tips.append(0.5 * task.support.tool_diameter * APPROACH)
         return SheetFem(
             part=task.part,
             model=SheetModel(
                 SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
             ),
-            tool_radii=tuple(0.5 * diameter for diameter in diameters),
+            tips=tuple(tips),
             schedule=schedule(points[0], self.position_m, self.global_every),
             desired=task.desired,
             force_factor=self.force_factor,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
@@ -19,6 +20,8 @@ from coupling.path.controller import on_cycle
 from coupling.path.histories import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task
 from elastic_robot.fmi.variables import AXES, POSE
 
 _SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -54,8 +57,8 @@ def write_ssp(case: Case, file: Path, platforms: Sequence[str] = ()) -> Path:
         raise BuildError(
             f"{case.name}: expected a case without [support], got a cell of two robots"
         )
-    robot = case.robots[0]
-    planned = InverseKinematics(robot.description, robot.home).plan(case.desired)
+    robot, task = case.robots[0], _in_base(case)
+    planned = InverseKinematics(robot.description, robot.home).plan(task.desired)
     command = on_cycle(planned, case.controller)
     settings = {
         "trajectory": _TRAJECTORY,
@@ -70,13 +73,23 @@ def write_ssp(case: Case, file: Path, platforms: Sequence[str] = ()) -> Path:
                 BuildOptions(case.fmu, tuple(platforms)),
                 resources={_TRAJECTORY: _table(command)},
             ),
-            build_process_fmu(case.process, case.desired, Path(folder, "Process.fmu")),
+            build_process_fmu(
+                case.process_table.process(task), task.desired, Path(folder, "Process.fmu")
+            ),
         )
         entries = {f"resources/{fmu.name}": fmu.read_bytes() for fmu in fmus}
     structure = _structure(case, settings, *(fmu.name for fmu in fmus))
     entries["SystemStructure.ssd"] = structure
     write_archive(file, ".ssp", entries, build_date(Path(elastic_robot.__file__).parent))
     return file
+
+
+def _in_base(case: Case) -> Task:
+    """Return the task in the frame of the robot's base, which is that of its FMU."""
+    at, task = case.robots[0].placement, case.task
+    base_from_world = at.rotation.inv()
+    part = Part(base_from_world.apply(task.part.position), base_from_world * task.part.rotation)
+    return replace(task, part=part, forming=at.path_in_base(task.forming))
 
 
 def _table(command: JointPath) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -38,7 +39,7 @@ class _Contours(Driven):
     def task(self, part: Part) -> Task:
         """Return what is to be made: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
-        return Task(part, self.path(part), angle, self.step_down_m)
+        return replace(super().task(part), wall_angle=angle, step_down=self.step_down_m)
 
     def _segments(self) -> Iterator[Segment]:
         at = np.array([self._radius(0.0), 0.0, self.clearance_m])

@@ -28,8 +28,8 @@ class CsvPath(ToolPathTable):
     kind: Literal["csv"]
     file: FilePath
 
-    def path(self, part: Part) -> ToolPath:
-        """Return the tool path in the robot's base frame.
+    def upright(self, part: Part) -> ToolPath:
+        """Return the tool path in the world before the tool is turned.
 
         Raises:
             CaseError: If the file is unreadable or not a path.

@@ -60,8 +60,8 @@ class Driven(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Positive = 0.02
 
-    def path(self, part: Part) -> ToolPath:
-        """Return the tool path in the robot's base frame."""
+    def upright(self, part: Part) -> ToolPath:
+        """Return the tool path in the world before the tool is turned."""
         time, points = follow(self._segments(), self.feed_m_s, self.blend_s, self.sample_s)
         return part.tool_path(time, points)
 
