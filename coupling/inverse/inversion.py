@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
-from coupling.inverse.gears import Crossing, Twist, gears_of, rows_of, solve_twist
+from coupling.inverse.gears import Crossing, Twist, damping_in_play, gears_of, rows_of, solve_twist
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import End, LinkMotion, LinkTask
@@ -87,11 +87,23 @@ class MovingRobot:
     """
 
     def __init__(self, robot: Robot, torque_curve: str) -> None:
-        self.robot, self.model = robot, LinkModel(robot)
+        self.robot, self.model, self.torque_curve = robot, LinkModel(robot), torque_curve
         self._curve_class = TORQUE_CURVES[torque_curve]
         self.curve = self._curve_class.build(self.model.parameters)
         self._gears = gears_of(self.model.parameters, self.model.chain)
         self._gear_curve = self._curve_class.build(self._gears)
+
+    @property
+    def play(self) -> np.ndarray:
+        """Half width of the play of each gear [rad], (gears,): 0 where its curve has none."""
+        tabled = [table is not None for table in self._gears.tables]
+        none = self.torque_curve == "linear" or np.array(tabled) & (self.torque_curve == "spline")
+        return np.where(none, 0.0, self._gears.backlash)
+
+    @property
+    def damping_in_play(self) -> np.ndarray:
+        """Damping that turns the gears in their play [N m s/rad], (gears,)."""
+        return damping_in_play(self._gear_curve, self._gears.damping)
 
     def invert(
         self, wanted: Wanted, controller: Controller, limits: JointLimits, progress: Progress
@@ -109,16 +121,25 @@ class MovingRobot:
         """
         between = InterpolatedPath(wanted.path)
         rows = self._rows(wanted.path, controller, between.at_rest)
-        task = self._task(wanted, between, rows)
+        task = self._task(wanted, between, rows.start, rows.end)
         links = solve_links(
             self.model, task, progress=lambda done, total: progress("links", done, total)
         )
-        time = np.linspace(rows.start, rows.end, _FINE * task.intervals + 1)
-        torque = self._torque(links.theta, time, task.wrench)
-        twist = self._twist(links.theta, time, torque, wanted.wrench)
+        time = fine_times(links.theta)
+        torque = self.torque(links.theta, time, task.wrench)
+        twist = self.twist(links.theta, time, torque, wanted.wrench)
         progress("gears", 1, 1)
         command = self._command(links.theta, twist, torque, rows, limits, progress)
         return Inverse(command, links, twist.crossings, task.wrench)
+
+    def task(self, wanted: Wanted) -> LinkTask:
+        """Return what the links are to do from the first time of a path to its last.
+
+        Args:
+            wanted: What the robot is to do.
+        """
+        time = wanted.path.time
+        return self._task(wanted, InterpolatedPath(wanted.path), float(time[0]), float(time[-1]))
 
     def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> Rows:
         start, end = float(path.time[0]), float(path.time[-1])
@@ -129,9 +150,10 @@ class MovingRobot:
         except ValueError as cause:
             raise PlanningError(f"a path of {end - start:.6g} s: {cause}") from cause
 
-    def _task(self, wanted: Wanted, between: InterpolatedPath, rows: Rows) -> LinkTask:
-        start, last = rows.start, float(wanted.path.time[-1])
-        duration = rows.end - start
+    def _task(
+        self, wanted: Wanted, between: InterpolatedPath, start: float, end: float
+    ) -> LinkTask:
+        last, duration = float(wanted.path.time[-1]), end - start
         intervals = int(np.ceil(duration / _SPACING - 1e-9))
         begins: End = "rest" if between.at_rest[0] else "loaded"
         ends: End = "rest" if between.at_rest[1] else "free"
@@ -158,13 +180,19 @@ class MovingRobot:
             ends,
         )
 
-    def _torque(
+    def torque(
         self,
         theta: UniformSpline,
         time: np.ndarray,
         wrench: Callable[[np.ndarray], np.ndarray],
     ) -> np.ndarray:
-        """Return the torque that every gear has to carry [N m], (k, gears)."""
+        """Return the torque that every gear has to carry [N m], (k, gears).
+
+        Args:
+            theta: Motion of the links.
+            time: [s], (k,).
+            wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
+        """
         parts = []
         for chunk in np.array_split(time, -(-len(time) // 10_000)):
             motion = [theta.at(chunk, order) for order in range(3)]
@@ -172,10 +200,17 @@ class MovingRobot:
             parts.append(-load[:, self.model.gears])
         return np.vstack(parts)
 
-    def _twist(
+    def twist(
         self, theta: UniformSpline, time: np.ndarray, torque: np.ndarray, wrench: WrenchHistory
     ) -> Twist:
-        """Return the twist of the gears; at first at rest under their static torque."""
+        """Return the twist of the gears; at first at rest under their static torque.
+
+        Args:
+            theta: Motion of the links.
+            time: Evenly spaced [s], (k,).
+            torque: Torque of every gear at these times [N m], (k, gears).
+            wrench: Wrench on the tool.
+        """
         start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
         return solve_twist(time, torque, self._gear_curve, self._gears.damping, start)
 
@@ -251,6 +286,11 @@ class MovingRobot:
         seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
         inertia = self.model.yielding_inertia(theta.at(seldom))
         return np.stack([np.interp(time, seldom, gear) for gear in inertia.T], axis=1)
+
+
+def fine_times(theta: UniformSpline) -> np.ndarray:
+    """Return the times at which the gears of moving links are looked at [s]."""
+    return np.linspace(theta.start, theta.end, _FINE * theta.intervals + 1)
 
 
 def joint_path(command: UniformSpline) -> JointPath:

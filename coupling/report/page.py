@@ -82,7 +82,7 @@ def robot_page(
         text = _FLANKS_TEXT + tables.gears(changes)
         sections.insert(3, ("Gears in their play", "flanks", figures.flanks(robot), text))
     sections += _of_workpieces(workpieces)
-    head = (tables.deviations, tables.plant, tables.robustness, tables.drives)
+    head = (tables.deviations, tables.plant, tables.robustness, tables.gear_loads, tables.drives)
     return _page(robot.figures, "".join(part(robot.figures) for part in head), sections)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Sequence
+from math import degrees
 from typing import Any
 
 from coupling.run.stored_run import stages
@@ -143,6 +144,44 @@ def gears(changes: list[dict[str, Any]]) -> str:
         within = sum(change["ends_s"] - change["begins_s"] for change in own)
         rows.append((f"joint {joint}", str(len(own)), str(other), f"{within:.2f}"))
     return table(("gear", "times in its play", "to the other flank", "time in it [s]"), rows)
+
+
+def gear_loads(figures: dict[str, Any]) -> str:
+    """Return whether the path rests on the gears' backlash, with a heading."""
+    gears = figures["gears"]
+    if not gears:
+        return ""
+    rows = [
+        (
+            f"joint {gear['joint']}",
+            str(gear["flank_changes"]),
+            f"{gear['floats_s']:.2f}",
+            f"{_UM * gear['backlash_20_percent_m']:.0f}" if _misses(gear) else "-",
+            f"{max(gear['margin_Nm'], 0.0):.0f}",
+            f"{-gear['margin_Nm']:.0f}" if gear["margin_Nm"] < 0.0 else "-",
+            "-" if gear["base_tilt_rad"] is None else f"{degrees(gear['base_tilt_rad']):.1f}",
+        )
+        for gear in gears
+    ]
+    header = (
+        "gear",
+        "flank changes",
+        "floats [s]",
+        "backlash 20 % off [um]",
+        "clear of zero by [N m]",
+        "kept by a bias of [N m]",
+        "or a base tilted by [deg]",
+    )
+    return (
+        "<h2>What the gears go through</h2><p>From the torque that the links need along the path. Where"
+        " a gear changes its flank, or floats in its play for want of a torque at rest, the tool is off"
+        " by what its backlash is off; a gear that stays clear of zero does not ask for it.</p>"
+        f"{table(header, rows)}"
+    )
+
+
+def _misses(gear: dict[str, Any]) -> bool:
+    return bool(gear["flank_changes"] or (gear["floats_s"] and gear["backlash_rad"]))
 
 
 def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -14,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from coupling import events
 from coupling.case import Case
 from coupling.events import Event
+from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
@@ -166,6 +168,11 @@ def print_summary(
         lines += _of_plant(run.plant)
     if found.flank_changes:
         lines.append(_of_gears(found.flank_changes))
+    lines += [
+        line
+        for name, gears in zip(run.robots, run.gears, strict=True)
+        for line in gear_lines(gears, name if len(run.robots) > 1 else "")
+    ]
     if run.gap is not None:
         lines += _of_cell(run, run.gap, compensated)
     parts = beat_parts(run)
@@ -222,6 +229,28 @@ def _of_gears(changes: Sequence[FlankChange]) -> str:
         f"Gears pass through their play {len(changes)} times ({each}): a wrong backlash would show"
         " there."
     )
+
+
+def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
+    """Return a line for each gear whose backlash would show at the tool.
+
+    Args:
+        gears: Gears of one robot along its path.
+        robot: Its name in a cell of several.
+    """
+    lines = []
+    for gear in gears:
+        if not gear.at_risk:
+            continue
+        kept = f"; {gear.bias:.0f} N m would keep it" if gear.bias else ""
+        if gear.base_tilt is not None:
+            kept += f", or a base tilted by {np.rad2deg(gear.base_tilt.angle):.1f} deg"
+        floats = f", floats for {gear.floats:.1f} s" if gear.floats else ""
+        lines.append(
+            f"  {f'{robot} ' if robot else ''}joint {gear.joint}: {gear.changes} changes of its flank"
+            f"{floats}; a backlash 20 % off would be {_um(gear.miss)} at the tool{kept}"
+        )
+    return lines
 
 
 def _of_cell(run: Run, gap: ToolGap, compensated: bool) -> list[str]:

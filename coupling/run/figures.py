@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.run.beat import beat_parts
 from coupling.run.plant import OnPlant
 from coupling.run.study import Deviations, Run
@@ -62,6 +63,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         ],
         "plant": _plant(run.plant, tool),
         "flank_changes": _flank_changes(run, tool),
+        "gears": _gears(run, tool),
         "command": _command(run, tool),
         **gap,
         "beat": _beat(run, tool),
@@ -131,6 +133,31 @@ def _flank_changes(run: Run, tool: int | None) -> list[dict[str, Any]] | None:
         for change in changes
         if tool is None or change.robot in ("", run.robots[tool])
     ]
+
+
+def _gears(run: Run, tool: int | None) -> list[dict[str, Any]]:
+    """Return what the gears go through along the desired path."""
+    return [
+        {"robot": name, **gear_figures(gear)}
+        for number, (name, own) in enumerate(zip(run.robots, run.gears, strict=True))
+        if tool in (None, number)
+        for gear in own
+    ]
+
+
+def gear_figures(gear: GearDiagnosis) -> dict[str, Any]:
+    """Return what one gear goes through."""
+    tilt = gear.base_tilt
+    return {
+        "joint": gear.joint,
+        "backlash_rad": gear.backlash,
+        "flank_changes": gear.changes,
+        "floats_s": gear.floats,
+        "margin_Nm": gear.margin,
+        "backlash_20_percent_m": gear.miss,
+        "base_tilt_rad": None if tilt is None else tilt.angle,
+        "base_tilt_direction_rad": None if tilt is None else tilt.direction,
+    }
 
 
 def _command(run: Run, tool: int | None) -> dict[str, Any]:

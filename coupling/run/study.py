@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 
 from coupling.case import Case
 from coupling.events import Event, Watch, unwatched
+from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.cell import Cell
 from coupling.robot.robot import RateWarning
 from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import OnPlant, plant_cell, run_on_plant
 from coupling.run.robustness import Replay, replayed
@@ -51,6 +53,7 @@ class Run:
         rate_warnings: Joints that would have to move too fast.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
+        gears: What the gears of every robot go through along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
     """
@@ -66,6 +69,7 @@ class Run:
     rate_warnings: tuple[RateWarning, ...]
     fmu_fingerprint: str
     gap: ToolGap | None = None
+    gears: tuple[tuple[GearDiagnosis, ...], ...] = ()
     durations: dict[str, float] = field(default_factory=dict)
     keys: tuple[str, ...] = ()
 
@@ -165,6 +169,9 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
                 plant = run_on_plant(case, differing, found, watch)
+        with _timed("gears", durations):
+            loads = at_samples(found.answer.wrench, found.achieved, case.desired)
+            gears = diagnose_robots(case.robots, case.desired, loads)
         return Run(
             kind=kind,
             robots=tuple(robot.name for robot in case.robots),
@@ -180,6 +187,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             rate_warnings=tuple(cell.rate_warnings(found.joints)),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
+            gears=gears,
             durations=durations,
         )
 

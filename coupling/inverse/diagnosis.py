@@ -1,0 +1,209 @@
+"""What the gears of a robot go through along a path: whether its command rests on their backlash.
+
+The motion is that of the rigid robot with its tilts at rest under their loads: what counts here is the
+sign of torques and their size, and no command is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.inverse.flanks import backlash_miss, flank_changes, margin, no_torque
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.link_task import Weights
+from coupling.inverse.links import LinkProblem
+from coupling.inverse.spline import UniformSpline
+from elastic_robot.chain import build_chain
+from elastic_robot.kinematics import tcp_jacobian
+
+# Directions in which the base is tilted.
+_DIRECTIONS = 72
+# Tilts of a base beyond are none [rad]; up to here gravity's share is nearly linear in them.
+_LARGEST_TILT = 0.5
+# Nodes between two looks at how far the tool moves with a gear.
+_SELDOM = 5
+
+
+@dataclass(frozen=True)
+class GearLoads:
+    """Torque of the gears along a path.
+
+    Attributes:
+        time: Evenly spaced [s], (k,).
+        torque: Torque that the links need of every gear, with inertia [N m], (k, gears).
+        static: The same at rest in every pose, under gravity and wrench [N m], (k, gears).
+        by_gravity: Derivatives of these by gravity [N m s^2/m], (k, gears, 3).
+        lever: Displacement of the TCP by the twist of every gear [m/rad], (k, gears).
+    """
+
+    time: np.ndarray
+    torque: np.ndarray
+    static: np.ndarray
+    by_gravity: np.ndarray
+    lever: np.ndarray
+
+
+@dataclass(frozen=True)
+class BaseTilt:
+    """A tilt of the robot's base whose gravity would keep a gear on its flank.
+
+    Attributes:
+        angle: [rad].
+        direction: Angle of its axis in the base's x-y plane, from x [rad].
+    """
+
+    angle: float
+    direction: float
+
+
+@dataclass(frozen=True)
+class GearDiagnosis:
+    """What one gear goes through along a path.
+
+    Attributes:
+        joint: Number, from 1.
+        backlash: Half width of its play [rad].
+        changes: How often it passes from one flank to the other.
+        floats: Time during which it carries nothing at rest: it floats in its play [s].
+        margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
+            minus the constant torque that would keep it on one flank.
+        miss: How far the tool is off behind a flank change if the backlash is 20 % off [m].
+        base_tilt: Smallest tilt of the base that would keep it on one flank; None where it keeps it,
+            or none does.
+    """
+
+    joint: int
+    backlash: float
+    changes: int
+    floats: float
+    margin: float
+    miss: float
+    base_tilt: BaseTilt | None = None
+
+    @property
+    def bias(self) -> float:
+        """Constant torque that would keep it on one flank [N m]; 0 where it stays there."""
+        return max(0.0, -self.margin)
+
+    @property
+    def at_risk(self) -> bool:
+        """Whether a wrong backlash would show at the tool."""
+        return self.backlash > 0.0 and (self.changes > 0 or self.floats > 0.0)
+
+
+def diagnose(robot: MovingRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:
+    """Return what every gear goes through along a path.
+
+    Args:
+        robot: The robot.
+        wanted: The path, its wrench, and the joint angles of the undeflected robot along it.
+    """
+    return diagnosed(robot, gear_loads(robot, wanted))
+
+
+def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]:
+    """Return what every gear goes through under its loads."""
+    model = robot.model
+    play, damping = robot.play, robot.damping_in_play
+    none = no_torque(play, damping)
+    step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
+    changes = flank_changes(step, loads.torque, play, damping)
+    clear = margin(loads.torque)
+    floats = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
+    miss = backlash_miss(play, loads.lever.max(axis=0))
+    gravity = np.asarray(model.parameters.gravity)
+    return tuple(
+        GearDiagnosis(
+            joint=int(joint) + 1,
+            backlash=float(play[gear]),
+            changes=int(changes[gear]),
+            floats=float(floats[gear]),
+            margin=float(clear[gear]),
+            miss=float(miss[gear]),
+            base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
+            if clear[gear] < 0.0
+            else None,
+        )
+        for gear, joint in enumerate(model.gear_joint)
+    )
+
+
+def gear_loads(robot: MovingRobot, wanted: Wanted) -> GearLoads:
+    """Return the torque of the gears of the rigid robot with its tilts at rest under their loads."""
+    task = robot.task(wanted)
+    theta = LinkProblem(robot.model, task, Weights()).guess()
+    return loads_along(robot, theta, task.wrench)
+
+
+def loads_along(
+    robot: MovingRobot, theta: UniformSpline, wrench: Callable[[np.ndarray], np.ndarray]
+) -> GearLoads:
+    """Return the torque of the gears along a motion of the links.
+
+    Args:
+        robot: The robot.
+        theta: Motion of the links.
+        wrench: Function from times to wrenches on the robot at the TCP, (k, 6).
+    """
+    model, time = robot.model, theta.nodes
+    still = theta.at(time)
+    rest = np.zeros_like(still)
+    static = -model.load(still, rest, rest, wrench(time))[:, model.gears]
+    seldom = np.append(time[:-1:_SELDOM], time[-1])
+    by_gravity, lever = _by_pose(robot, theta.at(seldom))
+    return GearLoads(
+        time,
+        robot.torque(theta, time, wrench),
+        static,
+        _between(time, seldom, by_gravity),
+        _between(time, seldom, lever),
+    )
+
+
+def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of the gears' static torque by gravity, and their levers."""
+    model = robot.model
+    # What is linear in gravity is told by gravity of 1 along each axis.
+    unit = [build_chain(replace(robot.robot, gravity=tuple(axis))).model for axis in np.eye(3)]
+    data = model.chain.model.createData()
+    by_gravity = np.empty((len(theta), len(model.gears), 3))
+    lever = np.empty((len(theta), len(model.gears)))
+    for k, angles in enumerate(theta):
+        jacobian = tcp_jacobian(model.chain, data, angles)
+        lever[k] = np.linalg.norm(jacobian[:3, model.gears], axis=0)
+        for axis, own in enumerate(unit):
+            torque = pin.computeGeneralizedGravity(own, data, angles)
+            by_gravity[k, :, axis] = -torque[model.gears]
+    return by_gravity, lever
+
+
+def _between(time: np.ndarray, seldom: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values that change slowly at all times, (k, ...)."""
+    flat = values.reshape(len(seldom), -1)
+    columns = [np.interp(time, seldom, column) for column in flat.T]
+    return np.stack(columns, axis=1).reshape(len(time), *values.shape[1:])
+
+
+def _base_tilt(torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray) -> BaseTilt | None:
+    """Return the smallest tilt of the base that keeps a gear on a flank, if there is one.
+
+    Args:
+        torque: Torque of the gear [N m], (k,).
+        by_gravity: Its derivative by gravity, (k, 3).
+        gravity: Gravity in base axes [m/s^2], (3,).
+    """
+    best: BaseTilt | None = None
+    for direction in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False).tolist():
+        axis = np.array([np.cos(direction), np.sin(direction), 0.0])
+        # Seen from the base gravity turns the other way: what a radian of tilt adds.
+        added = by_gravity @ np.cross(gravity, axis)
+        if added.min() <= 0.0:
+            continue
+        angle = float(np.max(-torque / added))
+        if angle < (_LARGEST_TILT if best is None else best.angle):
+            best = BaseTilt(angle, direction)
+    return best

@@ -1,0 +1,114 @@
+"""Does a gear keep its flank?  Figures of the torque that its links need, for one path or for many.
+
+Torques are T = -(M theta'' + h - J^T w) in the gear's row, what the gear passes on to its link
+(`coupling.inverse.gears`).  Time is their first axis; gears, and settings before or behind them, are the
+others.  A gear changes flank where T changes sign, and it has then moved by twice its half width B.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elastic_robot.settings import SETTINGS
+
+# A torque that would need longer to push a gear through its play counts as none [s].
+_LONG = 1.0
+# An error in the backlash that nobody can rule out, as a part of it.
+UNKNOWN_PART = 0.2
+
+
+def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return the torques that count as none [N m], shape of the arguments.
+
+    In the play d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less at
+    rest floats: what it does is decided by inertia, and by how the motion came there.
+
+    Args:
+        backlash: Half width B of the play [rad].
+        damping: d [N m s/rad].
+
+    Example:
+        >>> no_torque(np.array([1e-4, 0.0]), np.array([1e4, 1e4]))
+        array([2.e+00, 1.e-06])
+    """
+    limit: np.ndarray = np.maximum(2.0 * backlash * damping / _LONG, SETTINGS.neutral_torque)
+    return limit
+
+
+def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
+    """Return how often torques of poses, one behind the other, change their sign, (...).
+
+    Args:
+        torque: [N m], (k, ...).
+        none: Torques up to this one have no sign [N m], (...).
+
+    Example:
+        >>> sign_changes(np.array([5.0, 0.5, -0.5, 0.5, -3.0, -0.1, -3.0]), 1.0)
+        array(1)
+    """
+    side = np.where(np.abs(torque) > none, np.sign(torque), 0.0)
+    row = np.arange(len(side)).reshape(-1, *([1] * (side.ndim - 1)))
+    # The row of the last torque that has a sign; before the first one row 0, without a sign.
+    last = np.maximum.accumulate(np.where(side != 0.0, row, 0), axis=0)
+    held = np.take_along_axis(side, last, axis=0)
+    return np.asarray(np.sum(held[1:] * held[:-1] < 0.0, axis=0))
+
+
+def flank_changes(
+    spacing: float, torque: np.ndarray, backlash: np.ndarray, damping: np.ndarray
+) -> np.ndarray:
+    """Return how often gears pass from one flank to the other in motion, (...).
+
+    In the play d e' = T, and flanks are taken for stiff, so that a torque which turns its sign for a
+    moment takes no gear across; 0 for gears without play.
+
+    Args:
+        spacing: Time between torques [s].
+        torque: [N m], (k, ...).
+        backlash: Half width B of the play [rad], (...).
+        damping: d [N m s/rad], (...), > 0.
+
+    Example:
+        >>> torque = np.repeat([5.0, -1.0, 5.0, -5.0], 10)
+        >>> flank_changes(0.1, torque, np.array(1e-4), np.array(1e4))
+        array(1)
+    """
+    moved = spacing * torque / damping
+    place = np.zeros(moved.shape[1:])
+    flank, changes = np.zeros(place.shape), np.zeros(place.shape, dtype=int)
+    for step in moved:
+        place = np.clip(place + step, -backlash, backlash)
+        reached = np.where(np.abs(place) >= backlash, np.sign(place), 0.0)
+        changes += reached * flank < 0.0
+        flank = np.where(reached != 0.0, reached, flank)
+    return changes
+
+
+def margin(torque: np.ndarray) -> np.ndarray:
+    """Return by how much torques stay clear of zero [N m], (...).
+
+    Negative where they change sign: the smallest constant torque, of either sign, that would keep the
+    gear on one flank all the way is minus that.
+
+    Args:
+        torque: [N m], (k, ...).
+
+    Example:
+        >>> margin(np.array([[3.0, -1.0], [5.0, 4.0]]))
+        array([ 3., -1.])
+    """
+    clear: np.ndarray = np.maximum(torque.min(axis=0), -torque.max(axis=0))
+    return clear
+
+
+def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
+    """Return how far the tool is off behind a flank change if the backlash is 20 % off [m].
+
+    0.2 of the whole play 2 B, times how far the tool moves with the gear.
+
+    Args:
+        backlash: Half width B of the play [rad].
+        lever: Displacement of the TCP by the gear's twist, |J| [m/rad], the same shape.
+    """
+    miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever
+    return miss

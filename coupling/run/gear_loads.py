@@ -1,0 +1,49 @@
+"""What the gears of a case's robots go through along its path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from coupling.case import PlacedRobot
+from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.inverse_kinematics import InverseKinematics
+
+
+def diagnose_robots(
+    robots: Sequence[PlacedRobot], desired: ToolPath, wrench: WrenchHistory
+) -> tuple[tuple[GearDiagnosis, ...], ...]:
+    """Return what the gears of every robot go through with their tools on their paths.
+
+    No run is needed: the wrench may be what the process answers to the desired path.
+
+    Args:
+        robots: The robots of a case.
+        desired: Paths of their tools, world axes.
+        wrench: Wrenches on the tools, at the same times.
+
+    Raises:
+        PlanningError: If a robot cannot follow.
+    """
+    found = []
+    for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
+        own = placed.placement.path_in_base(path)
+        rigid = InverseKinematics(placed.description, placed.home).plan(own)
+        wanted = Wanted(own, rigid, placed.placement.wrench_in_base(load))
+        found.append(diagnose(MovingRobot(placed.description, placed.torque_curve), wanted))
+    return tuple(found)
+
+
+def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> WrenchHistory:
+    """Return what acts on tools at some of their times, springs included.
+
+    Args:
+        wrench: Wrenches on the tools.
+        path: Paths that they take, at the times of the wrenches.
+        samples: Paths whose times are wanted, each one of the wrenches'.
+    """
+    rows = np.searchsorted(wrench.time, samples.time).clip(max=len(wrench.time) - 1)
+    return WrenchHistory(samples.time, wrench.on(path).wrench[:, rows])
