@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.case_place import PlaceTable
 from coupling.case_plant import PlantTable, StudyTable
 from coupling.case_tables import (
     ControllerTable,
@@ -53,6 +54,7 @@ class _CaseFile(Schema):
     controller: ControllerTable = ControllerTable()
     plant: PlantTable | None = None
     study: StudyTable = StudyTable()
+    place: PlaceTable = PlaceTable()
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class Case:
         controller: What the robots' controllers take.
         plant: Robots and load that the command really meets; None: the model.
         study: Table [study].
+        place: Table [place].
         resolved: The case as plain data with every default filled in and paths absolute.
     """
 
@@ -108,6 +111,7 @@ class Case:
     controller: Controller
     plant: Plant | None
     study: StudyTable
+    place: PlaceTable
     resolved: dict[str, Any]
 
     @property
@@ -161,6 +165,8 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         resolved["plant"] = file.plant.resolved(path.parent)
     if file.study != StudyTable():
         resolved["study"] = file.study.model_dump(exclude_none=True, mode="json")
+    if file.place != PlaceTable():
+        resolved["place"] = file.place.model_dump(exclude_none=True, mode="json")
     return Case(
         name=path.stem,
         robots=tuple(robots),
@@ -174,6 +180,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         controller=file.controller.controller(),
         plant=plant,
         study=file.study,
+        place=file.place,
         resolved=resolved,
     )
 

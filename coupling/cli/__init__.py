@@ -1,4 +1,4 @@
-"""The command line: elastic-robot build | ssp | couple | compensate | study | report | store."""
+"""The command line: elastic-robot build | ssp | couple | compensate | study | place | report | store."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from coupling.cli import build, identify, robots, runs, store, study
+from coupling.cli import build, identify, place, robots, runs, store, study
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -44,6 +44,7 @@ _COMMANDS = (
     runs.couple,
     runs.compensate,
     study.study,
+    place.place,
     runs.report,
     store.store,
     identify.identify,

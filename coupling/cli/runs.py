@@ -22,7 +22,9 @@ from coupling.cli.arguments import (
 )
 from coupling.events import Event, Progress, Watch
 from coupling.files.scratch import remove_abandoned
+from coupling.place.folder import FIGURES as PLACED
 from coupling.report import write_report
+from coupling.report.place_page import write_place_report
 from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView, print_summary
 from coupling.run.folder import write_run
@@ -67,11 +69,16 @@ def compensate(
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="A run folder, or that of a study.")],
+    folder: Annotated[
+        Path, typer.Argument(help="A run folder, or that of a study or a placement.")
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
-    """Write the report of a run folder or a study anew."""
-    write = write_study_report if (folder / FIGURES).exists() else write_report
+    """Write the report of a run folder, a study or a placement anew."""
+    write = write_report
+    for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
+        if (folder / figures).exists():
+            write = of_another
     Console().print(f"report: {write(folder, output)}", soft_wrap=True)
 
 

@@ -102,7 +102,10 @@ def _is_filled(folder: Path) -> bool:
 
 
 # What a run writes at its end, into its folder or into those of its robots.
-_WRITTEN = ("*.csv", "workpiece_*.vtu", "case.toml", RESULT, "report.html", f"*{PARTIAL}")
+_WRITTEN = (
+    *("*.csv", "workpiece_*.vtu", "case.toml", RESULT, "report.html", f"*{PARTIAL}"),
+    *("placed_*.toml", "place.json"),  # of elastic-robot place
+)
 
 
 def clear_for_work(work: Path) -> None:

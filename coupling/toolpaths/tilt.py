@@ -41,6 +41,14 @@ class ToolTilt:
         turn: Rotation = Rotation.from_euler("yx", [self.lead, self.lean])
         return turn * along_path * Rotation.from_rotvec(self.rotation * APPROACH)
 
+    def along_path(self, part_from_tool: Rotation) -> Rotation:
+        """Return the orientation that a path gives a tool which it holds at `part_from_tool`."""
+        turn = Rotation.from_euler("yx", [self.lead, self.lean])
+        given: Rotation = (
+            turn.inv() * part_from_tool * Rotation.from_rotvec(-self.rotation * APPROACH)
+        )
+        return given
+
     def path(self, part: Part, path: ToolPath) -> ToolPath:
         """Return the path of one tool with its tool turned, in the frame of the path."""
         if self == UPRIGHT:

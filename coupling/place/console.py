@@ -1,0 +1,80 @@
+"""What a placement shows on the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from coupling.place.folder import StoredPlacement
+
+# What the page is called.
+REPORT = "report.html"
+_UM = 1e6
+
+
+def print_placement(console: Console, placement: StoredPlacement, folder: Path) -> None:
+    """Say in plain words what the best settings come to, and where they are."""
+    figures = placement.figures
+    lines = [_header(figures)]
+    present = figures["present"]
+    if present is None:
+        lines.append("As it is, the robot cannot follow the path.")
+    else:
+        lines.append(_row("as it is", present))
+    lines += [_row(own["file"], own) for own in figures["best"]]
+    lines += [
+        f"  {own['file']}: {in_words(own['setting'], figures['free'])}" for own in figures["best"]
+    ]
+    kept = figures["settings"] - sum(figures["refused"].values())
+    refused = ", ".join(f"{count} {what}" for what, count in figures["refused"].items() if count)
+    lines.append(
+        f"{figures['settings']} settings looked at, {kept} of them possible"
+        + (f" ({refused})" if refused else "")
+        + "."
+    )
+    if figures["limited_joints"] == 0:
+        lines.append(
+            "Warning: the robot file has no limits of its joints: look whether they are kept."
+        )
+    lines.append("Look whether robot, tool and part are free of collisions before you drive there.")
+    lines.append(f"Placement: {folder}  (report: {folder / REPORT})")
+    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+
+
+def _header(figures: dict[str, Any]) -> str:
+    moved = "process [um]" if figures["forced"] else "100 N [um]"
+    return f"{'':<16}{moved:>13} {'backlash 20 % off [um]':>23}  changes of flank (gear: times)"
+
+
+def _row(name: str, own: dict[str, Any]) -> str:
+    remark = "" if own["admitted"] else "; breaks a demand of [place]"
+    return (
+        f"{name:<16}{_UM * own['moved_m']:>13.0f} {_UM * own['exposure_m']:>23.1f} "
+        f" {changes(own)}{remark}"
+    )
+
+
+def changes(own: dict[str, Any]) -> str:
+    """Return which gears with play change flank how often, in words.
+
+    Args:
+        own: A setting in place.json.
+    """
+    said = [
+        f"{gear['joint']}: {gear['flank_changes']}"
+        for gear in own["gears"]
+        if gear["flank_changes"]
+    ]
+    return ", ".join(said) or "none"
+
+
+def in_words(setting: dict[str, float], free: list[str]) -> str:
+    """Return what is free in a setting, in words."""
+    said = []
+    for name in free:
+        key, unit = (f"{name}_m", "m") if f"{name}_m" in setting else (f"{name}_deg", "deg")
+        said.append(f"{name.replace('_', ' ')} {np.round(setting[key], 4):g} {unit}")
+    return ", ".join(said)

@@ -1,0 +1,156 @@
+"""Inverse kinematics in many lanes at once: joint angles, rates and accelerations of a tool's motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.place.lanes import Columns, Factor, cross, dot
+from coupling.place.serial_robot import Posture, SerialRobot, TipMotion
+
+# A pose is reached when position and rotation agree to this, lengths in units of the reach.
+_REACHED = 1e-8
+# Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
+_DAMPING = 1e-3
+# What keeps the factor of a singular matrix finite.
+_LEAST = 1e-12
+# Joint step limit of one pass [rad]: the linearisation holds no further.
+_LARGEST_STEP = 0.3
+# Steps in which the tool is led from the home posture to a pose, passes in each of them, and at its end.
+_LED, _PASSES_LED, _PASSES = 12, 2, 30
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Poses of the TCP, base axes.
+
+    Attributes:
+        position: [m], (3, n).
+        tool: Columns of base_from_tool.
+        tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3, n).
+    """
+
+    position: np.ndarray
+    tool: Columns
+    tcp_shift: np.ndarray
+
+    def lanes(self, chosen: np.ndarray) -> Targets:
+        """Return some of them, by their numbers or by a mask."""
+        tool = [column[:, chosen] for column in self.tool]
+        return Targets(self.position[:, chosen], tool, self.tcp_shift[:, chosen])
+
+
+def reached(
+    robot: SerialRobot, targets: Targets, start: np.ndarray, passes: int = _PASSES
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return joint angles at poses by damped least squares, and whether each pose was reached.
+
+    Args:
+        robot: The robot.
+        targets: The poses.
+        start: Angles to begin with [rad], (joints, n).
+        passes: Passes at most.
+    """
+    q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
+    live = np.arange(start.shape[1])
+    for _ in range(passes):
+        now = targets.lanes(live)
+        posture = robot.posture(q[:, live], now.tcp_shift)
+        error = _error(posture, now, robot.reach)
+        size = dot(error, error)
+        done = size < _REACHED**2
+        found[live[done]] = True
+        if done.all():
+            break
+        factor, transposed = _normal(posture, robot.reach, _DAMPING * size)
+        step = factor.solve(np.einsum("jkn,kn->jn", transposed, error))
+        largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
+        step *= np.minimum(1.0, _LARGEST_STEP / largest)
+        keep = ~done
+        q[:, live[keep]] += step[:, keep]
+        live = live[keep]
+    return q, found
+
+
+def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return joint angles at poses to which the tool is led from a home posture, and whether it came.
+
+    The way is straight in position and in rotation, so that the robot keeps its configuration.
+
+    Args:
+        robot: The robot.
+        targets: The poses.
+        home: Angles of the home posture [rad], (joints,).
+    """
+    lanes = targets.position.shape[1]
+    begin = robot.posture(home[:, None], np.zeros((3, 1)))
+    first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
+    last = Rotation.from_matrix(np.stack(targets.tool, axis=1).transpose(2, 0, 1))
+    turn = (last * first.inv()).as_rotvec()
+    q = np.repeat(home[:, None], lanes, axis=1)
+    for k in range(1, _LED):
+        share = k / _LED
+        rotation = (Rotation.from_rotvec(share * turn) * first).as_matrix()
+        position = (1.0 - share) * begin.tip + share * targets.position
+        tool = [np.ascontiguousarray(rotation[:, :, c].T) for c in range(3)]
+        on_the_way = Targets(position, tool, share * targets.tcp_shift)
+        q, _ = reached(robot, on_the_way, q, _PASSES_LED)
+    return reached(robot, targets, q)
+
+
+@dataclass(frozen=True)
+class Following:
+    """Robot that moves with its tool.
+
+    Attributes:
+        posture: Its posture.
+        rate, acceleration: q' [rad/s], q'' [rad/s^2], (joints, n).
+        regularity: 1 / |J^-1|, the Frobenius norm, lengths in units of the reach, (n,): at most the
+            smallest singular value of J, and at least 0.4 of it for six joints.
+    """
+
+    posture: Posture
+    rate: np.ndarray
+    acceleration: np.ndarray
+    regularity: np.ndarray
+
+
+def following(
+    robot: SerialRobot, q: np.ndarray, tcp_shift: np.ndarray, motion: TipMotion
+) -> Following:
+    """Return rates and accelerations of the joints with the tool in motion.
+
+    Args:
+        robot: The robot.
+        q: Joint angles [rad], (joints, n).
+        tcp_shift: As in `Targets`.
+        motion: Motion of the tool.
+    """
+    posture = robot.posture(q, tcp_shift)
+    factor, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
+
+    def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
+        task = np.concatenate([velocity / robot.reach, spin])
+        return factor.solve(np.einsum("jkn,kn->jn", transposed, task))
+
+    rate = joints(motion.velocity, motion.spin)
+    acceleration, spin_rate = robot.bias(posture, rate)
+    missing = joints(motion.acceleration - acceleration, motion.spin_rate - spin_rate)
+    return Following(posture, rate, missing, 1.0 / np.sqrt(factor.inverse_trace()))
+
+
+def _error(posture: Posture, targets: Targets, reach: float) -> np.ndarray:
+    """Return from the poses to the targets: position over the reach, and sin(angle) axis, (6, n)."""
+    turn = sum(cross(own, wanted) for own, wanted in zip(posture.tool, targets.tool, strict=True))
+    return np.concatenate([(targets.position - posture.tip) / reach, 0.5 * np.asarray(turn)])
+
+
+def _normal(posture: Posture, reach: float, damping: np.ndarray) -> tuple[Factor, np.ndarray]:
+    """Return the factor of J^T J + damping, and J^T, (joints, 6, n), lengths in units of the reach."""
+    transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
+    matrix = np.einsum("ikn,jkn->ijn", transposed, transposed)
+    each = np.arange(len(matrix))
+    matrix[each, each] += damping + _LEAST
+    return Factor(matrix), transposed

@@ -1,0 +1,78 @@
+"""The best settings as case files, and what they come to along the whole path."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from coupling.case import Case, load_case
+from coupling.errors import PlanningError
+from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.place.placing import Placing, tilt_of, turned_wrench
+from coupling.place.screen import Figures
+from coupling.place.stations import stations_along
+from coupling.process.base import Process
+from coupling.run.gear_loads import diagnose_robots
+
+# What of a setting turns the tool on the part, so that the process may answer otherwise.
+_TOOL = slice(4, 7)
+
+ProcessOf = Callable[[Case], Process]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A setting, looked at along the whole path.
+
+    Attributes:
+        setting: By `NAMES` [m], [rad], (8,).
+        content: Text of its case file.
+        figures: What it comes to, at the strongest places of the path.
+        cost: Of the goal [m].
+        gears: What its gears go through.
+    """
+
+    setting: np.ndarray
+    content: str
+    figures: Figures
+    cost: float
+    gears: tuple[GearDiagnosis, ...]
+
+
+def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judged:
+    """Return what a setting comes to along the whole path, planned as any case is.
+
+    The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
+
+    Args:
+        placing: What is placed.
+        setting: By `NAMES`, (8,).
+        process_of: Function that gives the process of a case.
+
+    Raises:
+        PlanningError: If the robot cannot follow.
+        ProcessError: If the process has no answer.
+    """
+    q = placing.screen(placing.stations.strongest()).lanes(setting[None]).q[0, :, 0]
+    if not np.isfinite(q).all():
+        raise PlanningError("out of reach")
+    is_present = np.array_equal(setting, placing.present)
+    home = placing.case.robots[0].home if is_present else q
+    content = tomli_w.dumps(placing.content(setting, home))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, f"{placing.case.name}.toml")
+        file.write_text(content, encoding="utf-8")
+        case = load_case(file)
+    wrench = turned_wrench(case.task.part.rotation, placing.wrench)
+    if np.any(setting[_TOOL] != placing.present[_TOOL]):
+        wrench = process_of(case).evaluate(case.desired).wrench
+    stations = stations_along(case.task.part, case.desired, tilt_of(setting), wrench).strongest()
+    figures = placing.screen(stations).figures(setting[None])
+    gears = diagnose_robots(case.robots, case.desired, wrench)[0]
+    cost = float(placing.goal.cost(figures)[0])
+    return Judged(setting, content, figures, cost, gears)

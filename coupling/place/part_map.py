@@ -1,0 +1,92 @@
+"""Maps over the part's position: what each place of it comes to, with tool and base held as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.place.objective import Goal
+from coupling.place.screen import Screen
+from coupling.place.settings import LENGTHS, NAMES, Ranges
+
+# Points along the longer side of a map.
+_POINTS = 41
+# Planes that are drawn where both of their axes are free.
+_PLANES = (("x", "z"), ("x", "y"), ("y", "z"))
+
+
+@dataclass(frozen=True)
+class PartMap:
+    """What the places of the part in a plane come to.
+
+    Attributes:
+        name: Whose tool and base: "present" or "best".
+        across, up: Names of the axes.
+        first, second: Their values [m], (a,) and (b,).
+        moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
+        exposure: What backlashes that are 20 % off may do [m], (b, a); NaN there as well.
+        changing: Number of gears with play whose torque changes sign, (b, a).
+    """
+
+    name: str
+    across: str
+    up: str
+    first: np.ndarray
+    second: np.ndarray
+    moved: np.ndarray
+    exposure: np.ndarray
+    changing: np.ndarray
+
+
+def part_maps(
+    screen: Screen, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray
+) -> list[PartMap]:
+    """Return maps through a setting, in planes in which the part is free, two at most.
+
+    Args:
+        screen: Looks at settings.
+        ranges: What is free.
+        goal: What is to be small.
+        name: Name of the setting.
+        setting: The setting, (8,).
+    """
+    free = {NAMES[k] for k in ranges.free} & set(LENGTHS)
+    planes = [plane for plane in _PLANES if set(plane) <= free][:2]
+    return [_map(screen, ranges, goal, name, setting, plane) for plane in planes]
+
+
+def _map(
+    screen: Screen,
+    ranges: Ranges,
+    goal: Goal,
+    name: str,
+    setting: np.ndarray,
+    plane: tuple[str, str],
+) -> PartMap:
+    columns = [NAMES.index(axis) for axis in plane]
+    step = ranges.width[columns].max() / (_POINTS - 1)
+    first, second = (
+        np.linspace(ranges.low[k], ranges.high[k], max(5, round(float(ranges.width[k] / step)) + 1))
+        for k in columns
+    )
+    grid = np.meshgrid(first, second)
+    settings = np.tile(setting, (grid[0].size, 1))
+    for k, values in zip(columns, grid, strict=True):
+        settings[:, k] = values.ravel()
+    figures = screen.figures(settings)
+    admitted = goal.demands.admits(figures)
+
+    def drawn(values: np.ndarray) -> np.ndarray:
+        return np.where(admitted, values, np.nan).reshape(grid[0].shape)
+
+    changing = np.sum((figures.margin < 0.0) & (figures.miss > 0.0), axis=1)
+    return PartMap(
+        name,
+        *plane,
+        first,
+        second,
+        drawn(goal.moved(figures)),
+        drawn(goal.demands.exposure(figures)),
+        drawn(changing.astype(float)),
+    )

@@ -1,0 +1,137 @@
+"""elastic-robot place, from a case to its best settings."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.errors import PlanningError
+from coupling.events import Progress, Watch, unwatched
+from coupling.place.judged import Judged, ProcessOf, judged
+from coupling.place.part_map import PartMap, part_maps
+from coupling.place.placing import Placing
+from coupling.place.search import search
+from coupling.place.selection import selected
+from coupling.place.stations import Stations
+
+
+@dataclass(frozen=True)
+class Placement:
+    """The best settings of a case.
+
+    Attributes:
+        placing: What was placed.
+        stations: Places of the path that the screen looked at.
+        screened: Number of settings looked at.
+        refused: Number of those of the first look that were refused, by reason.
+        present: The case as it is; None where its robot cannot follow its path.
+        best: The best settings, the best first.
+        maps: Maps over the part's position.
+        durations: Wall time by part [s].
+    """
+
+    placing: Placing
+    stations: Stations
+    screened: int
+    refused: dict[str, int]
+    present: Judged | None
+    best: tuple[Judged, ...]
+    maps: tuple[PartMap, ...]
+    durations: dict[str, float]
+
+
+def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> Placement:
+    """Return the best settings of a case.
+
+    Args:
+        placing: What is to be placed.
+        process_of: Function that gives the process of a case.
+        watch: Function that is told how far the work is.
+
+    Raises:
+        PlanningError: If no setting is admitted, or the robot cannot follow its path in any of the best.
+        ProcessError: If the process has no answer.
+    """
+    durations: dict[str, float] = {}
+    table, ranges, goal = placing.case.place, placing.ranges, placing.goal
+
+    def told(done: int, total: int) -> None:
+        watch(Progress("looking at settings", done, total))
+
+    with _timed("selection", durations):
+        watch(Progress("choosing places of the path", 0, 1))
+        stations = selected(placing.screen, placing.stations, ranges, table.seed)
+    screen = placing.screen(stations)
+    with _timed("search", durations):
+        found = search(screen, ranges, goal, table.settings, table.seed, told)
+    if len(found.settings) == 0:
+        reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
+        raise PlanningError(
+            f"{placing.case.name}: expected a setting that the robot can work in, got none of"
+            f" {found.screened} ({reasons}): widen the ranges in [place], or ask for less margin"
+        )
+    with _timed("whole path", durations):
+        present = _present(placing, process_of)
+        best = _best(placing, found.settings, process_of, watch)
+    with _timed("maps", durations):
+        shown = [("present", placing.present), ("best", best[0].setting)]
+        maps = []
+        for k, (name, setting) in enumerate(shown):
+            watch(Progress("drawing maps", k, len(shown)))
+            maps += part_maps(screen, ranges, goal, name, setting)
+    return Placement(
+        placing, stations, found.screened, found.refused, present, best, tuple(maps), durations
+    )
+
+
+def _best(
+    placing: Placing, settings: np.ndarray, process_of: ProcessOf, watch: Watch
+) -> tuple[Judged, ...]:
+    """Return the best settings that the robot can follow its path in, as many as are asked for."""
+    wanted, found, reasons = placing.case.place.cases, [], []
+    for k, setting in enumerate(_distinct(placing, settings)):
+        watch(Progress("judging the best along the whole path", k, len(settings)))
+        try:
+            found.append(judged(placing, setting, process_of))
+        except PlanningError as error:
+            reasons.append(str(error))
+        if len(found) == wanted:
+            break
+    admitted = [own for own in found if np.isfinite(own.cost)]
+    if not admitted:
+        raise PlanningError(
+            f"{placing.case.name}: expected a setting in which the robot can follow the whole path, got"
+            f" none: {reasons[0] if reasons else 'the best break a demand between the places looked at'}"
+        )
+    return tuple(sorted(admitted, key=lambda own: own.cost))
+
+
+def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
+    """Return settings as they can be written, without those that came to the same."""
+    chosen: list[np.ndarray] = []
+    for setting in placing.ranges.rounded(settings):
+        if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _ALIKE:
+            chosen.append(setting)
+    return chosen
+
+
+# Settings this close are one, over the box.
+_ALIKE = 0.02
+
+
+def _present(placing: Placing, process_of: ProcessOf) -> Judged | None:
+    try:
+        return judged(placing, placing.present, process_of)
+    except PlanningError:
+        return None
+
+
+@contextmanager
+def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
+    start = time.perf_counter()
+    yield
+    durations[name] = time.perf_counter() - start

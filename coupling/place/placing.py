@@ -1,0 +1,189 @@
+"""A case to be placed: what is free in it, what its path asks, and its case file in another setting."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.case import Case
+from coupling.case_place import Objective, PlaceTable
+from coupling.case_tables import described
+from coupling.errors import CaseError
+from coupling.inverse.inversion import MovingRobot
+from coupling.path.histories import WrenchHistory
+from coupling.place.objective import Demands, Goal
+from coupling.place.screen import Screen
+from coupling.place.settings import LENGTHS, NAMES, Cell, Ranges
+from coupling.place.stations import Stations, stations_along
+from coupling.process.base import Process
+from coupling.toolpaths.tilt import ToolTilt
+from elastic_robot.description import Robot
+
+# How far the part may be moved to each side where the case does not say [m], and the tool tilted [deg].
+_ASIDE, _TILTED = 0.5, 30.0
+_JOINTS = 6
+
+
+@dataclass(frozen=True)
+class Placing:
+    """A case to be placed.
+
+    Attributes:
+        case: The case.
+        robot: Its robot as its file describes it.
+        play: Half width of the play of its gears [rad], (gears,).
+        cell: What all settings have in common.
+        present: Its own setting, by `NAMES` [m], [rad], (8,).
+        ranges: What is free.
+        wrench: What its process answers to its desired path, part axes.
+        stations: All places of that path.
+        goal: What is to be small.
+    """
+
+    case: Case
+    robot: Robot
+    play: np.ndarray
+    cell: Cell
+    present: np.ndarray
+    ranges: Ranges
+    wrench: WrenchHistory
+    stations: Stations
+    goal: Goal
+
+    def screen(self, stations: Stations) -> Screen:
+        """Return what looks at settings at some places of the path."""
+        return Screen(self.robot, self.play, self.case.robots[0].home, self.cell, stations)
+
+    def content(self, setting: np.ndarray, home: np.ndarray) -> dict[str, Any]:
+        """Return the case in another setting, as the content of a case file.
+
+        Args:
+            setting: By `NAMES` [m], [rad], (8,).
+            home: Joint angles near which its path begins [rad], (6,).
+        """
+        content = copy.deepcopy(self.case.resolved)
+        robot, part, tool_path = (content[name] for name in ("robot", "part", "tool_path"))
+        keys = setting_keys(setting)
+        part["position_m"] = [keys[f"{name}_m"] for name in LENGTHS]
+        part["rpy_deg"] = [*part["rpy_deg"][:2], keys["yaw_deg"]]
+        for name in ("lead_deg", "lean_deg", "rotation_deg"):
+            tool_path[name] = keys[name]
+        robot["base_rpy_deg"] = [keys["base_roll_deg"], *robot["base_rpy_deg"][1:]]
+        robot["home_deg"] = np.round(np.rad2deg(home), 2).tolist()
+        return content
+
+
+def setting_keys(setting: np.ndarray) -> dict[str, float]:
+    """Return a setting by the keys of [place], [m] and [deg].
+
+    Example:
+        >>> setting_keys(np.array([1.0, 0, 0.5, 0, np.deg2rad(15), 0, 0, 0]))["lead_deg"]
+        15.0
+    """
+    found = {}
+    for name, value in zip(NAMES, setting.tolist(), strict=True):
+        known = (f"{name}_m", value) if name in LENGTHS else (f"{name}_deg", np.rad2deg(value))
+        found[known[0]] = round(float(known[1]), 6) + 0.0
+    return found
+
+
+def require_one_robot(case: Case) -> None:
+    """Refuse a case that cannot be placed before its process is evaluated.
+
+    Raises:
+        CaseError: If it has two robots, or its robot not six joints.
+    """
+    if len(case.robots) > 1:
+        raise CaseError(f"{case.name}: expected a case of one robot, got one with [support]")
+    joints = len(case.robots[0].description.joints)
+    if joints != _JOINTS:
+        raise CaseError(f"{case.name}: expected a robot of {_JOINTS} joints, got {joints}")
+
+
+def placing(case: Case, process: Process, objective: Objective | None = None) -> Placing:
+    """Return what there is to place of a case, with one evaluation of its process.
+
+    Args:
+        case: The case.
+        process: Its process.
+        objective: In place of the case's own.
+
+    Raises:
+        CaseError: If nothing is free, or its gears have no play that could be kept out of the way.
+        ProcessError: If the process has no answer.
+    """
+    require_one_robot(case)
+    placed, table, resolved = case.robots[0], case.place, case.resolved
+    robot = described(resolved["robot"]["description"], Path())
+    present = _present(resolved)
+    diameter = case.process_table.forming_tool_diameter
+    ranges = _ranges(table, present, diameter is not None)
+    if len(ranges.free) == 0:
+        raise CaseError(
+            f"{case.name}: place: expected a range that is one, got nothing that is free"
+        )
+    wanted = objective or table.optimise
+    play = MovingRobot(placed.description, placed.torque_curve).play
+    if wanted == "flanks" and not play.any():
+        raise CaseError(
+            f"{case.name}: expected gears with backlash to optimise their flanks, got"
+            f" {robot.name} without any: optimise stiffness"
+        )
+    gravity = np.array(robot.gravity)
+    base_rpy, part_rpy = (
+        np.deg2rad(resolved[table_name][key])
+        for table_name, key in (("robot", "base_rpy_deg"), ("part", "rpy_deg"))
+    )
+    cell = Cell(part_rpy, base_rpy, 0.5 * (diameter or 0.0), gravity)
+    wrench = process.evaluate(case.desired).wrench
+    stations = stations_along(case.task.part, case.desired, tilt_of(present), wrench)
+    in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
+    demands = Demands(
+        float(np.deg2rad(table.joint_margin_deg)), table.least_regularity, table.clear_share
+    )
+    goal = Goal(wanted, demands, bool(np.any(stations.wrench)))
+    return Placing(case, robot, play, cell, present, ranges, in_part, stations, goal)
+
+
+def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:
+    """Return the wrench on one tool in axes that are turned."""
+    vectors = rotation.apply(wrench.wrench.reshape(-1, 3))
+    return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape))
+
+
+def tilt_of(setting: np.ndarray) -> ToolTilt:
+    """Return how a setting turns the tool."""
+    lead, lean, rotation = (float(setting[NAMES.index(n)]) for n in ("lead", "lean", "rotation"))
+    return ToolTilt(lead, lean, rotation)
+
+
+def _present(resolved: Mapping[str, Any]) -> np.ndarray:
+    """Return the setting that a case is in, (8,)."""
+    tool_path = resolved["tool_path"]
+    angles = [
+        resolved["part"]["rpy_deg"][2],
+        *(tool_path[f"{name}_deg"] for name in ("lead", "lean", "rotation")),
+        resolved["robot"]["base_rpy_deg"][0],
+    ]
+    return np.concatenate([resolved["part"]["position_m"], np.deg2rad(angles)])
+
+
+def _ranges(table: PlaceTable, present: np.ndarray, has_sphere: bool) -> Ranges:
+    """Return what is free, as the case says or by default."""
+    low, high = present.copy(), present.copy()
+    for k, name in enumerate(NAMES):
+        length = name in LENGTHS
+        given = getattr(table, f"{name}_m" if length else f"{name}_deg")
+        if given is None and length:
+            given = [present[k] - _ASIDE, present[k] + _ASIDE]
+        elif given is None and name in ("lead", "lean") and has_sphere:
+            given = [-_TILTED, _TILTED]
+        if given is not None:
+            low[k], high[k] = given if length else np.deg2rad(given)
+    return Ranges(low, high)

@@ -1,0 +1,222 @@
+"""What thousands of settings come to: reach, stiffness under the process, flanks of the gears."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from coupling.inverse.flanks import backlash_miss, margin
+from coupling.place.following import Following, following, led, reached
+from coupling.place.lanes import combined, cross, dot, largest_eigenvalue
+from coupling.place.moved import Moved, order_of, waves_of
+from coupling.place.serial_robot import SerialRobot
+from coupling.place.settings import Cell
+from coupling.place.stations import Stations
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
+
+# Settings computed at once: their arrays stay in the processor's cache.
+_AT_ONCE = 2048
+# Passes from one place of a path to the next.
+_PASSES = 12
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What n settings come to, at the worst of the places looked at.
+
+    Attributes:
+        reached: Whether the tool reaches all places without a jump of a joint, (n,).
+        limit_margin: Distance of the joints from their limits [rad], (n,); infinite without limits.
+        regularity: Distance from singular postures, `Following.regularity`, (n,).
+        rate_share: Rate of a joint over its limit, (n,); 0 without limits.
+        deviation: Displacement of the TCP by the process's wrench [m], (n,).
+        compliance: Of the TCP in its softest direction [m/N], (n,).
+        margin: By how much the torque of each gear stays clear of zero, `flanks.margin` [N m], (n, g).
+        swing: From its lowest to its highest torque [N m], (n, g).
+        miss: What a backlash 20 % off would miss at the tool, `flanks.backlash_miss` [m], (n, g).
+    """
+
+    reached: np.ndarray
+    limit_margin: np.ndarray
+    regularity: np.ndarray
+    rate_share: np.ndarray
+    deviation: np.ndarray
+    compliance: np.ndarray
+    margin: np.ndarray
+    swing: np.ndarray
+    miss: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.reached)
+
+    def chosen(self, rows: np.ndarray) -> Figures:
+        """Return those of some settings."""
+        return Figures(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+def joined(parts: Sequence[Figures]) -> Figures:
+    """Return the figures of settings one behind the other."""
+    names = [field.name for field in fields(Figures)]
+    return Figures(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """The robot at k places of a path in n settings; what is not reached is NaN.
+
+    Attributes:
+        q: Joint angles [rad], (k, joints, n).
+        rate: Joint rates [rad/s], (k, joints, n).
+        torque: Torque that the links need of the gears, with inertia [N m], (k, gears, n).
+        lever: Displacement of the TCP by their twist [m/rad], (k, gears, n).
+        deviation, compliance, regularity: As in `Figures`, (k, n).
+    """
+
+    q: np.ndarray
+    rate: np.ndarray
+    torque: np.ndarray
+    lever: np.ndarray
+    deviation: np.ndarray
+    compliance: np.ndarray
+    regularity: np.ndarray
+
+
+class Screen:
+    """Looks at many settings of one robot with one path.
+
+    Args:
+        robot: The robot as its file describes it.
+        play: Half width of the play of its gears [rad], (gears,).
+        home: Joint angles from which the tool is led to the part [rad], (joints,).
+        cell: What all settings have in common.
+        stations: Places of the path to look at.
+
+    Attributes:
+        stations: The same.
+        gear_joint: Number of the joint of each gear, from 0, (gears,).
+    """
+
+    def __init__(
+        self, robot: Robot, play: np.ndarray, home: np.ndarray, cell: Cell, stations: Stations
+    ) -> None:
+        self.stations, self._cell, self._home, self._play = stations, cell, home, play
+        self._robot, self._serial = robot, SerialRobot(robot)
+        chain, parameters = build_chain(robot), Parameters.of(robot)
+        self._softness = 1.0 / parameters.stiffness
+        self.gear_joint = chain.elastic_joint[chain.torsions]
+        self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
+        self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
+        self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
+        self._order = order_of(stations.position)
+
+    def figures(
+        self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
+    ) -> Figures:
+        """Return what settings come to.
+
+        Args:
+            settings: By `NAMES` [m], [rad], (n, 8).
+            told: Told how many are done.
+        """
+        parts = []
+        for start in range(0, len(settings), _AT_ONCE):
+            chunk = settings[start : start + _AT_ONCE]
+            parts.append(self._worst(self.lanes(chunk)))
+            told(start + len(chunk))
+        return joined(parts)
+
+    def lanes(self, settings: np.ndarray) -> Lanes:
+        """Return the robot at all places in some settings, (n, 8)."""
+        placed, count, places = self._cell.placed(settings), len(settings), self.stations.count
+        joints, gears = len(self._home), len(self.gear_joint)
+        q, rate = np.full((2, places, joints, count), np.nan)
+        torque, lever = np.full((2, places, gears, count), np.nan)
+        deviation, compliance, regularity = np.full((3, places, count), np.nan)
+        moved = Moved(placed, self._cell.sphere_radius, self.stations)
+        own = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
+        waves = waves_of(self._order, max(1, _AT_ONCE // count))
+        alive = np.arange(count)
+        for now, before in waves:
+            targets = moved.targets(now, alive)
+            if before is None:
+                angles, found = led(self._serial, targets, self._home)
+            else:
+                guess = q[before][:, :, alive].swapaxes(0, 1).reshape(joints, -1)
+                angles, found = reached(self._serial, targets, guess, _PASSES)
+            came = found.reshape(len(now), -1).all(axis=0)
+            lanes = np.tile(came, len(now))
+            alive, angles = alive[came], angles[:, lanes]
+            if len(alive) == 0:
+                break
+            shift = targets.tcp_shift[:, lanes]
+            moving = following(self._serial, angles, shift, moved.motion(now, alive))
+            wrench, gravity = moved.wrench(now, alive), moved.gravity(now, alive)
+            load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
+            axes, arms = self._elastic_axes(moving)
+            push = [
+                dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)
+            ]
+            carried = np.stack([push[k] for k in own]) - load[self.gear_joint]
+            reach = np.stack([np.sqrt(dot(arms[k], arms[k])) for k in own])
+            for kept, values in (
+                (q, angles),
+                (rate, moving.rate),
+                (torque, carried),
+                (lever, reach),
+            ):
+                by_place = values.reshape(len(values), len(now), -1).swapaxes(0, 1)
+                kept[now[:, None], :, alive[None]] = by_place.swapaxes(1, 2)
+            given_way, soft = self._given_way(arms, push)
+            for scalar, values in (
+                (deviation, given_way),
+                (compliance, soft),
+                (regularity, moving.regularity),
+            ):
+                scalar[now[:, None], alive[None]] = values.reshape(len(now), -1)
+        missed = np.setdiff1d(np.arange(count), alive)
+        for values in (q, rate, torque, lever, deviation, compliance, regularity):
+            values[..., missed] = np.nan
+        return Lanes(q, rate, torque, lever, deviation, compliance, regularity)
+
+    def _elastic_axes(self, now: Following) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Return axes and levers of all elastic coordinates, (3, n) each."""
+        axes, arms = [], []
+        for joint, tilt in self._elastic:
+            if tilt == 0:
+                axes.append(now.posture.axis[joint])
+                arms.append(now.posture.lever[joint])
+            else:
+                own = np.array(self._robot.joints[joint].tilt[tilt - 1].axis)
+                axes.append(combined(now.posture.body[joint], own))
+                arms.append(cross(axes[-1], now.posture.tip - now.posture.origin[joint]))
+        return axes, arms
+
+    def _given_way(
+        self, arms: list[np.ndarray], push: list[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far torques move the TCP [m], and its compliance [m/N], (n,) each."""
+        count = arms[0].shape[1] if arms else 0
+        moved, matrix = np.zeros((3, count)), np.zeros((3, 3, count))
+        for arm, torque, softness in zip(arms, push, self._softness, strict=True):
+            moved += arm * (softness * torque)
+            matrix += softness * arm[:, None] * arm[None]
+        return np.sqrt(dot(moved, moved)), largest_eigenvalue(matrix)
+
+    def _worst(self, lanes: Lanes) -> Figures:
+        from_limits = np.minimum(lanes.q - self._limits[:, :1], self._limits[:, 1:] - lanes.q)
+        share = np.abs(lanes.rate) / self._rates[:, None]
+        return Figures(
+            reached=np.isfinite(lanes.q[0, 0]),
+            limit_margin=from_limits.min(axis=(0, 1)),
+            regularity=lanes.regularity.min(axis=0),
+            rate_share=share.max(axis=(0, 1)),
+            deviation=lanes.deviation.max(axis=0),
+            compliance=lanes.compliance.max(axis=0),
+            margin=margin(lanes.torque).T,
+            swing=np.ptp(lanes.torque, axis=0).T,
+            miss=backlash_miss(self._play[:, None], lanes.lever.max(axis=0)).T,
+        )

@@ -1,0 +1,162 @@
+"""Kinematics and torques of one rigid robot in many lanes at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.place.lanes import Columns, applied, combined, cross, dot, seen_from, turned
+from elastic_robot.description import Robot
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A robot in n lanes, base axes.
+
+    Attributes:
+        axis: Axes of the joints, (joints, 3, n).
+        origin: Their centres [m], (joints, 3, n).
+        body: Columns of the rotations of the bodies behind the joints.
+        tip: TCP [m], (3, n).
+        tool: Columns of base_from_tool.
+        lever: What a rate of each joint moves the TCP by [m], (joints, 3, n).
+    """
+
+    axis: np.ndarray
+    origin: np.ndarray
+    body: list[Columns]
+    tip: np.ndarray
+    tool: Columns
+    lever: np.ndarray
+
+
+@dataclass(frozen=True)
+class TipMotion:
+    """How the tool moves, base axes, (3, n) each.
+
+    Attributes:
+        velocity, acceleration: Of the TCP [m/s], [m/s^2].
+        spin, spin_rate: Angular velocity and acceleration [rad/s], [rad/s^2].
+    """
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    spin: np.ndarray
+    spin_rate: np.ndarray
+
+
+@dataclass(frozen=True)
+class _BodyMotion:
+    """Motion of a body: angular velocity and acceleration, acceleration of its joint's centre."""
+
+    spin: np.ndarray
+    spin_rate: np.ndarray
+    acceleration: np.ndarray
+
+
+class SerialRobot:
+    """A robot whose joints do not give way.
+
+    Args:
+        robot: Its description.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._axes = [np.array(joint.axis) for joint in robot.joints]
+        self._origins = [np.array(joint.origin) for joint in robot.joints]
+        self._bodies = [(k, joint.body) for k, joint in enumerate(robot.joints)]
+        if robot.payload is not None:
+            self._bodies.append((len(robot.joints) - 1, robot.payload))
+        self._tool = Rotation.from_euler("xyz", robot.tcp_rpy).as_matrix()
+        self._tcp = np.array(robot.tcp_position)
+        arms = [np.linalg.norm(origin) for origin in self._origins]
+        self.reach = float(np.sum(arms) + np.linalg.norm(self._tcp))
+
+    def posture(self, q: np.ndarray, tcp_shift: np.ndarray) -> Posture:
+        """Return the robot at drive angles.
+
+        Args:
+            q: [rad], (joints, n).
+            tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3, n).
+        """
+        lanes = q.shape[1]
+        columns: Columns = [np.repeat(np.eye(3)[:, [k]], lanes, axis=1) for k in range(3)]
+        at = np.zeros((3, lanes))
+        axes, origins, bodies = [], [], []
+        for axis, origin, angle in zip(self._axes, self._origins, q, strict=True):
+            at = at + combined(columns, origin)
+            axes.append(combined(columns, axis))
+            origins.append(at)
+            columns = turned(columns, axis, angle)
+            bodies.append(columns)
+        tool = [combined(columns, column) for column in self._tool.T]
+        tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
+        axis_of, origin_of = np.stack(axes), np.stack(origins)
+        lever = np.stack([cross(z, tip - o) for z, o in zip(axes, origins, strict=True)])
+        return Posture(axis_of, origin_of, bodies, tip, tool, lever)
+
+    def bias(self, posture: Posture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the accelerations of the TCP and of the tool's angle without joint accelerations.
+
+        Args:
+            posture: The robot.
+            rate: q' [rad/s], (joints, n).
+        """
+        still = np.zeros((3, rate.shape[1]))
+        *_, last = self._motion(posture, rate, np.zeros_like(rate), still)
+        arm = posture.tip - posture.origin[-1]
+        return _carried(last, arm), last.spin_rate
+
+    def load(
+        self, posture: Posture, rate: np.ndarray, acceleration: np.ndarray, gravity: np.ndarray
+    ) -> np.ndarray:
+        """Return M q'' + h, what moves the robot [N m], (joints, n): Newton and Euler's equations.
+
+        Args:
+            posture: The robot.
+            rate, acceleration: q' [rad/s] and q'' [rad/s^2], (joints, n).
+            gravity: In base axes [m/s^2], (3, n).
+        """
+        motions = self._motion(posture, rate, acceleration, -gravity)
+        force, moment = np.zeros_like(gravity), np.zeros_like(gravity)  # about the base's origin
+        load = np.empty_like(rate)
+        bodies = list(self._bodies)
+        for k in range(len(load) - 1, -1, -1):
+            while bodies and bodies[-1][0] == k:
+                _, body = bodies.pop()
+                if body.mass == 0.0:
+                    continue
+                motion, columns = motions[k], posture.body[k]
+                arm = combined(columns, np.array(body.com))
+                push = body.mass * _carried(motion, arm)
+                spin, spin_rate = (seen_from(columns, v) for v in (motion.spin, motion.spin_rate))
+                inertia = body.inertia_matrix
+                twist = inertia @ spin_rate + cross(spin, inertia @ spin)
+                force = force + push
+                moment = moment + applied(columns, twist) + cross(posture.origin[k] + arm, push)
+            load[k] = dot(posture.axis[k], moment - cross(posture.origin[k], force))
+        return load
+
+    def _motion(
+        self, posture: Posture, rate: np.ndarray, acceleration: np.ndarray, base: np.ndarray
+    ) -> list[_BodyMotion]:
+        """Return the motion of every body; `base` is the acceleration of the base, (3, n)."""
+        still = np.zeros_like(base)
+        motion, before, motions = _BodyMotion(still, still, base), still, []
+        for axis, origin, q_rate, q_acceleration in zip(
+            posture.axis, posture.origin, rate, acceleration, strict=True
+        ):
+            at = _carried(motion, origin - before)
+            turn = axis * q_rate
+            spin_rate = motion.spin_rate + axis * q_acceleration + cross(motion.spin, turn)
+            motion, before = _BodyMotion(motion.spin + turn, spin_rate, at), origin
+            motions.append(motion)
+        return motions
+
+
+def _carried(motion: _BodyMotion, arm: np.ndarray) -> np.ndarray:
+    """Return the acceleration of a point of a body, an arm away from its joint's centre."""
+    whirl = cross(motion.spin, cross(motion.spin, arm))
+    return motion.acceleration + cross(motion.spin_rate, arm) + whirl

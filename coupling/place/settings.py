@@ -1,0 +1,137 @@
+"""Settings: where the part stands, how the tool is held, how the base is rolled; and their ranges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from scipy.stats import qmc
+
+# What may be free: place of the part's origin [m], its yaw, tilt of the tool, roll of the base [rad].
+NAMES = ("x", "y", "z", "yaw", "lead", "lean", "rotation", "base_roll")
+LENGTHS = NAMES[:3]
+# Where settings are rounded to [m], [rad]: what can be set, and reads well.
+_ROUND = np.array([1e-4] * 3 + [np.deg2rad(0.01)] * 5)
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Box of settings.
+
+    Attributes:
+        low, high: Ends by `NAMES` [m], [rad], (8,); equal where a setting is not free.
+
+    Raises:
+        ValueError: If one is upside down.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+
+    def __post_init__(self) -> None:
+        if np.any(self.low > self.high):
+            k = int(np.argmax(self.low > self.high))
+            raise ValueError(f"{NAMES[k]}: expected low <= high, got {self.low[k]}, {self.high[k]}")
+
+    @property
+    def free(self) -> np.ndarray:
+        """Numbers of the settings that are free."""
+        return np.flatnonzero(self.high > self.low)
+
+    @property
+    def width(self) -> np.ndarray:
+        """High less low, 1 where a setting is not free, (8,)."""
+        width = self.high - self.low
+        return np.where(width > 0.0, width, 1.0)
+
+    def sampled(self, count: int, seed: int) -> np.ndarray:
+        """Return settings that fill the box evenly (scrambled Sobol points), (count, 8)."""
+        found = np.tile(self.low, (count, 1))
+        free = self.free
+        if len(free):
+            sobol = qmc.Sobol(len(free), rng=np.random.default_rng(seed))
+            points = sobol.random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
+            found[:, free] += points * self.width[free]
+        return found
+
+    def around(
+        self, center: np.ndarray, share: float, count: int, rng: np.random.Generator
+    ) -> np.ndarray:
+        """Return settings near one, normally distributed with a share of the box, (count, 8)."""
+        found = np.tile(center, (count, 1))
+        free = self.free
+        step = rng.normal(size=(count, len(free)))
+        # Half of them move along few settings only: ridges are narrow across.
+        step[::2] *= rng.random((len(step[::2]), len(free))) < 2.0 / max(len(free), 2)
+        found[:, free] += share * step * self.width[free]
+        return np.clip(found, self.low, self.high)
+
+    def apart(self, one: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return how far settings are apart, the largest difference over the box, (n,)."""
+        free = self.free
+        if len(free) == 0:
+            return np.zeros(len(others))
+        distance: np.ndarray = np.abs((others - one) / self.width)[:, free].max(axis=1)
+        return distance
+
+    def rounded(self, settings: np.ndarray) -> np.ndarray:
+        """Return settings as they can be written and set; those that are not free are kept."""
+        found = settings.copy()
+        free = self.free
+        found[..., free] = (np.round(settings / _ROUND) * _ROUND)[..., free]
+        return np.clip(found, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What settings leave as it is.
+
+    Attributes:
+        part_rpy, base_rpy: Roll, pitch, yaw of part and base [rad], (3,); yaw of the part and roll of
+            the base are those of a setting.
+        sphere_radius: Of the tool's end [m]; 0 where the tool has none.
+        gravity: In the world [m/s^2], (3,).
+    """
+
+    part_rpy: np.ndarray
+    base_rpy: np.ndarray
+    sphere_radius: float
+    gravity: np.ndarray
+
+    def placed(self, settings: np.ndarray) -> Placed:
+        """Return part, tool and base of settings, (n, 8)."""
+        x, y, z, yaw, lead, lean, rotation, roll = settings.T
+        part = np.tile(self.part_rpy, (len(settings), 1))
+        part[:, 2] = yaw
+        base = np.tile(self.base_rpy, (len(settings), 1))
+        base[:, 0] = roll
+        base_from_world = Rotation.from_euler("xyz", base).inv()
+        about_approach = np.zeros((len(settings), 3))
+        about_approach[:, 0] = rotation
+        return Placed(
+            base_from_world.apply(np.column_stack([x, y, z])),
+            base_from_world * Rotation.from_euler("xyz", part),
+            Rotation.from_euler("yx", np.column_stack([lead, lean])),
+            Rotation.from_rotvec(about_approach),
+            base_from_world.apply(self.gravity),
+        )
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Settings in the frame of the robot's base.
+
+    Attributes:
+        position: Origin of the part [m], (n, 3).
+        part: base_from_part.
+        tilt: How the tool is turned about the part's axes.
+        spin: How it is turned about its own.
+        gravity: In base axes [m/s^2], (n, 3).
+    """
+
+    position: np.ndarray
+    part: Rotation
+    tilt: Rotation
+    spin: Rotation
+    gravity: np.ndarray

@@ -1,0 +1,202 @@
+"""The report of a placement: a table of settings, and maps over the part's position."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from coupling.errors import ResultError
+from coupling.place.console import REPORT, changes, in_words
+from coupling.place.folder import FIGURES, StoredPlacement, read_placement
+from coupling.place.part_map import PartMap
+from coupling.report.figures import AFTER, BEFORE, style
+from coupling.report.page import document
+from coupling.report.tables import table
+
+_UM = 1e6
+_SETTINGS = {"present": "tool and base as they are", "best": "tool and base of the best"}
+
+
+def write_place_report(folder: Path, file: Path | None = None) -> Path:
+    """Write the report of a placement.
+
+    Args:
+        folder: The placement.
+        file: File to write; report.html in the folder unless given.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultError: If the placement cannot be read or the report not written.
+    """
+    target, stored = file or folder / REPORT, read_placement(folder)
+    try:
+        page = place_page(stored)
+    except (KeyError, TypeError, ValueError) as cause:
+        raise ResultError(
+            f"{folder / FIGURES}: expected the figures of a placement, got damaged ones: {cause!r}"
+        ) from cause
+    try:
+        target.write_text(page, encoding="utf-8")
+    except OSError as cause:
+        raise ResultError(f"{target}: cannot be written: {cause.strerror or cause}") from cause
+    return target
+
+
+def place_page(stored: StoredPlacement) -> str:
+    """Return the page of a placement as one self-contained HTML text."""
+    figures, sections = stored.figures, []
+    for across, up in dict.fromkeys((own.across, own.up) for own in stored.maps):
+        maps = [own for own in stored.maps if (own.across, own.up) == (across, up)]
+        title = f"The part in the plane of {across} and {up}"
+        name = f"map_{across}{up}"
+        sections.append((title, name, map_figure(figures, maps), _map_text(figures)))
+    head = f"{_settings(figures)}{_gears(figures)}"
+    return document(f"{figures['case']}: place", head, sections)
+
+
+def map_figure(figures: dict[str, Any], maps: list[PartMap]) -> go.Figure:
+    """Draw maps of one plane: a row for each setting, displacement and exposure beside each other."""
+    moved = "displacement by the process" if figures["forced"] else "displacement by 100 N"
+    what = (moved, "backlash 20 % off")
+    titles = [f"{_SETTINGS[own.name]}: {each}" for own in maps for each in what]
+    figure = make_subplots(
+        len(maps), 2, subplot_titles=titles, horizontal_spacing=0.16, vertical_spacing=0.16
+    )
+    for column, values in enumerate(([m.moved for m in maps], [m.exposure for m in maps]), start=1):
+        finite = [_UM * v[np.isfinite(v)] for v in values]
+        flat = np.concatenate(finite)
+        top = float(np.quantile(flat, 0.95)) if len(flat) else 1.0
+        for row, (own, shown) in enumerate(zip(maps, values, strict=True), start=1):
+            text = [
+                [_hint(own, i, j) for j in range(len(own.first))] for i in range(len(own.second))
+            ]
+            figure.add_heatmap(
+                x=own.first,
+                y=own.second,
+                z=_UM * shown,
+                zmin=0.0,
+                zmax=max(top, 1e-9),
+                colorscale="Viridis",
+                colorbar={"title": "um", "x": 0.435 if column == 1 else 1.015, "thickness": 14},
+                showscale=row == 1,
+                text=text,
+                hoverinfo="text",
+                row=row,
+                col=column,
+            )
+            _mark(figure, figures, own, row, column)
+            figure.update_xaxes(title=f"{own.across} [m]", row=row, col=column)
+            figure.update_yaxes(title=f"{own.up} [m]", row=row, col=column)
+    return style(figure, 90 + 380 * len(maps))
+
+
+def _mark(figure: go.Figure, figures: dict[str, Any], own: PartMap, row: int, column: int) -> None:
+    """Mark where the part is, and where the best settings have it."""
+    first = row == 1 and column == 1
+    marks = [("best", [entry["setting"] for entry in figures["best"][:1]], "star", AFTER)]
+    marks.insert(0, ("as it is", [figures["present_setting"]], "x", BEFORE))
+    for name, settings, symbol, color in marks:
+        figure.add_scatter(
+            x=[setting[f"{own.across}_m"] for setting in settings],
+            y=[setting[f"{own.up}_m"] for setting in settings],
+            mode="markers",
+            marker={
+                "symbol": symbol,
+                "size": 13,
+                "color": color,
+                "line": {"color": "white", "width": 1.5},
+            },
+            name=name,
+            showlegend=first,
+            row=row,
+            col=column,
+        )
+
+
+def _hint(own: PartMap, i: int, j: int) -> str:
+    place = f"{own.across} {own.first[j]:.3f} m, {own.up} {own.second[i]:.3f} m"
+    if not np.isfinite(own.moved[i, j]):
+        return f"{place}: not possible"
+    return (
+        f"{place}: displacement {_UM * own.moved[i, j]:.0f} um, backlash {_UM * own.exposure[i, j]:.1f}"
+        f" um, {own.changing[i, j]:.0f} gears change flank"
+    )
+
+
+def _settings(figures: dict[str, Any]) -> str:
+    """Return a table of the settings."""
+    rows = []
+    present = figures["present"]
+    entries = [] if present is None else [("as it is", present)]
+    entries += [(own["file"], own) for own in figures["best"]]
+    for name, own in entries:
+        words = in_words(own["setting"], figures["free"])
+        margin = own["limit_margin_rad"]
+        rows.append(
+            (
+                html.escape(name),
+                f"{_UM * own['moved_m']:.0f}",
+                f"{_UM * own['exposure_m']:.1f}",
+                changes(own),
+                f"{own['regularity']:.3f}",
+                "-" if margin is None else f"{np.rad2deg(margin):.0f}",
+                html.escape(words),
+            )
+        )
+    moved = "process [um]" if figures["forced"] else "100 N [um]"
+    header = (
+        *("setting", moved, "backlash 20 % off [um]", "changes of flank (gear: times)"),
+        *("regularity", "from joint limits [deg]", "what is free"),
+    )
+    lost = "" if present is not None else "<p>As it is, the robot cannot follow the path.</p>"
+    none = "" if figures["limited_joints"] else "<p>The robot file has no limits of its joints.</p>"
+    return f"{lost}{table(header, rows)}<p>{_TABLE_TEXT}</p>{none}"
+
+
+def _gears(figures: dict[str, Any]) -> str:
+    """Return what the gears go through, as it is and at the best."""
+    entries = [("as it is", figures["present"]), (figures["best"][0]["file"], figures["best"][0])]
+    rows = [
+        (
+            html.escape(f"{name}, joint {gear['joint']}"),
+            f"{gear['flank_changes']}",
+            f"{gear['floats_s']:.1f}",
+            f"{gear['margin_Nm']:.0f}",
+            f"{gear['swing_Nm']:.0f}",
+            f"{_UM * gear['backlash_20_percent_m']:.0f}",
+        )
+        for name, own in entries
+        if own is not None
+        for gear in own["gears"]
+    ]
+    header = (
+        *("gear", "changes of flank", "floats [s]", "clear of zero by [N m]", "swing [N m]"),
+        "backlash 20 % off [um]",
+    )
+    return f"<h2>Gears</h2><p>{_GEARS_TEXT}</p>{table(header, rows)}"
+
+
+def _map_text(figures: dict[str, Any]) -> str:
+    return (
+        "What each place of the part comes to with tool and base held as they are, or as the best"
+        " setting holds them. White: out of reach, too near to a limit or to a singular posture. The"
+        " colours end where 95 % of the places do."
+    )
+
+
+_TABLE_TEXT = (
+    "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
+    " gears that may change flank, summed; changes of flank along the whole path; distance from singular"
+    " postures (1 over the norm of the inverse Jacobian, lengths in units of the reach)."
+)
+_GEARS_TEXT = (
+    "From the torque that the links need along the whole path, with the inertia of starts and stops. A"
+    " negative figure: the torque changes sign by so much."
+)
