@@ -28,12 +28,10 @@ def print_placement(console: Console, placement: StoredPlacement, folder: Path) 
     lines += [
         f"  {own['file']}: {in_words(own['setting'], figures['free'])}" for own in figures["best"]
     ]
-    kept = figures["settings"] - sum(figures["refused"].values())
-    refused = ", ".join(f"{count} {what}" for what, count in figures["refused"].items() if count)
+    refused = ", ".join(f"{what} {count}" for what, count in figures["refused"].items() if count)
     lines.append(
-        f"{figures['settings']} settings looked at, {kept} of them possible"
-        + (f" ({refused})" if refused else "")
-        + "."
+        f"{figures['settings']} settings looked at; of the {figures['filling']} that fill the ranges"
+        f" refused: {refused or 'none'}."
     )
     if figures["limited_joints"] == 0:
         lines.append(

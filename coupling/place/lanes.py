@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 Columns = list[np.ndarray]
+
+# Part of a matrix's mean eigenvalue by which all may differ from it and are the same.
+_ROUND = 1e-12
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -26,7 +31,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return product
 
 
-def combined(columns: Columns, weights: np.ndarray) -> np.ndarray:
+def combined(columns: Columns, weights: Iterable[float]) -> np.ndarray:
     """Return R v of rotations given by their columns and one vector v for all lanes, (3, n).
 
     Args:
@@ -34,7 +39,7 @@ def combined(columns: Columns, weights: np.ndarray) -> np.ndarray:
         weights: v, (3,).
     """
     total = np.zeros_like(columns[0])
-    for column, weight in zip(columns, weights.tolist(), strict=True):
+    for column, weight in zip(columns, weights, strict=True):
         if weight == 1.0:
             total += column
         elif weight != 0.0:
@@ -52,15 +57,16 @@ def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
     """
     sin, cos = np.sin(angle), np.cos(angle)
     along = combined(columns, axis)
+    x, y, z = axis.tolist()
+    across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
     found = []
-    for k, column in enumerate(columns):
-        unit = np.eye(3)[k]
-        if abs(axis[k]) == 1.0:
+    for column, part, other in zip(columns, (x, y, z), across, strict=True):
+        if abs(part) == 1.0:
             found.append(column)
             continue
-        new = cos * column + sin * combined(columns, np.cross(axis, unit))
-        if axis[k] != 0.0:
-            new += ((1.0 - cos) * axis[k]) * along
+        new = cos * column + sin * combined(columns, other)
+        if part != 0.0:
+            new += ((1.0 - cos) * part) * along
         found.append(new)
     return found
 
@@ -128,7 +134,7 @@ def largest_eigenvalue(matrix: np.ndarray) -> np.ndarray:
     x, y, z = (matrix[k, k] - mean for k in range(3))
     a, b, c = matrix[0, 1], matrix[0, 2], matrix[1, 2]
     size = np.sqrt((x**2 + y**2 + z**2 + 2.0 * (a**2 + b**2 + c**2)) / 6.0)
-    size = np.maximum(size, 1e-300)
-    half = (x * (y * z - c**2) - a * (a * z - c * b) + b * (a * c - y * b)) / (2.0 * size**3)
+    scale = np.where(size > _ROUND * np.abs(mean), size, np.inf)
+    half = (x * (y * z - c**2) - a * (a * z - c * b) + b * (a * c - y * b)) / (2.0 * scale**3)
     largest: np.ndarray = mean + 2.0 * size * np.cos(np.arccos(np.clip(half, -1.0, 1.0)) / 3.0)
     return largest

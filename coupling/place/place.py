@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -14,8 +14,8 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.place.judged import Judged, ProcessOf, judged
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
-from coupling.place.search import search
-from coupling.place.selection import selected
+from coupling.place.search import COARSE, FINE, filled, refined
+from coupling.place.selection import selected, with_extremes
 from coupling.place.stations import Stations
 
 
@@ -26,7 +26,7 @@ class Placement:
     Attributes:
         placing: What was placed.
         stations: Places of the path that the screen looked at.
-        screened: Number of settings looked at.
+        looked_at: Number of settings looked at.
         refused: Number of those of the first look that were refused, by reason.
         present: The case as it is; None where its robot cannot follow its path.
         best: The best settings, the best first.
@@ -36,7 +36,7 @@ class Placement:
 
     placing: Placing
     stations: Stations
-    screened: int
+    looked_at: int
     refused: dict[str, int]
     present: Judged | None
     best: tuple[Judged, ...]
@@ -59,21 +59,28 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
     durations: dict[str, float] = {}
     table, ranges, goal = placing.case.place, placing.ranges, placing.goal
 
-    def told(done: int, total: int) -> None:
-        watch(Progress("looking at settings", done, total))
+    def telling(what: str) -> Callable[[int, int], None]:
+        return lambda done, total: watch(Progress(what, done, total))
 
     with _timed("selection", durations):
         watch(Progress("choosing places of the path", 0, 1))
         stations = selected(placing.screen, placing.stations, ranges, table.seed)
     screen = placing.screen(stations)
     with _timed("search", durations):
-        found = search(screen, ranges, goal, table.settings, table.seed, told)
+        told = telling("looking at settings")
+        found = filled(screen, ranges, goal, table.settings, table.seed, told)
+        told = telling("refining the best of them")
+        found = refined(screen, goal, ranges, found, COARSE, table.seed, told)
     if len(found.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
         raise PlanningError(
             f"{placing.case.name}: expected a setting that the robot can work in, got none of"
-            f" {found.screened} ({reasons}): widen the ranges in [place], or ask for less margin"
+            f" {found.looked_at} ({reasons}): widen the ranges in [place], or ask for less margin"
         )
+    with _timed("last steps", durations):
+        # The few places knew the extremes of settings all over the box, not of these.
+        more = with_extremes(placing.screen, stations, placing.stations, found.settings)
+        found = refined(placing.screen(more), goal, ranges, found, FINE, table.seed + 1, told)
     with _timed("whole path", durations):
         present = _present(placing, process_of)
         best = _best(placing, found.settings, process_of, watch)
@@ -84,7 +91,7 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
             watch(Progress("drawing maps", k, len(shown)))
             maps += part_maps(screen, ranges, goal, name, setting)
     return Placement(
-        placing, stations, found.screened, found.refused, present, best, tuple(maps), durations
+        placing, stations, found.looked_at, found.refused, present, best, tuple(maps), durations
     )
 
 

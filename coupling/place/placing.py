@@ -89,7 +89,7 @@ def setting_keys(setting: np.ndarray) -> dict[str, float]:
     found = {}
     for name, value in zip(NAMES, setting.tolist(), strict=True):
         known = (f"{name}_m", value) if name in LENGTHS else (f"{name}_deg", np.rad2deg(value))
-        found[known[0]] = round(float(known[1]), 6) + 0.0
+        found[known[0]] = round(float(known[1]), 9) + 0.0
     return found
 
 

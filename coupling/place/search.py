@@ -13,9 +13,13 @@ from coupling.place.settings import Ranges
 
 # Settings that are refined, and how far they are apart at first, over the box.
 _REFINED, _APART = 8, 0.12
-# Rounds of refinement, settings in each around each, first step over the box and its factor from round
-# to round: the last steps are a thousandth.
-_ROUNDS, _AROUND, _STEP, _FINER = 16, 160, 0.12, 0.72
+# First step of a refinement over the box, and its factor from round to round: a search ends with a
+# thousandth, and another one begins with a fiftieth.
+COARSE, FINE, _FINER, _LAST = 0.12, 0.02, 0.72, 0.001
+# Settings around each in every round: this part of those that fill the box, within bounds.
+_PART, _FEWEST, _MOST = 1.0 / 256.0, 24, 160
+
+Told = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -26,70 +30,80 @@ class Found:
         settings: By `NAMES` [m], [rad], (n, 8).
         figures: What they come to.
         cost: Of the goal [m], (n,).
-        screened: Number of settings that were looked at.
-        refused: Number of those of the first look that were refused, by reason.
+        looked_at: Number of settings that were looked at.
+        refused: Number of those that fill the box and were refused, by reason.
     """
 
     settings: np.ndarray
     figures: Figures
     cost: np.ndarray
-    screened: int
+    looked_at: int
     refused: dict[str, int]
 
 
-def search(
-    screen: Screen,
-    ranges: Ranges,
-    goal: Goal,
-    count: int,
-    seed: int,
-    told: Callable[[int, int], None] = lambda done, total: None,
-) -> Found:
-    """Return settings of low cost that are apart from each other; none where none is admitted.
+def filled(screen: Screen, ranges: Ranges, goal: Goal, count: int, seed: int, told: Told) -> Found:
+    """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
         screen: Looks at settings.
         ranges: The box.
         goal: What is to be small.
-        count: Settings that fill the box.
-        seed: Of all that is random.
-        told: Told how many settings of all are looked at.
+        count: How many fill the box.
+        seed: Of their choice.
+        told: Told how many of them are looked at.
     """
-    total = count + _ROUNDS * _AROUND * _REFINED
     settings = ranges.sampled(count, seed)
-    figures = screen.figures(settings, lambda done: told(done, total))
+    figures = screen.figures(settings, lambda done: told(done, count))
     cost = goal.cost(figures)
     reasons = goal.demands.refusals(figures)
     refused = {what: int(np.sum(wrong)) for what, wrong in reasons.items()}
-    rows = _apart(ranges, settings, cost, _APART, _REFINED)
-    best, of_best, costs = settings[rows], figures.chosen(rows), cost[rows]
-    screened, rng, step = count, np.random.default_rng(seed), _STEP
-    for _ in range(_ROUNDS if len(rows) and len(ranges.free) else 0):
-        tried = np.concatenate([ranges.around(own, step, _AROUND, rng) for own in best])
-        seen = screen.figures(tried)
-        screened += len(tried)
-        told(screened, total)
-        all_settings = np.concatenate([best, tried])
-        all_figures, all_costs = joined([of_best, seen]), np.concatenate([costs, goal.cost(seen)])
-        own = np.concatenate([np.arange(len(best)), np.repeat(np.arange(len(best)), _AROUND)])
-        order = np.lexsort((all_costs, own))
+    rows = _apart(ranges, settings, cost)
+    return Found(settings[rows], figures.chosen(rows), cost[rows], count, refused)
+
+
+def refined(
+    screen: Screen, goal: Goal, ranges: Ranges, found: Found, step: float, seed: int, told: Told
+) -> Found:
+    """Return settings that are at least as good, each from one that was found.
+
+    Args:
+        screen: Looks at settings; it may look at other places than the one that has found them.
+        goal: What is to be small.
+        ranges: The box.
+        found: The settings.
+        step: First step over the box.
+        seed: Of the steps.
+        told: Told how many rounds are done.
+    """
+    if len(found.settings) == 0 or len(ranges.free) == 0:
+        return found
+    around = int(np.clip(_PART * found.looked_at, _FEWEST, _MOST))
+    rounds = int(np.ceil(np.log(_LAST / step) / np.log(_FINER)))
+    best, rng, looked_at = found.settings, np.random.default_rng(seed), found.looked_at
+    figures = screen.figures(best)
+    for number in range(rounds):
+        tried = np.concatenate([ranges.around(own, step, around, rng) for own in best])
+        looked_at += len(tried)
+        settings = np.concatenate([best, tried])
+        figures = joined([figures, screen.figures(tried)])
+        own = np.concatenate([np.arange(len(best)), np.repeat(np.arange(len(best)), around)])
+        order = np.lexsort((goal.cost(figures), own))
         rows = order[np.searchsorted(own[order], np.arange(len(best)))]
-        best, of_best, costs = all_settings[rows], all_figures.chosen(rows), all_costs[rows]
+        best, figures = settings[rows], figures.chosen(rows)
         step *= _FINER
-    told(total, total)
-    order = np.argsort(costs, kind="stable")
-    return Found(best[order], of_best.chosen(order), costs[order], screened, refused)
+        told(number + 1, rounds)
+    cost = goal.cost(figures)
+    order = np.argsort(cost, kind="stable")
+    return Found(best[order], figures.chosen(order), cost[order], looked_at, found.refused)
 
 
-def _apart(
-    ranges: Ranges, settings: np.ndarray, cost: np.ndarray, distance: float, most: int
-) -> np.ndarray:
-    """Return the numbers of the best settings that are so far apart, so many at most."""
+def _apart(ranges: Ranges, settings: np.ndarray, cost: np.ndarray) -> np.ndarray:
+    """Return the numbers of the best settings that are apart from each other."""
     order = np.argsort(cost, kind="stable")
     order = order[np.isfinite(cost[order])]
     chosen: list[int] = []
-    while len(order) and len(chosen) < most:
+    while len(order) and len(chosen) < _REFINED:
         best = int(order[0])
         chosen.append(best)
-        order = order[ranges.apart(settings[best], settings[order]) >= distance]
+        order = order[ranges.apart(settings[best], settings[order]) >= _APART]
     return np.array(chosen, dtype=int)

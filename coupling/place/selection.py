@@ -11,9 +11,12 @@ from coupling.place.settings import Ranges
 from coupling.place.stations import Stations
 
 # Settings in which all places are looked at.
-_TRIED, _USED = 64, 24
+_TRIED, _USED = 128, 96
 # Places that are chosen.
 PLACES = 24
+# How much what is missed of the largest displacement counts, and of the largest angle: a setting is
+# worth what its displacement is, but only has to stay clear of limits.
+_MOVED, _ANGLES = 4.0, 0.3
 
 
 def selected(
@@ -44,14 +47,43 @@ def selected(
     return strongest.chosen(np.sort(_greedy(rows, PLACES)))
 
 
+def with_extremes(
+    screen_of: Callable[[Stations], Screen],
+    chosen: Stations,
+    stations: Stations,
+    settings: np.ndarray,
+) -> Stations:
+    """Return chosen places and those at which some settings have their own extremes.
+
+    Args:
+        screen_of: Function that looks at places.
+        chosen: Places of the path.
+        stations: All places.
+        settings: The settings, (n, 8).
+    """
+    strongest = stations.strongest()
+    rows = _rows(screen_of(strongest).lanes(settings))
+    known = np.flatnonzero(np.isin(strongest.time, chosen.time))
+    return strongest.chosen(np.union1d(known, rows.argmax(axis=1)))
+
+
 def _rows(lanes: Lanes) -> np.ndarray:
-    """Return quantities whose largest values count, ranges of 1, (quantities, k)."""
+    """Return quantities whose largest values count, as parts of their ranges, (quantities, k)."""
     places = len(lanes.q)
-    both = np.concatenate([lanes.torque, lanes.q], axis=1).transpose(1, 2, 0).reshape(-1, places)
-    upper = np.concatenate(
-        [lanes.deviation.T, np.abs(lanes.rate).max(axis=1).T, -lanes.regularity.T]
+    angles = np.concatenate([lanes.q, lanes.rate], axis=1).transpose(1, 2, 0).reshape(-1, places)
+    torque = lanes.torque.transpose(1, 2, 0).reshape(-1, places)
+    return np.concatenate(
+        [
+            _MOVED * _parts(lanes.deviation.T),
+            *(_parts(sign * torque) for sign in (1.0, -1.0)),
+            *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
+            _ANGLES * _parts(-lanes.regularity.T),
+        ]
     )
-    rows = np.concatenate([both, -both, upper])
+
+
+def _parts(rows: np.ndarray) -> np.ndarray:
+    """Return what changes along the path over its range, (quantities, k)."""
     rows = rows[np.isfinite(rows).all(axis=1)]
     width = np.ptp(rows, axis=1)
     moving = width > 1e-12 * np.abs(rows).max(axis=1, initial=1e-300)

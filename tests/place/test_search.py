@@ -1,0 +1,144 @@
+"""The search against brute force on fine grids, and what an objective asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from coupling.case_place import PlaceTable
+from coupling.errors import PlanningError
+from coupling.place.objective import OBJECTIVES, Demands, Goal
+from coupling.place.place import place
+from coupling.place.placing import placing
+from coupling.place.screen import Figures
+from coupling.place.search import COARSE, filled, refined
+from coupling.place.settings import NAMES, Ranges
+from docs.scripts.runs import example
+
+# A line across a wall of the example robot: seconds, not minutes, and a force.
+LINE = {
+    "tool_path": {"depth_m": 0.001, "radius_m": 0.04},
+    "controller": {"cycle_s": 0.004},
+}
+ANGLES = ("yaw", "lead", "lean", "rotation", "base_roll")
+
+
+def untold(done: int, total: int) -> None:
+    pass
+
+
+def boxed(place: dict, objective: str):
+    """The example cone, shorter, free in some settings only."""
+    free = {f"{name}_m": [value, value] for name, value in zip("xyz", (1.6, 0.0, 0.8), strict=True)}
+    free |= {f"{name}_deg": [0.0, 0.0] for name in ANGLES}
+    case = example("cone", **LINE, place={**free, "settings": 1024, **place})
+    return placing(case, case.process, objective)
+
+
+@pytest.mark.parametrize(
+    ("objective", "free", "counts"),
+    [
+        ("stiffness", {"x_m": [0.9, 1.9], "z_m": [0.4, 1.2]}, (81, 65)),
+        ("flanks", {"lean_deg": [-30.0, 30.0], "base_roll_deg": [-8.0, 8.0]}, (121, 81)),
+        ("both", {"z_m": [0.4, 1.2], "lead_deg": [-20.0, 20.0], "lean_deg": [-9.0, 9.0]}, (17, 21, 25)),
+    ],
+)  # fmt: skip
+def test_the_search_is_as_good_as_a_fine_grid(objective, free, counts):
+    """Within 1 % of the best of all points of a grid, at the same places of the path."""
+    task = boxed(free, objective)
+    few = task.stations.chosen(np.linspace(0, task.stations.count - 1, 12).astype(int))
+    screen, ranges, goal = task.screen(few), task.ranges, task.goal
+    axes = [
+        np.linspace(ranges.low[k], ranges.high[k], count)
+        for k, count in zip(ranges.free, counts, strict=True)
+    ]
+    mesh = np.meshgrid(*axes)
+    grid = np.tile(ranges.low, (mesh[0].size, 1))
+    grid[:, ranges.free] = np.column_stack([values.ravel() for values in mesh])
+    best = goal.cost(screen.figures(grid)).min()
+    found = filled(screen, ranges, goal, 512, 1, untold)
+    found = refined(screen, goal, ranges, found, COARSE, 1, untold)
+    assert found.cost[0] <= 1.01 * best
+    # What is said of it is what it comes to.
+    again = goal.cost(screen.figures(found.settings))
+    np.testing.assert_allclose(again, found.cost, rtol=1e-3, atol=1e-9)
+    assert np.all((found.settings >= ranges.low) & (found.settings <= ranges.high))
+
+
+def figures(**changed: list) -> Figures:
+    """Three settings, two gears, all well."""
+    plain = {
+        "reached": [True] * 3,
+        "limit_margin": [1.0] * 3,
+        "regularity": [0.1] * 3,
+        "rate_share": [0.5] * 3,
+        "deviation": [1e-4] * 3,
+        "compliance": [1e-6] * 3,
+        "margin": [[50.0, 50.0]] * 3,
+        "swing": [[100.0, 100.0]] * 3,
+        "miss": [[40e-6, 20e-6]] * 3,
+    }
+    return Figures(**{name: np.array(value) for name, value in (plain | changed).items()})
+
+
+DEMANDS = Demands(joint_margin=0.1, regularity=0.03, clear_share=0.25)
+
+
+def test_a_gear_counts_by_how_near_its_torque_comes_to_zero():
+    """Full where the sign changes, none from a quarter of the swing on, half in the middle."""
+    near = figures(margin=[[-3.0, 50.0], [12.5, 0.0], [25.0, 26.0]])
+    np.testing.assert_allclose(DEMANDS.exposure(near), [40e-6, 40e-6, 0.0], atol=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("changed", "reason"),
+    [
+        ({"reached": [True, False, True]}, "out of reach"),
+        ({"limit_margin": [1.0, 0.05, 0.1]}, "a joint too near to its limit"),
+        ({"regularity": [0.1, 0.02, 0.03]}, "too near to a singular posture"),
+        ({"rate_share": [0.5, 1.1, 1.0]}, "a joint too fast"),
+    ],
+)
+def test_a_setting_that_breaks_a_demand_is_refused_for_it(changed, reason):
+    told = DEMANDS.refusals(figures(**changed))
+    assert [name for name, wrong in told.items() if wrong.any()] == [reason]
+    cost = Goal("both", DEMANDS, forced=True).cost(figures(**changed))
+    assert np.isfinite(cost).tolist() == [True, False, True]
+
+
+def test_what_is_not_known_is_refused():
+    lost = figures(limit_margin=[np.nan] * 3, reached=[False] * 3, deviation=[np.nan] * 3)
+    assert np.all(np.isinf(Goal("both", DEMANDS, forced=True).cost(lost)))
+
+
+def test_objectives_are_displacement_exposure_and_their_sum():
+    near = figures(margin=[[-3.0, 50.0]] * 3)
+    costs = {name: Goal(name, DEMANDS, forced=True).cost(near)[0] for name in OBJECTIVES}
+    assert costs["both"] == pytest.approx(140e-6)
+    assert costs["stiffness"] == pytest.approx(100e-6, rel=1e-3)
+    assert costs["flanks"] == pytest.approx(40e-6, rel=1e-2)
+    unforced = Goal("stiffness", DEMANDS, forced=False)
+    assert unforced.moved(near)[0] == pytest.approx(100.0 * 1e-6)
+
+
+def test_a_box_is_filled_to_its_ends_and_no_further():
+    low, high = np.zeros(8), np.array([1.0, 0, 2.0, 0, 0, 0, 0, 0.5])
+    box = Ranges(low, high)
+    points = box.sampled(1024, seed=3)
+    assert [NAMES[k] for k in box.free] == ["x", "z", "base_roll"]
+    np.testing.assert_allclose(points.min(axis=0), low, atol=5e-3)
+    np.testing.assert_allclose(points.max(axis=0), high, atol=5e-3)
+    np.testing.assert_allclose(points.mean(axis=0), 0.5 * high, atol=0.01)
+    near = box.around(high, 0.5, 400, np.random.default_rng(1))
+    assert np.all((near >= low) & (near <= high))
+
+
+def test_a_robot_that_cannot_work_anywhere_in_the_box_is_refused_with_reasons():
+    task = boxed({"x_m": [4.0, 6.0], "settings": 128, "cases": 1}, "both")
+    with pytest.raises(PlanningError, match=r"got none of 128 \(out of reach: 128\): widen"):
+        place(task, lambda case: case.process)
+
+
+def test_the_defaults_of_the_table_are_those_of_the_page():
+    table = PlaceTable()
+    assert (table.settings, table.cases, table.optimise) == (100_000, 3, "both")
