@@ -10,8 +10,8 @@ from coupling.place.objective import Goal
 from coupling.place.screen import Screen
 from coupling.place.settings import LENGTHS, NAMES, Ranges
 
-# Points along the longer side of a map.
-_POINTS = 41
+# Points along the longer side of a map, at least and at most.
+_FEWEST, _MOST = 9, 41
 # Planes that are drawn where both of their axes are free.
 _PLANES = (("x", "z"), ("x", "y"), ("y", "z"))
 
@@ -40,7 +40,7 @@ class PartMap:
 
 
 def part_maps(
-    screen: Screen, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray
+    screen: Screen, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray, points: int
 ) -> list[PartMap]:
     """Return maps through a setting, in planes in which the part is free, two at most.
 
@@ -50,10 +50,12 @@ def part_maps(
         goal: What is to be small.
         name: Name of the setting.
         setting: The setting, (8,).
+        points: Points of a map that are about as many as it is worth.
     """
+    longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))
     free = {NAMES[k] for k in ranges.free} & set(LENGTHS)
     planes = [plane for plane in _PLANES if set(plane) <= free][:2]
-    return [_map(screen, ranges, goal, name, setting, plane) for plane in planes]
+    return [_map(screen, ranges, goal, name, setting, plane, longer) for plane in planes]
 
 
 def _map(
@@ -63,9 +65,10 @@ def _map(
     name: str,
     setting: np.ndarray,
     plane: tuple[str, str],
+    longer: int,
 ) -> PartMap:
     columns = [NAMES.index(axis) for axis in plane]
-    step = ranges.width[columns].max() / (_POINTS - 1)
+    step = ranges.width[columns].max() / (longer - 1)
     first, second = (
         np.linspace(ranges.low[k], ranges.high[k], max(5, round(float(ranges.width[k] / step)) + 1))
         for k in columns

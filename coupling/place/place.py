@@ -83,22 +83,33 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         found = refined(placing.screen(more), goal, ranges, found, FINE, table.seed + 1, told)
     with _timed("whole path", durations):
         present = _present(placing, process_of)
-        best = _best(placing, found.settings, process_of, watch)
+        best = best_of(placing, found.settings, process_of, watch)
     with _timed("maps", durations):
         shown = [("present", placing.present), ("best", best[0].setting)]
         maps = []
         for k, (name, setting) in enumerate(shown):
             watch(Progress("drawing maps", k, len(shown)))
-            maps += part_maps(screen, ranges, goal, name, setting)
+            maps += part_maps(screen, ranges, goal, name, setting, table.settings // 4)
     return Placement(
         placing, stations, found.looked_at, found.refused, present, best, tuple(maps), durations
     )
 
 
-def _best(
-    placing: Placing, settings: np.ndarray, process_of: ProcessOf, watch: Watch
+def best_of(
+    placing: Placing, settings: np.ndarray, process_of: ProcessOf, watch: Watch = unwatched
 ) -> tuple[Judged, ...]:
-    """Return the best settings that the robot can follow its path in, as many as are asked for."""
+    """Return the best settings that the robot can follow its path in, as many as are asked for.
+
+    Args:
+        placing: What is placed.
+        settings: The best first, (n, 8).
+        process_of: Function that gives the process of a case.
+        watch: Function that is told how far the work is.
+
+    Raises:
+        PlanningError: If there is none.
+        ProcessError: If the process has no answer.
+    """
     wanted, found, reasons = placing.case.place.cases, [], []
     for k, setting in enumerate(_distinct(placing, settings)):
         watch(Progress("judging the best along the whole path", k, len(settings)))

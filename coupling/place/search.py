@@ -17,7 +17,7 @@ _REFINED, _APART = 8, 0.12
 # thousandth, and another one begins with a fiftieth.
 COARSE, FINE, _FINER, _LAST = 0.12, 0.02, 0.72, 0.001
 # Settings around each in every round: this part of those that fill the box, within bounds.
-_PART, _FEWEST, _MOST = 1.0 / 256.0, 24, 160
+_PART, _FEWEST, _MOST = 1.0 / 256.0, 12, 160
 
 Told = Callable[[int, int], None]
 
