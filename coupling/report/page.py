@@ -174,7 +174,7 @@ _THINNED_TEXT = (
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
-_CELL_TEXT = "Desired paths of all tools, in the base frame of the first robot."
+_CELL_TEXT = "Desired paths of all tools, in the world frame."
 _CUT_TEXT = "What the process leaves, cut along the part's x axis."
 _WORKPIECE_TEXT = (
     "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"

@@ -1,0 +1,233 @@
+"""Write the tables and the picture of docs/place.md: make place.
+
+Cases as they are and where elastic-robot place puts them, their commands replayed through the native FMU
+on robots with another backlash.  With names, only those parts:
+python docs/scripts/make_place.py cases speed.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from coupling.case import Case, load_case
+from coupling.files.robot_file import shipped_robots
+from coupling.place.console import changes, in_words
+from coupling.place.folder import StoredPlacement, figures_of
+from coupling.place.judged import Judged
+from coupling.place.place import Placement, place
+from coupling.place.placing import placing
+from coupling.place.selection import selected
+from coupling.report.place_page import map_figure
+from coupling.robot.difference import Difference
+from coupling.run.models import Models, cell_of
+from coupling.run.robustness import differing
+from coupling.solve.fixed_point import Loop
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.pictures import save
+from docs.scripts.runs import example
+
+_UM = 1e6
+# Backlash of the robots on which commands are replayed, over that of the model.
+FACTORS = (0.8, 1.2)
+# Half width of the play that the FANUC is given, as its file knows none [rad].
+PLAY = 1e-4
+# Settings that the speed is measured with.
+MANY = 100_000
+
+COMMON = {"optimise": "flanks", "cases": 1}
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for files that cases name, as long as the program runs."""
+    return tempfile.TemporaryDirectory()
+
+
+def _fanuc_with_play() -> str:
+    """Return the file of the FANUC with play in its gears."""
+    lines = []
+    for line in shipped_robots()["fanuc_r2000ic"].read_text(encoding="utf-8").splitlines():
+        lines.append(line)
+        if line.startswith("damping"):
+            lines.append(f"backlash = {PLAY}")
+    file = Path(_folder().name, "fanuc_with_play.toml")
+    file.write_text("\n".join(lines), encoding="utf-8")
+    return str(file)
+
+
+def _fanuc() -> Case:
+    home = [8.0, 23.0, -16.0, 0.0, -51.0, -8.0]
+    free = {"x_m": [1.2, 2.2], "z_m": [0.2, 1.2], "base_roll_deg": [-6.0, 6.0]}
+    return example(
+        "cone",
+        robot={"description": _fanuc_with_play(), "home_deg": home},
+        part={"position_m": [1.8, 0.0, 0.5]},
+        place=COMMON | free,
+    )
+
+
+def _robust() -> Case:
+    """Return the cone as it is, with the ranges of cone_robust.toml."""
+    free = example("cone_robust").resolved["place"]
+    return example("cone", place=free | COMMON)
+
+
+CASES: dict[str, Callable[[], Case]] = {
+    "cone": _robust,
+    "ISO 9283, 0.1 m/s": lambda: example("iso9283", place=COMMON | {"base_roll_deg": [-8.0, 8.0]}),
+    "milling": lambda: example("milling_20000", place=COMMON | {"base_roll_deg": [-6.0, 6.0]}),
+    "cone, FANUC": _fanuc,
+}
+
+
+@cache
+def _placed(name: str) -> Placement:
+    case = CASES[name]()
+    return place(placing(case, case.process), lambda own: own.process)
+
+
+def _loaded(own: Judged, number: int) -> Case:
+    file = Path(_folder().name, f"placed_{number}.toml")
+    file.write_text(own.content, encoding="utf-8")
+    return load_case(file)
+
+
+def _left(case: Case) -> list[tuple[float, float, float]]:
+    """Return what the command leaves on robots with another backlash.
+
+    Returns:
+        Largest and rms distance from the path less their mean displacement, and the size of that mean
+        [m], for each of `FACTORS`.
+    """
+    found = []
+    with Models(case.fmu) as fmus:
+        cell, models = cell_of(case.robots, fmus)
+        loop = Loop(
+            cell,
+            case.process,
+            case.mode,
+            case.coupling.new_scheme(),
+            case.coupling.tolerance(),
+            case.coupling.max_evaluations,
+            case.controller,
+        )
+        correction = case.method.correct(loop, case.desired)
+        for factor in FACTORS:
+            other = differing(cell, models, [Difference(backlash=(factor,))], "another backlash")
+            path = other.simulate(correction.joints, correction.answer.wrench, "dynamic")
+            away = path.position[0] - correction.desired.position[0]
+            mean = away.mean(axis=0)
+            size = np.linalg.norm(away - mean, axis=1)
+            rms = float(np.sqrt(np.mean(size**2)))
+            found.append((float(size.max()), rms, float(np.linalg.norm(mean))))
+    return found
+
+
+def cases() -> str:
+    """Return the table of the cases as they are and as they are placed."""
+    rows, settings = [], []
+    for name in CASES:
+        found = _placed(name)
+        told = figures_of(found)
+        assert found.present is not None
+        pairs = (
+            (name, found.present, told["present"]),
+            ("", found.best[0], told["best"][0]),
+        )
+        for number, (title, own, figures) in enumerate(pairs):
+            left = _left(_loaded(own, number))
+            rows.append(
+                (
+                    title,
+                    ("as it is", "placed")[number],
+                    f"{_UM * figures['moved_m']:.0f}",
+                    changes(figures),
+                    *(f"{_UM * largest:.1f} / {_UM * rms:.1f}" for largest, rms, _ in left),
+                    f"{_UM * max(mean for *_, mean in left):.0f}",
+                )
+            )
+        settings.append(f"- {name}: {in_words(told['best'][0]['setting'], told['free'])}")
+    head = (
+        *("", "", "process [um]", "changes of flank (gear: times)"),
+        *(f"backlash x {factor} [um]" for factor in FACTORS),
+        "mean [um]",
+    )
+    return f"{table(head, rows)}\n\nWhere they are placed:\n\n" + "\n".join(settings)
+
+
+def gears() -> str:
+    """Return what the gears of the cone go through."""
+    told = figures_of(_placed("cone"))
+    rows = [
+        (
+            f"{gear['joint']}",
+            *(
+                f"{value:.0f}"
+                for own in (gear, other)
+                for value in (own["margin_Nm"], own["swing_Nm"])
+            ),
+            f"{_UM * gear['backlash_20_percent_m']:.0f}",
+            f"{_UM * other['backlash_20_percent_m']:.0f}",
+        )
+        for gear, other in zip(told["present"]["gears"], told["best"][0]["gears"], strict=True)
+    ]
+    head = (
+        *("gear of the cone", "clear of zero, as it is [N m]", "swing [N m]"),
+        *("clear of zero, placed [N m]", "swing [N m]"),
+        *("backlash 20 % off, as it is [um]", "placed [um]"),
+    )
+    return table(head, rows)
+
+
+def maps() -> str:
+    """Draw the maps of the cone, and return their caption."""
+    found = _placed("cone")
+    told: dict[str, Any] = figures_of(found)
+    stored = StoredPlacement(told, found.maps)
+    drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
+    figure = map_figure(told, drawn)
+    figure.update_layout(width=1000)
+    save("place_cone", figure)
+    changing = drawn[-1].changing
+    kept = np.mean(changing[np.isfinite(changing)] == 0.0)
+    return (
+        "*The cone's part in the plane of x and z. Above, tool and base as they are: gears change flank"
+        " wherever the part is. Below, as the best setting holds them: all keep theirs on"
+        f" {100.0 * kept:.0f} % of the places.*"
+    )
+
+
+def speed() -> str:
+    """Return how long settings take."""
+    case = _robust()
+    task = placing(case, case.process)
+    screen = task.screen(selected(task.screen, task.stations, task.ranges, seed=1))
+    settings = task.ranges.sampled(MANY, seed=1)
+    start, used = time.perf_counter(), time.process_time()
+    screen.figures(settings)
+    wall, used = time.perf_counter() - start, time.process_time() - used
+    places = screen.stations.count
+    return (
+        f"{MANY} settings of the cone at {places} places of its path take {wall:.0f} s on one core"
+        f" ({used:.0f} s of it computing): {_UM * wall / MANY / places:.0f} us for a posture."
+    )
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "cases": cases,
+    "gears": gears,
+    "maps": maps,
+    "speed": speed,
+}
+
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("place", PARTS, sys.argv[1:])))
