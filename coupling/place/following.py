@@ -19,7 +19,7 @@ _LEAST = 1e-12
 # Joint step limit of one pass [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
 # Steps in which the tool is led from the home posture to a pose, passes in each of them, and at its end.
-_LED, _PASSES_LED, _PASSES = 12, 2, 30
+_LED, _PASSES_LED, _PASSES = 8, 2, 30
 
 
 @dataclass(frozen=True)

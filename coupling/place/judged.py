@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +32,7 @@ class Judged:
     Attributes:
         setting: By `NAMES` [m], [rad], (8,).
         content: Text of its case file.
-        figures: What it comes to, at the strongest places of the path.
+        figures: What it comes to, at the strongest places of the path; margins those of `gears`, too.
         cost: Of the goal [m].
         gears: What its gears go through.
     """
@@ -74,5 +74,8 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
     stations = stations_along(case.task.part, case.desired, tilt_of(setting), wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
+    # Tilts that spring back where a load ends are in the diagnosis alone.
+    exact = np.array([[gear.margin for gear in gears]])
+    figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
     return Judged(setting, content, figures, cost, gears)

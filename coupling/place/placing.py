@@ -97,13 +97,19 @@ def require_one_robot(case: Case) -> None:
     """Refuse a case that cannot be placed before its process is evaluated.
 
     Raises:
-        CaseError: If it has two robots, or its robot not six joints.
+        CaseError: If it has two robots, or its robot not six joints, or no gear that gives way.
     """
     if len(case.robots) > 1:
         raise CaseError(f"{case.name}: expected a case of one robot, got one with [support]")
-    joints = len(case.robots[0].description.joints)
-    if joints != _JOINTS:
-        raise CaseError(f"{case.name}: expected a robot of {_JOINTS} joints, got {joints}")
+    robot = case.robots[0].description
+    if len(robot.joints) != _JOINTS:
+        raise CaseError(
+            f"{case.name}: expected a robot of {_JOINTS} joints, got {len(robot.joints)}"
+        )
+    if all(joint.stiffness is None for joint in robot.joints):
+        raise CaseError(
+            f"{case.name}: expected a robot whose gears give way, got {robot.name} with rigid joints"
+        )
 
 
 def placing(case: Case, process: Process, objective: Objective | None = None) -> Placing:

@@ -42,7 +42,7 @@ PLAY = 1e-4
 # Settings that the speed is measured with.
 MANY = 100_000
 
-COMMON = {"optimise": "flanks", "cases": 1}
+COMMON = {"optimise": "flanks", "cases": 1, "settings": 16_384}
 
 
 @cache
@@ -70,6 +70,7 @@ def _fanuc() -> Case:
         "cone",
         robot={"description": _fanuc_with_play(), "home_deg": home},
         part={"position_m": [1.8, 0.0, 0.5]},
+        tool_path={"depth_m": 0.004},
         place=COMMON | free,
     )
 

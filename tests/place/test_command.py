@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,8 @@ from places import CASES, LINE_CASE
 
 from coupling.case import load_case
 from coupling.cli.main import main
-from coupling.errors import CaseError, PlanningError
+from coupling.cli.runs import report
+from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.path.histories import WrenchHistory
 from coupling.place.folder import read_placement
 from coupling.place.judged import judged
@@ -23,10 +25,12 @@ from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.process.base import Answer
+from coupling.report.place_page import write_place_report
 from coupling.run.study import run_coupling
 
 FREE = {
     "x_m": [1.2, 1.8],
+    "y_m": [0.1, 0.1],
     "z_m": [0.5, 1.0],
     "yaw_deg": [0.0, 60.0],
     "base_roll_deg": [-8.0, 8.0],
@@ -62,7 +66,8 @@ def test_the_folder_holds_cases_figures_maps_and_a_page(done):
     for words in ("as it is", "placed_1.toml", "free of collisions", "no limits of its joints"):
         assert words in said.stdout
     stored = read_placement(folder)
-    assert len(stored.maps) == 4  # x and z, x and y; as it is, and the best
+    assert [own.name for own in stored.maps] == ["present", "best"]
+    assert {(own.across, own.up) for own in stored.maps} == {("x", "z")}
     assert stored.figures["best"][0]["cost_m"] < 0.8 * stored.figures["present"]["cost_m"]
 
 
@@ -86,12 +91,40 @@ def test_a_placed_case_is_an_ordinary_case_in_the_setting_that_is_told(done):
     assert content["place"]["settings"] == FREE["settings"]
 
 
-def test_the_report_is_made_anew_from_the_folder(done):
+def test_the_report_is_made_anew_from_the_folder(done, tmp_path):
     _, folder, _ = done
-    before = (folder / "report.html").read_bytes()
-    said = command("report", folder)
-    assert said.returncode == 0, said.stderr
-    assert (folder / "report.html").read_bytes() == before
+    before = (folder / "report.html").read_text()
+    report(folder, tmp_path / "again.html")
+    assert same(before) == same((tmp_path / "again.html").read_text())
+    assert "joint 5" in before
+
+
+def same(page: str) -> str:
+    """A page without the names that its figures get anew."""
+    return re.sub(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "", page)
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "words"),
+    [
+        ("place.json", "[]", "expected the figures of a placement, got damaged ones"),
+        ("place.json", "{", "is not valid JSON"),
+        ("place.json", '{"maps": [{"shape": [-1, 1e400]}]}', "got damaged ones"),
+        ("place.json", None, "cannot be read"),
+        ("map.csv", "map\n1\n", "columns across_m"),
+        ("map.csv", None, "cannot be read"),
+    ],
+)
+def test_a_damaged_folder_is_refused(done, tmp_path, file, content, words):
+    _, folder, _ = done
+    for name in ("place.json", "map.csv"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    if content is None:
+        (tmp_path / file).unlink()
+    else:
+        (tmp_path / file).write_text(content)
+    with pytest.raises(ResultError, match=words):
+        write_place_report(tmp_path)
 
 
 def test_a_result_is_replaced_only_where_that_is_said(done, capsys):
