@@ -14,7 +14,7 @@ from coupling.errors import ResultError
 from coupling.files.csv_table import read_table, write_table
 from coupling.place.judged import Judged
 from coupling.place.part_map import PartMap
-from coupling.place.place import Placement
+from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
 from coupling.run.figures import gear_figures
@@ -28,7 +28,7 @@ def placed_file(number: int) -> str:
     return f"placed_{number}.toml"
 
 
-def write_placement(folder: Path, found: Placement) -> None:
+def write_placement(folder: Path, found: CasePlacement) -> None:
     """Write all files but the report into an existing folder.
 
     Raises:
@@ -58,7 +58,7 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
     return np.column_stack([column.ravel() for column in columns])
 
 
-def figures_of(found: Placement) -> dict[str, Any]:
+def figures_of(found: CasePlacement) -> dict[str, Any]:
     """Return what is to be told of a placement."""
     placing = found.placing
     ranges = placing.ranges

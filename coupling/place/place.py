@@ -18,9 +18,12 @@ from coupling.place.search import COARSE, FINE, filled, refined
 from coupling.place.selection import selected, with_extremes
 from coupling.place.stations import Stations
 
+# Settings this close are one, over the box.
+_ALIKE = 0.02
+
 
 @dataclass(frozen=True)
-class Placement:
+class CasePlacement:
     """The best settings of a case.
 
     Attributes:
@@ -44,7 +47,7 @@ class Placement:
     durations: dict[str, float]
 
 
-def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> Placement:
+def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> CasePlacement:
     """Return the best settings of a case.
 
     Args:
@@ -90,7 +93,7 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         for k, (name, setting) in enumerate(shown):
             watch(Progress("drawing maps", k, len(shown)))
             maps += part_maps(screen, ranges, goal, name, setting, table.settings // 4)
-    return Placement(
+    return CasePlacement(
         placing, stations, found.looked_at, found.refused, present, best, tuple(maps), durations
     )
 
@@ -135,10 +138,6 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
         if not chosen or placing.ranges.apart(setting, np.array(chosen)).min() > _ALIKE:
             chosen.append(setting)
     return chosen
-
-
-# Settings this close are one, over the box.
-_ALIKE = 0.02
 
 
 def _present(placing: Placing, process_of: ProcessOf) -> Judged | None:

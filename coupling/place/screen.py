@@ -29,7 +29,7 @@ class Figures:
     """What n settings come to, at the worst of the places looked at.
 
     Attributes:
-        reached: Whether the tool reaches all places without a jump of a joint, (n,).
+        reached: Whether the tool reaches all places, (n,).
         limit_margin: Distance of the joints from their limits [rad], (n,); infinite without limits.
         regularity: Distance from singular postures, `Following.regularity`, (n,).
         rate_share: Rate of a joint over its limit, (n,); 0 without limits.
@@ -84,6 +84,29 @@ class Lanes:
     compliance: np.ndarray
     regularity: np.ndarray
 
+    @classmethod
+    def unknown(cls, places: int, joints: int, gears: int, settings: int) -> Lanes:
+        """Return lanes of which nothing is known."""
+        rows = ((places, joints, settings),) * 2 + ((places, gears, settings),) * 2
+        return cls(*(np.full(shape, np.nan) for shape in rows + ((places, settings),) * 3))
+
+    def put(self, places: np.ndarray, settings: np.ndarray, values: Lanes) -> None:
+        """Note what is found at some places in some settings, told by lanes of places times settings."""
+        at = places[:, None], settings[None]
+        for field in fields(self):
+            kept, value = getattr(self, field.name), getattr(values, field.name)
+            if kept.ndim == 2:
+                kept[at] = value.reshape(len(places), -1)
+            else:
+                kept[at[0], :, at[1]] = value.reshape(len(value), len(places), -1).transpose(
+                    1, 2, 0
+                )
+
+    def forget(self, settings: np.ndarray) -> None:
+        """Forget what is known of settings."""
+        for field in fields(self):
+            getattr(self, field.name)[..., settings] = np.nan
+
 
 class Screen:
     """Looks at many settings of one robot with one path.
@@ -131,56 +154,46 @@ class Screen:
 
     def lanes(self, settings: np.ndarray) -> Lanes:
         """Return the robot at all places in some settings, (n, 8)."""
-        placed, count, places = self._cell.placed(settings), len(settings), self.stations.count
-        joints, gears = len(self._home), len(self.gear_joint)
-        q, rate = np.full((2, places, joints, count), np.nan)
-        torque, lever = np.full((2, places, gears, count), np.nan)
-        deviation, compliance, regularity = np.full((3, places, count), np.nan)
+        placed, count = self._cell.placed(settings), len(settings)
+        found = Lanes.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = Moved(placed, self._cell.sphere_radius, self.stations)
-        own = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
-        waves = waves_of(self._order, max(1, _AT_ONCE // count))
         alive = np.arange(count)
-        for now, before in waves:
-            targets = moved.targets(now, alive)
+        for places, before in waves_of(self._order, max(1, _AT_ONCE // count)):
+            targets = moved.targets(places, alive)
             if before is None:
-                angles, found = led(self._serial, targets, self._home)
+                q, came = led(self._serial, targets, self._home)
             else:
-                guess = q[before][:, :, alive].swapaxes(0, 1).reshape(joints, -1)
-                angles, found = reached(self._serial, targets, guess, _PASSES)
-            came = found.reshape(len(now), -1).all(axis=0)
-            lanes = np.tile(came, len(now))
-            alive, angles = alive[came], angles[:, lanes]
+                guess = found.q[before][:, :, alive].swapaxes(0, 1).reshape(len(self._home), -1)
+                q, came = reached(self._serial, targets, guess, _PASSES)
+            all_came = came.reshape(len(places), -1).all(axis=0)
+            chosen, alive = np.tile(all_came, len(places)), alive[all_came]
             if len(alive) == 0:
                 break
-            shift = targets.tcp_shift[:, lanes]
-            moving = following(self._serial, angles, shift, moved.motion(now, alive))
-            wrench, gravity = moved.wrench(now, alive), moved.gravity(now, alive)
-            load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
-            axes, arms = self._elastic_axes(moving)
-            push = [
-                dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)
-            ]
-            carried = np.stack([push[k] for k in own]) - load[self.gear_joint]
-            reach = np.stack([np.sqrt(dot(arms[k], arms[k])) for k in own])
-            for kept, values in (
-                (q, angles),
-                (rate, moving.rate),
-                (torque, carried),
-                (lever, reach),
-            ):
-                by_place = values.reshape(len(values), len(now), -1).swapaxes(0, 1)
-                kept[now[:, None], :, alive[None]] = by_place.swapaxes(1, 2)
-            given_way, soft = self._given_way(arms, push)
-            for scalar, values in (
-                (deviation, given_way),
-                (compliance, soft),
-                (regularity, moving.regularity),
-            ):
-                scalar[now[:, None], alive[None]] = values.reshape(len(now), -1)
-        missed = np.setdiff1d(np.arange(count), alive)
-        for values in (q, rate, torque, lever, deviation, compliance, regularity):
-            values[..., missed] = np.nan
-        return Lanes(q, rate, torque, lever, deviation, compliance, regularity)
+            shift, motion = targets.tcp_shift[:, chosen], moved.motion(places, alive)
+            moving = following(self._serial, q[:, chosen], shift, motion)
+            loads = moved.wrench(places, alive), moved.gravity(places, alive)
+            found.put(places, alive, self._loaded(q[:, chosen], moving, *loads))
+        found.forget(np.setdiff1d(np.arange(count), alive))
+        return found
+
+    def _loaded(
+        self, q: np.ndarray, moving: Following, wrench: np.ndarray, gravity: np.ndarray
+    ) -> Lanes:
+        """Return what loads do to a robot in motion, in lanes of places times settings."""
+        load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
+        axes, arms = self._elastic_axes(moving)
+        push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
+        gears = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
+        deviation, compliance = self._given_way(arms, push)
+        return Lanes(
+            q=q,
+            rate=moving.rate,
+            torque=np.stack([push[k] for k in gears]) - load[self.gear_joint],
+            lever=np.stack([np.sqrt(dot(arms[k], arms[k])) for k in gears]),
+            deviation=deviation,
+            compliance=compliance,
+            regularity=moving.regularity,
+        )
 
     def _elastic_axes(self, now: Following) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Return axes and levers of all elastic coordinates, (3, n) each."""

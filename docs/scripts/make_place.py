@@ -22,7 +22,7 @@ from coupling.files.robot_file import shipped_robots
 from coupling.place.console import changes, in_words
 from coupling.place.folder import StoredPlacement, figures_of
 from coupling.place.judged import Judged
-from coupling.place.place import Placement, place
+from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.place.selection import selected
 from coupling.report.place_page import map_figure
@@ -90,7 +90,7 @@ CASES: dict[str, Callable[[], Case]] = {
 
 
 @cache
-def _placed(name: str) -> Placement:
+def _placed(name: str) -> CasePlacement:
     case = CASES[name]()
     return place(placing(case, case.process), lambda own: own.process)
 
