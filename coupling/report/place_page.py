@@ -19,7 +19,7 @@ from coupling.report.page import document
 from coupling.report.tables import table
 
 _UM = 1e6
-_SETTINGS = {"present": "tool and base as they are", "best": "tool and base of the best"}
+_SETTINGS = {"present": "held as now", "best": "held as the best"}
 
 
 def write_place_report(folder: Path, file: Path | None = None) -> Path:
@@ -63,7 +63,7 @@ def place_page(stored: StoredPlacement) -> str:
 
 def map_figure(figures: dict[str, Any], maps: list[PartMap]) -> go.Figure:
     """Draw maps of one plane: a row for each setting, displacement and exposure beside each other."""
-    moved = "displacement by the process" if figures["forced"] else "displacement by 100 N"
+    moved = "process" if figures["forced"] else "100 N"
     what = (moved, "backlash 20 % off")
     titles = [f"{_SETTINGS[own.name]}: {each}" for own in maps for each in what]
     figure = make_subplots(
@@ -184,10 +184,12 @@ def _gears(figures: dict[str, Any]) -> str:
 
 
 def _map_text(figures: dict[str, Any]) -> str:
+    what = "the process" if figures["forced"] else "100 N"
     return (
-        "What each place of the part comes to with tool and base held as they are, or as the best"
-        " setting holds them. White: out of reach, too near to a limit or to a singular posture. The"
-        " colours end where 95 % of the places do."
+        "What each place of the part comes to with tool and base held as they are now, or as the best"
+        f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do. White:"
+        " out of reach, too near to a limit or to a singular posture. The colours end where 95 % of the"
+        " places do."
     )
 
 
