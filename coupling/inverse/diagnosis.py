@@ -24,6 +24,8 @@ from elastic_robot.kinematics import tcp_jacobian
 _DIRECTIONS = 72
 # Tilts of a base beyond are none [rad]; up to here gravity's share is nearly linear in them.
 _LARGEST_TILT = 0.5
+# What a wrong backlash does not show at the tool [m].
+_NO_MISS = 1e-7
 # Nodes between two looks at how far the tool moves with a gear.
 _SELDOM = 5
 
@@ -92,7 +94,7 @@ class GearDiagnosis:
     @property
     def at_risk(self) -> bool:
         """Whether a wrong backlash would show at the tool."""
-        return self.backlash > 0.0 and (self.changes > 0 or self.floats > 0.0)
+        return self.miss > _NO_MISS and (self.changes > 0 or self.floats > 0.0)
 
 
 def diagnose(robot: MovingRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:

@@ -156,7 +156,7 @@ def gear_loads(figures: dict[str, Any]) -> str:
             f"joint {gear['joint']}",
             str(gear["flank_changes"]),
             f"{gear['floats_s']:.2f}",
-            f"{_UM * gear['backlash_20_percent_m']:.0f}" if _misses(gear) else "-",
+            f"{_UM * gear['backlash_20_percent_m']:.0f}",
             f"{max(gear['margin_Nm'], 0.0):.0f}",
             f"{-gear['margin_Nm']:.0f}" if gear["margin_Nm"] < 0.0 else "-",
             "-" if gear["base_tilt_rad"] is None else f"{degrees(gear['base_tilt_rad']):.1f}",
@@ -178,10 +178,6 @@ def gear_loads(figures: dict[str, Any]) -> str:
         " by what its backlash is off; a gear that stays clear of zero does not ask for it.</p>"
         f"{table(header, rows)}"
     )
-
-
-def _misses(gear: dict[str, Any]) -> bool:
-    return bool(gear["flank_changes"] or (gear["floats_s"] and gear["backlash_rad"]))
 
 
 def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:
