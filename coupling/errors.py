@@ -46,6 +46,10 @@ class IdentifyError(CouplingError):
     """Measurements cannot be read, or nothing can be identified from them."""
 
 
+class LearnError(CouplingError):
+    """A measured pass cannot be read, does not belong to its run, or tells nothing."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

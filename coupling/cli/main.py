@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from coupling.cli import build, identify, place, robots, runs, store, study
+from coupling.cli import build, identify, learn, mirror, place, robots, runs, store, study
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -48,6 +48,8 @@ _COMMANDS = (
     runs.report,
     store.store,
     identify.identify,
+    learn.learn,
+    mirror.mirror,
     robots.robots,
 )
 for _command in _COMMANDS:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import IdentifyError
+from coupling.files.measured_table import MeasuredTable
 
 FORCE, MOMENT = ("fx", "fy", "fz"), ("mx", "my", "mz")
 SHIFT, TURN = ("dx", "dy", "dz"), ("drx", "dry", "drz")
 LOAD_POINT = ("load.x", "load.y", "load.z")
 MEASURED_POINT = ("point.x", "point.y", "point.z")
-# A column of this name before it has the standard deviation of another one.
-DEVIATION = "sd."
-# Larger numbers are no measurement, and their squares overflow.
-_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -93,9 +88,9 @@ def read_measurements(path: Path, joints: int) -> Measurements:
     Raises:
         IdentifyError: With file, line, column, what was expected and what was got.
     """
-    header, lines = _lines(path)
+    table = MeasuredTable.read(path, IdentifyError)
+    header, lines = table.header, table.lines
     angles = tuple(f"q{i + 1}" for i in range(joints))
-    table = _Table(path, header, lines)
     table.require((*angles, *FORCE, *SHIFT))
     for group in (MOMENT, TURN, LOAD_POINT, MEASURED_POINT):
         table.require_whole(group)
@@ -123,116 +118,3 @@ def _remarks(header: list[str], joints: int) -> tuple[str, ...]:
     if not more:
         return ()
     return (f"columns {', '.join(more)} are not used: the robot has {joints} joints",)
-
-
-def _lines(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Return the header's names and the cells of each row with the number of its line."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as cause:
-        reason = getattr(cause, "strerror", None) or cause
-        raise IdentifyError(f"{path}: cannot be read: {reason}") from cause
-    numbered = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(numbered) < 2:
-        raise IdentifyError(
-            f"{path}: expected a line of column names and at least one row of numbers, got"
-            f" {len(numbered)} lines that are no comments"
-        )
-    try:
-        cells = list(csv.reader((line for _, line in numbered), strict=True, skipinitialspace=True))
-    except csv.Error as cause:
-        raise IdentifyError(f"{path}: is not a table of CSV: {cause}") from cause
-    if len(cells) != len(numbered):
-        raise IdentifyError(
-            f"{path}: is not a table of CSV: a quoted text goes over its line's end"
-        )
-    header = [name.strip() for name in cells[0]]
-    rows = [(number, row) for (number, _), row in zip(numbered[1:], cells[1:], strict=True)]
-    return header, rows
-
-
-class _Table:
-    """The named columns of a file, as far as they are wanted."""
-
-    def __init__(
-        self, path: Path, header: list[str], lines: Sequence[tuple[int, list[str]]]
-    ) -> None:
-        self._path, self._header, self._lines = path, header, lines
-        for number, row in lines:
-            if len(row) != len(header):
-                raise IdentifyError(
-                    f"{path}: line {number}: expected {len(header)} cells, one for each column, got"
-                    f" {len(row)}"
-                )
-
-    def has(self, names: Sequence[str]) -> bool:
-        return names[0] in self._header
-
-    def require(self, names: Sequence[str]) -> None:
-        missing = [name for name in names if name not in self._header]
-        if missing:
-            hint = ": separate them with commas" if ";" in "".join(self._header) else ""
-            raise IdentifyError(
-                f"{self._path}: columns {', '.join(missing)} are missing: expected"
-                f" {', '.join(names)}, got {', '.join(self._header)}{hint}"
-            )
-
-    def require_whole(self, group: Sequence[str]) -> None:
-        """Refuse a group of columns that is there in part."""
-        found = [name for name in group if name in self._header]
-        if found and len(found) < len(group):
-            raise IdentifyError(
-                f"{self._path}: expected all of the columns {', '.join(group)}, or none, got"
-                f" {', '.join(found)}"
-            )
-
-    def of(self, names: Sequence[str]) -> np.ndarray:
-        return np.column_stack([self._column(name) for name in names])
-
-    def deviations(self, names: Sequence[str]) -> np.ndarray:
-        """Return the standard deviations of columns, nan where there are none."""
-        columns = []
-        for name in names:
-            own = DEVIATION + name
-            values = np.full(len(self._lines), np.nan)
-            if own in self._header:
-                values = self._column(own)
-                if not np.all(values >= 0.0):
-                    raise self._error(own, int(np.argmin(values)), "a number >= 0")
-            columns.append(values)
-        return np.column_stack(columns)
-
-    def names(self) -> tuple[str, ...]:
-        """Return the names of the rows; those without one are called by their line."""
-        at = self._index("name") if "name" in self._header else None
-        given = ["" if at is None else row[at].strip() for _, row in self._lines]
-        return tuple(
-            name or f"line {number}" for name, (number, _) in zip(given, self._lines, strict=True)
-        )
-
-    def _column(self, name: str) -> np.ndarray:
-        at, values = self._index(name), np.empty(len(self._lines))
-        for k, (_, row) in enumerate(self._lines):
-            try:
-                values[k] = float(row[at])
-            except ValueError:
-                raise self._error(name, k, "a finite number") from None
-            if not abs(values[k]) < _LARGEST:
-                raise self._error(name, k, "a finite number")
-        return values
-
-    def _index(self, name: str) -> int:
-        if self._header.count(name) > 1:
-            raise IdentifyError(f"{self._path}: expected one column {name!r}, got two")
-        return self._header.index(name)
-
-    def _error(self, name: str, row: int, expected: str) -> IdentifyError:
-        number, cells = self._lines[row]
-        got = cells[self._header.index(name)]
-        return IdentifyError(
-            f"{self._path}: line {number}: {name}: expected {expected}, got {got!r}"
-        )

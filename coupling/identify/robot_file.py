@@ -16,6 +16,7 @@ from coupling.files.robot_writer import robot_text
 from coupling.files.sources import SOURCES
 from coupling.identify.found import Identification, rms
 from coupling.identify.judge import Judged
+from elastic_robot.description import Robot
 
 
 def identified_text(
@@ -38,10 +39,10 @@ def identified_text(
     content = copy.deepcopy(dict(data))
     sources = dict(content.pop(SOURCES, {}))
     axes = axes_of_file(start)
-    tables = _tables(found, content)
+    tables = joint_tables(found.robot, content)
     remarks: dict[str, str] = {}
     for parameter, value in zip(found.parameters, _values(found), strict=True):
-        joint, tilt = _place(parameter.name)
+        joint, tilt = place_of(parameter.name)
         at, table = tables[joint]
         name = f"joint[{at}]" + (f".tilt[{tilt}]" if tilt else "")
         key = "backlash" if parameter.is_backlash else "stiffness"
@@ -61,10 +62,15 @@ def identified_text(
         if parameter.identified:
             sources[f"{name}.{key}"] = f"identified, {source}"
     content[SOURCES] = sources
+    move_urdf(content, start, target)
+    return robot_text(content, remarks, _head(found, start, source))
+
+
+def move_urdf(content: dict[str, Any], start: Path, target: Path) -> None:
+    """Let the URDF of a start file be found from where the new file will be."""
     if "urdf" in content and not content["urdf"]["file"].startswith("package://"):
         file = (start.parent / content["urdf"]["file"]).resolve()
         content["urdf"]["file"] = Path(os.path.relpath(file, target.parent.resolve())).as_posix()
-    return robot_text(content, remarks, _head(found, start, source))
 
 
 def _values(found: Identification) -> list[float]:
@@ -92,7 +98,7 @@ def _remark(parameter: Judged, found: Identification) -> str:
     return f"NOT IDENTIFIED, start value kept: {parameter.reason}{at_least}"
 
 
-def _place(name: str) -> tuple[int, int]:
+def place_of(name: str) -> tuple[int, int]:
     """Return the joint's and the tilt's number of a parameter, from 1; tilt 0 for the torsion."""
     head, _, rest = name.partition("]")
     joint = int(head.removeprefix("joint["))
@@ -100,12 +106,10 @@ def _place(name: str) -> tuple[int, int]:
     return joint, tilt
 
 
-def _tables(
-    found: Identification, content: dict[str, Any]
-) -> dict[int, tuple[int, dict[str, Any]]]:
+def joint_tables(robot: Robot, content: dict[str, Any]) -> dict[int, tuple[int, dict[str, Any]]]:
     """Return each joint's place and table in the file, by its number in the chain."""
     entries = list(enumerate(content.get("joint", []), start=1))
     if "urdf" not in content:
         return dict(zip(range(1, len(entries) + 1), entries, strict=True))
-    numbers = {joint.name: i for i, joint in enumerate(found.robot.joints, start=1)}
+    numbers = {joint.name: i for i, joint in enumerate(robot.joints, start=1)}
     return {numbers[table["name"]]: (at, table) for at, table in entries}

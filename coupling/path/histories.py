@@ -265,6 +265,13 @@ class WrenchHistory:
             spring = ContactSpring(anchor, spring.stiffness[:, rows])
         return WrenchHistory(time, self.wrench[:, rows], spring)
 
+    def first(self, count: int) -> WrenchHistory:
+        """Return the first rows, so many."""
+        spring = self.spring
+        if spring is not None:
+            spring = ContactSpring(spring.anchor[:, :count], spring.stiffness[:, :count])
+        return WrenchHistory(self.time[:count], self.wrench[:, :count], spring)
+
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""
         return replace(self, wrench=factor * self.wrench)

@@ -48,7 +48,7 @@ def new_run_folder(folder: Path, overwrite: bool) -> Iterator[Path]:
     try:
         with _errors(folder):
             _put_right(target, beside, replaced)
-            _require_free(folder, overwrite)
+            require_free(folder, overwrite)
             work = beside if is_finished(target) else target
             if _is_filled(work) and not is_run(work):
                 raise ResultError(f"{work}: holds files that are not a result: name another folder")
@@ -84,7 +84,12 @@ def _put_right(target: Path, beside: Path, replaced: Path) -> None:
         os.rename(beside, target)
 
 
-def _require_free(folder: Path, overwrite: bool) -> None:
+def require_free(folder: Path, overwrite: bool) -> None:
+    """Refuse a folder that a run may not write.
+
+    Raises:
+        ResultError: If it holds a result and may not be replaced, or something else.
+    """
     if not folder.exists():
         return
     if not folder.is_dir():

@@ -28,6 +28,7 @@ from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.console import RunView, print_summary
 from coupling.run.drive_motion import drive_motions
 from coupling.run.folder import write_run
+from coupling.run.gear_loads import diagnose_robots
 from coupling.run.robustness import VARIATIONS
 from coupling.run.stored_run import StoredRobot, read_run
 from coupling.run.study import Run, run_compensation
@@ -184,6 +185,24 @@ def test_passages_through_the_play_are_counted_and_named(finished):
     assert sorted(t for trace in drawn[1:] for t in trace.x) == ends
     marks = next(t for t in report_figures.deviation(stored).data if "flank" in t.name)
     assert len(marks.x) == len(changes)
+
+
+def test_what_the_gears_go_through_is_told_without_a_command(finished):
+    """Their flank changes are the passages from flank to flank that the inverse finds."""
+    case, run, out, said = finished
+    told = json.loads((out / "result.json").read_text())
+    passed = [c["joint"] for c in told["flank_changes"] if c["before"] * c["after"] < 0]
+    for gear in told["gears"]:
+        assert gear["flank_changes"] == passed.count(gear["joint"])
+    answer = case.process.evaluate(case.desired)
+    (alone,) = diagnose_robots(case.robots, case.desired, answer.wrench)
+    assert [g.changes for g in alone] == [g["flank_changes"] for g in told["gears"]]
+    at_risk = [gear for gear in run.gears[0] if gear.at_risk]
+    assert at_risk
+    for gear in at_risk:
+        assert f"joint {gear.joint}: {gear.changes} changes of its flank" in said
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "What the gears go through" in page
 
 
 def test_drives_of_a_sine_move_as_fast_as_it_does():

@@ -1,0 +1,127 @@
+"""elastic-robot learn: parameters of the robot one has from measured passes, and the next command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.errors import CaseError, LearnError
+from coupling.files.toml_file import load_toml
+from coupling.files.whole_file import write_whole
+from coupling.learn.console import lines
+from coupling.learn.figures import figures
+from coupling.learn.learning import Options
+from coupling.learn.learning import learn as learned
+from coupling.learn.measured import read_seen
+from coupling.learn.next_case import next_case_text
+from coupling.learn.robot_file import learned_text
+from coupling.learn.source import read_source
+from coupling.report.learn_page import learn_page
+from coupling.run.console import RunView, gear_lines, print_summary
+from coupling.run.models import Models
+from coupling.run.new_folder import require_free
+from coupling.run.study import run_compensation
+from elastic_robot.errors import RobotFileError
+
+_REFUSED = 1
+
+
+def learn(
+    passes: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN MEASURED [RUN MEASURED]...",
+            help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV"
+            " file. Later passes behind it.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Robot file; report and figures are beside it."),
+    ] = None,
+    own_frame: Annotated[
+        bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")
+    ] = False,
+    next_run: Annotated[
+        Path | None,
+        typer.Option("--next", help="Run folder of the next command; beside the robot file."),
+    ] = None,
+    no_next: Annotated[bool, typer.Option("--no-next", help="Compute no next command.")] = False,
+    draws: Annotated[
+        int, typer.Option(min=0, max=1000, help="Simulated robots for intervals; 0: the fit's own.")
+    ] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of these robots.")] = 1,
+    overwrite: Overwrite = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
+) -> None:
+    """Learn backlash, stiffness and damping from measured passes, and compute the next command."""
+    if len(passes) % 2:
+        raise LearnError(
+            f"expected pairs of a run folder and what was measured, got {len(passes)} names"
+        )
+    pairs = list(zip(passes[::2], passes[1::2], strict=True))
+    target = output or Path("results", f"{pairs[0][1].stem}_learned.toml")
+    if target.suffix != ".toml":
+        raise LearnError(f"--output: expected a name that ends in .toml, got {target.name!r}")
+    if draws == 1:
+        raise LearnError("--draws: expected 0, or 2 or more, got 1")
+    if next_run is not None and no_next:
+        raise LearnError("expected either --next or --no-next, got both")
+    folder = next_run or target.with_name(target.stem)
+    if not no_next:  # before the work that would be lost
+        require_free(folder, overwrite)
+    sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
+    start = sources[0].file
+    if start.resolve() == target.resolve():
+        raise LearnError(f"{target}: expected another file than the robot that is learned from")
+    console = Console()
+    with RunView(console) as view, Models("native", view.watch) as models:
+        found = learned(sources, Options(own_frame, draws, seed), models, view.watch)
+    told = figures(found)
+    _make_folder(target)
+    said = [*lines(told), "What the gears go through:", *gear_lines(found.gears)]
+    console.print("\n".join(said), highlight=False, markup=False, soft_wrap=True)
+    title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
+    report = target.with_suffix(".html")
+    _write(target.with_suffix(".json"), json.dumps(told, indent=1) + "\n")
+    _write(report, learn_page(title, told))
+    _say(console, f"Report: {report}")
+    if found.refusal:
+        _say(console, f"{target}: NOT WRITTEN: {found.refusal}", "yellow")
+        raise typer.Exit(_REFUSED)
+    _write(target, learned_text(found, load_toml(start, RobotFileError), target))
+    _say(console, f"Robot file: {target}")
+    last = pairs[-1][0]
+    case = target.with_name(f"{target.stem}_case.toml")
+    _write(case, next_case_text(load_toml(last / "case.toml", CaseError), target))
+    if no_next:
+        _say(console, f"Next command: elastic-robot compensate {case}")
+        return
+    kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
+    with RunView(console) as view:
+        done = conduct(case, folder, overwrite, kept, "compensate", run_compensation, view.watch)
+    print_summary(console, done.case, done.run, folder, done.from_store)
+    if not done.run.correction.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _say(console: Console, text: str, style: str | None = None) -> None:
+    console.print(text, style=style, markup=False, highlight=False, soft_wrap=True)
+
+
+def _make_folder(file: Path) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise LearnError(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause
+
+
+def _write(file: Path, text: str) -> None:
+    write_whole(file, text, LearnError)

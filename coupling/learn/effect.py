@@ -1,0 +1,86 @@
+"""What the parameters do to the tool, with the torque that the links need held.
+
+Through the simulation itself small changes grow without bound while a gear floats in its play; through
+the gear's own equation, d e' + S(e) = T(t), two answers never part (`coupling.inverse.gears`).  The tool
+moves by J_i de_i/dp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from coupling.inverse.inversion import MovingRobot
+from coupling.inverse.spline import UniformSpline
+from coupling.inverse.windows import solve_links
+from coupling.learn.parameters import Learnable, robot_with
+from coupling.learn.passes import Pass
+from elastic_robot.description import Robot
+
+# Relative change of a parameter for a difference.
+_CHANGE = 0.02
+# Times between two at which the Jacobian is taken.
+_SELDOM = 4
+
+
+class Effect:
+    """Derivatives of the tool's position by log factors of the parameters, along one pass.
+
+    Args:
+        robot: The robot.
+        torque_curve: Name of its gears' torque curve.
+        parameters: What is learned.
+        one: The pass.
+    """
+
+    def __init__(
+        self, robot: Robot, torque_curve: str, parameters: tuple[Learnable, ...], one: Pass
+    ) -> None:
+        self._robot, self._torque_curve, self._parameters = robot, torque_curve, parameters
+        self._pass = one
+        moving = MovingRobot(robot, torque_curve)
+        task = moving.task(one.wanted)
+        self.theta: UniformSpline = solve_links(moving.model, task).theta
+        self._time = self.theta.nodes
+        self._torque = moving.torque(self.theta, self._time, task.wrench)
+        at = self.theta.at(self.theta.nodes[::_SELDOM])
+        rest = np.zeros_like(at)
+        _, by = moving.model.linearised(at, rest, rest, np.zeros((len(at), 6)))
+        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian[:, :3])
+        self._model = moving.model
+
+    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return displacement [m] of the tool by log factors, (n, 3, P).
+
+        Args:
+            x: Log factors around which, (P,).
+            time: Times [s], (n,).
+        """
+        model = self._model
+        inside = np.clip(time, self.theta.start, self.theta.end)
+        jacobian = self._jacobian(inside)
+        theta = self.theta.at(inside)
+        twists = self._twists(x)
+        columns = np.empty((len(time), 3, len(x)))
+        for k, parameter in enumerate(self._parameters):
+            if parameter.gear is None:
+                angle = int(model.chain.elastic[parameter.coordinate])
+                moved = -theta[:, angle]
+            else:
+                angle = int(model.gears[parameter.gear])
+                change = twists[parameter.kind] - twists[""]
+                moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
+            columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
+        return columns
+
+    def _twists(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the gears' twist, and with each kind of parameter changed in all gears."""
+        twists = {}
+        for kind in ("", "backlash", "stiffness", "damping"):
+            change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self._parameters]
+            robot = robot_with(self._robot, self._parameters, x + np.array(change))
+            moving = MovingRobot(robot, self._torque_curve)
+            twists[kind] = moving.twist(
+                self.theta, self._time, self._torque, self._pass.wanted.wrench
+            ).angle
+        return twists

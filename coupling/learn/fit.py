@@ -1,0 +1,290 @@
+"""The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
+
+Gauss and Newton's method on the slow part of the residual of the forward simulation, with weights by
+Cauchy's law and a prior; first with the derivatives of `coupling.learn.effect`, then with those of
+`coupling.learn.secant`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from coupling.learn.effect import Effect
+from coupling.learn.parameters import Learnable, changed, prior_of
+from coupling.learn.passes import Pass, Simulated
+from coupling.learn.secant import Secant
+from coupling.learn.smoothing import CUT_OFF, SlowPart
+from coupling.robot.robot_fmu import RobotFmu
+
+# Of the measuring frame and clock beside the parameters: shift, turn, time.
+FRAME = 7
+# Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
+_FLOOR = 1e-6
+_MOST_PASSES, _FRAME_PASSES = 12, 3
+# Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
+_DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
+# A step that explains less ends the fit; noise explains 1 for every unknown.
+_SETTLED = 0.3
+# Where a fit ends in a hollow beside the valley it leaves more than noise: it is then tried again from
+# beside it, so many times, by a part of what was known before.
+_RESTARTS, _NEAR_NOISE, _ASIDE, _SEED = 3, 1.12, 0.25, 1
+# Cauchy's scale, by the median of the residual.
+_SCALE = 1.5
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known of the measuring frame and clock: standard deviations.
+
+    Attributes:
+        shift: [m].
+        turn: [rad].
+        time: [s].
+    """
+
+    shift: float = 1e-3
+    turn: float = 1e-3
+    time: float = 0.1
+
+    @property
+    def prior(self) -> np.ndarray:
+        """As many as a frame has numbers, (7,)."""
+        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time])
+
+
+class Columns(Protocol):
+    """Derivatives of the tool's position by log factors."""
+
+    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return them around x (P,) at times (n,), (n, 3, P)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be fitted.
+
+    Attributes:
+        fmus: What simulates the robot of the file, one or more to run side by side.
+        parameters: What is learned.
+        passes: Measured passes.
+        effects: What the parameters do in each of them.
+        frame: What is known of the measuring frame.
+    """
+
+    fmus: tuple[RobotFmu, ...]
+    parameters: tuple[Learnable, ...]
+    passes: tuple[Pass, ...]
+    effects: tuple[Effect, ...]
+    frame: Frame = Frame()
+
+    @property
+    def fmu(self) -> RobotFmu:
+        """What simulates the robot of the file."""
+        return self.fmus[0]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.parameters) + FRAME * len(self.passes)
+
+    @property
+    def prior(self) -> np.ndarray:
+        """Standard deviations of all unknowns before anything is measured."""
+        return np.concatenate([prior_of(self.parameters), *[self.frame.prior] * len(self.passes)])
+
+    def secants(self) -> tuple[Secant, ...]:
+        """What the parameters do in each pass, by differences of simulations."""
+        prior = prior_of(self.parameters)
+        return tuple(
+            Secant(self.fmus, self.parameters, prior, one, effect)
+            for one, effect in zip(self.passes, self.effects, strict=True)
+        )
+
+    def own(self, z: np.ndarray, number: int) -> np.ndarray:
+        """Return frame and clock of a pass, (7,)."""
+        first = len(self.parameters) + FRAME * number
+        return z[first : first + FRAME]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit.
+
+    Attributes:
+        z: Log factors of the parameters, then frame and clock of every pass.
+        residuals: Measured less simulated positions of every pass [m], (n, 3).
+        slow: Their slow parts [m], (k, 3).
+        covariance: Of all unknowns, as if residuals were noise and the derivatives right.
+        converged: Whether the last step explained next to nothing.
+    """
+
+    z: np.ndarray
+    residuals: tuple[np.ndarray, ...]
+    slow: tuple[np.ndarray, ...]
+    covariance: np.ndarray
+    converged: bool
+
+
+@dataclass(frozen=True)
+class _At:
+    """The residual at some unknowns, and its robust cost."""
+
+    z: np.ndarray
+    simulated: tuple[Simulated, ...]
+    residuals: tuple[np.ndarray, ...]
+    slow: tuple[np.ndarray, ...]
+    scale: float
+    cost: float
+
+
+def size_of(parts: Sequence[np.ndarray]) -> float:
+    """Return the rms length of rows of several passes [m]."""
+    return float(np.sqrt(np.mean(np.concatenate([np.sum(rows**2, axis=1) for rows in parts]))))
+
+
+def noise_of(residuals: Sequence[np.ndarray]) -> float:
+    """Return the standard deviation of a coordinate's noise [m]: of what is fast in residuals."""
+    # Second differences of white noise have six times its variance; a motion hardly has any.
+    bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
+    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
+
+
+class Fitter:
+    """Fits one problem, also to other measurements at the same times.
+
+    Args:
+        problem: The problem.
+        cut_off: Frequency up to which residuals are looked at [Hz].
+    """
+
+    def __init__(self, problem: Problem, cut_off: float = CUT_OFF) -> None:
+        self.problem = problem
+        self._slow = tuple(SlowPart.of(one.seen.time, cut_off) for one in problem.passes)
+
+    def fit(self, start: np.ndarray) -> Fit:
+        """Return the most likely parameters.
+
+        Args:
+            start: Log factors to begin at, (P,).
+        """
+        problem = self.problem
+        z = np.zeros(problem.size)
+        z[: len(start)] = start
+        now, _ = self._descend(self._at(z), problem.effects)
+        secants = problem.secants()
+        now, converged = self._descend(now, secants)
+        rng, aside = np.random.default_rng(_SEED), np.zeros(problem.size)
+        aside[: len(start)] = _ASIDE * prior_of(problem.parameters)
+        for _ in range(_RESTARTS):
+            if size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals):
+                break
+            beside = self._at(now.z + aside * rng.standard_normal(problem.size))
+            other, settled = self._descend(beside, secants)
+            if self._costed(other.z, other.slow, now.scale)[1] < now.cost:
+                now, converged = other, settled
+        matrix, _ = self._equations(now, secants)
+        covariance = np.linalg.inv(matrix)
+        return Fit(now.z, now.residuals, now.slow, covariance, converged)
+
+    def noise(self, residuals: Sequence[np.ndarray]) -> float:
+        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        noise = noise_of(residuals)
+        return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self._slow])))
+
+    def _descend(self, now: _At, effects: Sequence[Columns]) -> tuple[_At, bool]:
+        """Return the best that derivatives lead to, and whether they lead no further."""
+        for _ in range(_MOST_PASSES):
+            after = self._along(now, *self._equations(now, effects))
+            gained = 0.0 if after is None else now.cost - after.cost
+            if after is not None:
+                scale, cost = self._costed(after.z, after.slow)
+                now = replace(after, scale=scale, cost=cost)
+            if gained < _SETTLED:
+                return now, True
+        return now, False
+
+    def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the slow parts of what given parameters leave, behind the frame that fits them best.
+
+        Args:
+            x: Log factors, (P,).
+        """
+        count = len(x)
+        now = self._at(np.concatenate([x, np.zeros(self.problem.size - count)]))
+        for _ in range(_FRAME_PASSES):
+            matrix, right = self._equations(now, self.problem.effects)
+            step = np.zeros(self.problem.size)
+            step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])
+            now = self._at(now.z + step)
+        return now.slow
+
+    def _along(self, now: _At, matrix: np.ndarray, right: np.ndarray) -> _At | None:
+        """Return what is better in the direction of a step, damped until it is, or None."""
+        for damping in _DAMPINGS:
+            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
+            after = self._at(now.z + step, now.scale)
+            if after.cost < now.cost:
+                return after
+        return None
+
+    def _at(self, z: np.ndarray, scale: float | None = None) -> _At:
+        problem = self.problem
+        values = changed(problem.parameters, z[: len(problem.parameters)])
+        simulated, residuals, slow = [], [], []
+        for number, one in enumerate(problem.passes):
+            path = one.simulated(problem.fmu, values)
+            own, seen = problem.own(z, number), one.seen
+            position = path.position(seen.time + own[6])
+            arm = position - seen.position.mean(axis=0)
+            rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
+            simulated.append(path)
+            residuals.append(rest)
+            slow.append(self._slow[number](rest))
+        told = self._costed(z, tuple(slow), scale)
+        return _At(z, tuple(simulated), tuple(residuals), tuple(slow), *told)
+
+    def _costed(
+        self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None
+    ) -> tuple[float, float]:
+        """Return the scale of the residual, unless given, and the robust cost with it."""
+        sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
+        if scale is None:
+            scale = max(_FLOOR, _SCALE * float(np.median(np.concatenate(sizes))))
+        cost = sum(
+            mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
+            for mean, size in zip(self._slow, sizes, strict=True)
+        )
+        return scale, cost + float(np.sum((z / self.problem.prior) ** 2))
+
+    def _equations(self, now: _At, effects: Sequence[Columns]) -> tuple[np.ndarray, np.ndarray]:
+        """Return matrix and right side of a step."""
+        problem, count = self.problem, len(self.problem.parameters)
+        matrix = np.diag(problem.prior**-2.0)
+        right = -now.z / problem.prior**2
+        for number, one in enumerate(problem.passes):
+            mean, own = self._slow[number], problem.own(now.z, number)
+            # Columns are slow: taken at the means' own times they are their own means.
+            time = mean.time + own[6]
+            columns = effects[number].columns(now.z[:count], one.seen.time + own[6])
+            path = now.simulated[number]
+            frame = np.zeros((len(time), 3, FRAME))
+            arm = path.position(time) - one.seen.position.mean(axis=0)
+            for axis in range(3):
+                frame[:, axis, axis] = 1.0
+                frame[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+            frame[:, :, 6] = path.position(time, 1)
+            full = np.concatenate([mean(columns), frame], axis=2)
+            first = count + FRAME * number
+            where = np.r_[:count, first : first + FRAME]
+            rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
+            weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
+            matrix[np.ix_(where, where)] += np.einsum(
+                "k,kap,kaq->pq", weight, full, full, optimize=True
+            )
+            right[where] += np.einsum("k,kap,ka->p", weight, full, rest, optimize=True)
+        return matrix, right

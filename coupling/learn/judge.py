@@ -1,0 +1,141 @@
+"""Which parameters a pass tells, which it does not, and whether that matters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.learn.parameters import Learnable
+
+# A parameter is told where its error is below this part of what was known before.
+_TOLD = 0.5
+# What a parameter's prior deviation does to the tool does not matter below this [m]; less a constant, as
+# the measuring frame takes one anyway.
+_MATTERS = 2e-6
+
+
+# A gear that floats for more than this part of the time makes a path that does not repeat.
+_MOSTLY = 0.5
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Verdict on one parameter.
+
+    Attributes:
+        parameter: Which.
+        factor: Factor of the robot file's value that fits best.
+        low, high: Ends of the 95 % interval of the factor.
+        told: Whether the passes tell it.
+        effect: What its prior standard deviation does to the tool along the passes, less a constant: rms
+            of the slow part [m].
+        reason: Why it is not told, or "".
+    """
+
+    parameter: Learnable
+    factor: float
+    low: float
+    high: float
+    told: bool
+    effect: float
+    reason: str = ""
+
+    @property
+    def matters(self) -> bool:
+        """Whether the tool's path depends on it."""
+        return self.effect >= _MATTERS
+
+    @property
+    def written(self) -> float:
+        """Factor in the robot as written: 1 where the path does not depend on it."""
+        return self.factor if self.told or self.matters else 1.0
+
+
+def judged(
+    parameters: Sequence[Learnable],
+    x: np.ndarray,
+    deviation: np.ndarray,
+    half: np.ndarray,
+    prior: np.ndarray,
+    effect: np.ndarray,
+    gears: Sequence[GearDiagnosis],
+) -> tuple[Judged, ...]:
+    """Return the verdicts.
+
+    Args:
+        parameters: What was learned.
+        x: Log factors found, (P,).
+        deviation: Standard deviations of their errors, (P,).
+        half: Half widths of their intervals, (P,); not wider than what was known before.
+        prior: Standard deviations before, (P,).
+        effect: What a prior standard deviation does to the tool [m], (P,).
+        gears: What the gears go through where it was measured.
+    """
+    verdicts = []
+    for k, parameter in enumerate(parameters):
+        told = bool(deviation[k] < _TOLD * prior[k])
+        width = min(float(half[k]), 1.96 * float(prior[k])) if not told else float(half[k])
+        reason = "" if told else _reason(parameter, float(effect[k]), gears)
+        verdicts.append(
+            Judged(
+                parameter,
+                float(np.exp(x[k])),
+                float(np.exp(x[k] - width)),
+                float(np.exp(x[k] + width)),
+                told,
+                float(effect[k]),
+                reason,
+            )
+        )
+    return tuple(verdicts)
+
+
+def _reason(parameter: Learnable, effect: float, gears: Sequence[GearDiagnosis]) -> str:
+    if effect >= _MATTERS:
+        return "not told apart from the others"
+    stays = parameter.gear is not None and gears[parameter.gear].changes == 0
+    if stays and parameter.kind != "stiffness":
+        return "the gear stays on its flank here"
+    return "hardly matters here"
+
+
+def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
+    """Return which gears float for most of a path, in words; "" where none does.
+
+    Args:
+        gears: What the gears go through where it was measured.
+        seconds: How long that is [s].
+    """
+    names = [g.joint for g in gears if g.at_risk and g.floats > _MOSTLY * seconds]
+    if not names:
+        return ""
+    which = ", ".join(map(str, names))
+    own = f"the gear{'s' * (len(names) > 1)} of joint{'s' * (len(names) > 1)} {which}"
+    return f"{own} carr{'y' if len(names) > 1 else 'ies'} nothing at rest for most of the path"
+
+
+def missing(gears: Sequence[GearDiagnosis], whole: Sequence[GearDiagnosis], seconds: float) -> str:
+    """Return what a measurement that tells nothing lacks, in words.
+
+    Args:
+        gears: What the gears go through where it was measured.
+        whole: What they go through along the whole path.
+        seconds: How much was measured [s].
+    """
+    later = [g.joint for g, w in zip(gears, whole, strict=True) if w.changes > g.changes == 0]
+    if later:
+        names = ", ".join(map(str, later))
+        return (
+            f"in the {seconds:.3g} s measured no gear is pushed from flank to flank: measure on, as the"
+            f" gears of joints {names} are later in the run"
+        )
+    if not any(gear.changes for gear in gears):
+        return (
+            "no gear is pushed from flank to flank on this path, and nothing else moves the tool by more"
+            " than its frame explains: measure a path that loads them both ways, or leave the robot"
+            " as it is, as this path does not ask for more"
+        )
+    return "the noise hides what the gears do: measure longer, or with less noise"

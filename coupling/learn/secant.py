@@ -1,0 +1,81 @@
+"""What the parameters do to the tool near the solution: differences of simulations.
+
+The gears' own equation (`coupling.learn.effect`) leads near the solution but not into it, since the
+torques that it holds are not quite those of the robot that moves.  Near the solution finite changes of
+some per cent, whose effect is looked at slowly, lead the rest of the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from coupling.learn.effect import Effect
+from coupling.learn.parameters import Learnable, changed
+from coupling.learn.passes import Pass
+from coupling.robot.robot_fmu import RobotFmu
+
+# Change of a log factor for a difference: large beside where a floating gear forgets its past.
+_CHANGE = 0.05
+# Parameters whose standard deviation before moves the tool by less are left to the gears' equation [m].
+_NEGLIGIBLE = 3e-7
+
+
+class Secant:
+    """Derivatives of the tool's position by log factors along one pass, by simulation.
+
+    Args:
+        fmus: What simulates the robot of the file, side by side.
+        parameters: What is learned.
+        prior: Standard deviations of the log factors before, (P,).
+        one: The pass.
+        effect: The gears' equation, for what hardly matters.
+    """
+
+    def __init__(
+        self,
+        fmus: Sequence[RobotFmu],
+        parameters: tuple[Learnable, ...],
+        prior: np.ndarray,
+        one: Pass,
+        effect: Effect,
+    ) -> None:
+        self._fmus, self._parameters, self._pass = fmus, parameters, one
+        self._time = one.seen.time
+        # What is left to the equation is left as it is for the parameters of the file.
+        self._plain = effect.columns(np.zeros(len(parameters)), self._time)
+        moved = self._plain - self._plain.mean(axis=0)
+        size = prior * np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))
+        self._looked_at = np.flatnonzero(size > _NEGLIGIBLE)
+
+    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return displacement [m] of the tool by log factors, (n, 3, P).
+
+        Args:
+            x: Log factors around which, (P,).
+            time: Times of the measurement, but for its clock [s], (n,).
+        """
+        columns = self._plain.copy()
+        # Towards what was known before, where the robot is better known.
+        steps = np.diag(np.where(x > 0.0, -_CHANGE, _CHANGE))[self._looked_at]
+        here, *aside = self._positions([x, *(x + steps)], time)
+        for k, there in zip(self._looked_at, aside, strict=True):
+            columns[:, :, k] = (there - here) / (-_CHANGE if x[k] > 0.0 else _CHANGE)
+        return columns
+
+    def _positions(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
+        """Return where the tool is for several log factors, each FMU with a share of them."""
+        count = len(self._fmus)
+
+        def share(number: int) -> list[np.ndarray]:
+            values = [changed(self._parameters, x) for x in points[number::count]]
+            fmu = self._fmus[number]
+            return [self._pass.simulated(fmu, own).position(time) for own in values]
+
+        found: list[np.ndarray] = [time] * len(points)
+        with ThreadPoolExecutor(count) as pool:
+            for number, own in enumerate(pool.map(share, range(count))):
+                found[number::count] = own
+        return found

@@ -1,0 +1,164 @@
+"""Run folders with what was measured on them -> passes to learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from coupling.case import load_case
+from coupling.errors import CaseError, LearnError
+from coupling.files.robot_file import find_robot
+from coupling.files.toml_file import load_toml
+from coupling.inverse.inversion import Wanted
+from coupling.learn.alignment import aligned
+from coupling.learn.parameters import learnables
+from coupling.learn.passes import Pass, Seen
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.robot.cell import Placement
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.stored_run import StoredRobot, read_run
+from elastic_robot.description import Robot
+
+# Longest step between the samples that the inverse is told [s]: those of a case are its process's, and
+# a run folder has them in the controller's cycle.
+_SAMPLES = 0.02
+# How long behind the end of what was measured the links' motion is solved for [s].
+_BEHIND = 1.0
+
+
+@dataclass(frozen=True)
+class Source:
+    """A run, and what was measured under its command.
+
+    Attributes:
+        folder: The run folder.
+        seen: What was measured, in these axes too.
+        robot: The robot that the command was computed for.
+        file: Its file.
+        torque_curve: Name of its gears' torque curve.
+        home: Joint angles near which paths start [rad].
+        placement: Where the robot stands in the frame of the run folder's files.
+        stored: What the folder holds; desired path and wrench in axes of the robot's base.
+    """
+
+    folder: Path
+    seen: Seen
+    robot: Robot
+    file: Path
+    torque_curve: str
+    home: np.ndarray
+    placement: Placement
+    stored: StoredRobot
+
+    def whole(self, own_frame: bool, model: ToolPath) -> Pass:
+        """Return the pass.
+
+        Args:
+            own_frame: Whether the measuring frame lies anywhere.
+            model: Where the model's tool is under the command.
+
+        Raises:
+            LearnError: If what was measured is none of the run.
+        """
+        seen = aligned(self.seen, model, own_frame)
+        time = self.stored.desired.time
+        last = min(int(np.searchsorted(time, seen.time[-1] + _BEHIND)), len(time) - 1)
+        desired, wrench = _until(self.stored.desired, self.stored.wrench, last)
+        return Pass(self.stored.joints, wrench, desired, self._wanted(desired, wrench), seen)
+
+    @property
+    def wanted_whole(self) -> Wanted:
+        """The whole run, for the inverse."""
+        return self._wanted(self.stored.desired, self.stored.wrench)
+
+    def _wanted(self, desired: ToolPath, wrench: WrenchHistory) -> Wanted:
+        every = max(1, round(_SAMPLES / float(np.median(np.diff(desired.time)))))
+        rows = np.unique(np.append(np.arange(0, len(desired.time), every), len(desired.time) - 1))
+        path = desired.at_rows(rows)
+        loads = WrenchHistory(path.time, wrench.on(desired).wrench[:, rows])
+        rigid: JointPath = InverseKinematics(self.robot, self.home).plan(path)
+        return Wanted(path, rigid, loads)
+
+
+def _until(path: ToolPath, wrench: WrenchHistory, last: int) -> tuple[ToolPath, WrenchHistory]:
+    return path.at_rows(np.arange(last + 1)), wrench.first(last + 1)
+
+
+def read_source(folder: Path, seen: Seen) -> Source:
+    """Read the run that was measured.
+
+    Raises:
+        ResultError: If the folder cannot be read.
+        LearnError: If it is the run of a cell.
+    """
+    run = read_run(folder)
+    if run.gap is not None:
+        raise LearnError(f"{folder}: expected the run of one robot, got that of a cell of two")
+    file = folder / "case.toml"
+    placed = load_case(file).robots[0]
+    description = load_toml(file, CaseError)["robot"]["description"]
+    at, stored = placed.placement, run.first
+    # All that follows is in axes of the robot's base.
+    turned = at.rotation.inv()
+    position = turned.apply(seen.position - at.position)
+    rotation = None if seen.rotation is None else turned * seen.rotation
+    return Source(
+        folder,
+        replace(seen, position=position, rotation=rotation),
+        placed.description,
+        find_robot(description, folder),
+        placed.torque_curve,
+        placed.home,
+        at,
+        replace(
+            stored,
+            desired=at.path_in_base(stored.desired),
+            wrench=at.wrench_in_base(stored.wrench),
+        ),
+    )
+
+
+def require_alike(sources: Sequence[Source]) -> None:
+    """Refuse passes of robots that differ by more than what is learned, or of one without elasticity.
+
+    Raises:
+        LearnError: If one of them is another one's, or there is nothing to learn.
+    """
+    first = sources[0]
+    if not learnables(first.robot, first.torque_curve):
+        raise LearnError(f"{first.file}: expected a robot with elastic joints, got a rigid one")
+    for other in sources[1:]:
+        if other.torque_curve != first.torque_curve:
+            raise LearnError(
+                f"{other.folder}: expected torque_curve = {first.torque_curve!r} as in {first.folder},"
+                f" got {other.torque_curve!r}"
+            )
+        if _build(other.robot) != _build(first.robot):
+            raise LearnError(
+                f"{other.folder}: expected a robot that differs from that of {first.folder} in"
+                " backlash, stiffness and damping alone, got another one"
+            )
+
+
+def _build(robot: Robot) -> object:
+    """Return all of a robot but what is learned."""
+    return (
+        robot.gravity,
+        robot.tcp_position,
+        robot.tcp_rpy,
+        robot.payload,
+        [
+            (
+                j.origin,
+                j.axis,
+                j.body,
+                j.torque_table,
+                j.stiffness is None,
+                [t.axis for t in j.tilt],
+            )
+            for j in robot.joints
+        ],
+    )

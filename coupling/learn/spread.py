@@ -1,0 +1,99 @@
+"""How sure what was learned is: the same fit of robots that are known, by simulation.
+
+What a fit says of itself, from its residuals and derivatives, is too sure: a gear that floats is not
+linear.  It is widened by a factor that was measured on simulated robots, whose parameters are known
+(docs/learn.md).  Or, for any robot and path, robots are drawn around the one found, as far from it as
+the fit says of itself, measured in simulation with the noise of the measurement, and learned from the
+start again; by how much they are missed is the interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from coupling.learn.fit import Fit, Fitter, Problem, noise_of
+from coupling.learn.parameters import changed, prior_of
+from coupling.learn.passes import Seen
+
+CONFIDENCE = 0.95
+# Over hidden robots, the errors of what is told by the fit's own deviations are up to twice what they
+# should be, 95 of 100 of them: docs/learn.md, "How sure it is".
+WIDER = 2.0
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How sure log factors are.
+
+    Attributes:
+        deviation: Standard deviations of their errors, (P,).
+        half: Half widths of their 95 % intervals, (P,).
+        noise: Standard deviation of a measured coordinate's noise [m].
+        draws: Number of simulated robots; 0 where it is the fit's own.
+    """
+
+    deviation: np.ndarray
+    half: np.ndarray
+    noise: float
+    draws: int = 0
+
+
+def spread_of_fit(problem: Problem, found: Fit, over_noise: float) -> Spread:
+    """Return what the fit says of itself, made `WIDER`.
+
+    Args:
+        problem: What was fitted.
+        found: What came out.
+        over_noise: What is left, by what noise alone would leave: makes it wider still beyond 1.
+    """
+    count = len(problem.parameters)
+    deviation = WIDER * max(1.0, over_noise) * np.sqrt(np.diag(found.covariance)[:count])
+    deviation = np.minimum(deviation, prior_of(problem.parameters))
+    return Spread(deviation, _quantile(np.inf) * deviation, noise_of(found.residuals))
+
+
+def _quantile(freedom: float) -> float:
+    return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+
+
+def spread_of(
+    problem: Problem,
+    found: Fit,
+    start: np.ndarray,
+    draws: int,
+    seed: int,
+    told: Callable[[int, int], None] = lambda done, total: None,
+) -> Spread:
+    """Return how far robots like the one found are missed by the same fit.
+
+    Args:
+        problem: What was fitted.
+        found: What came out.
+        start: Log factors at which it began, (P,).
+        draws: Number of robots.
+        seed: Of their parameters and noise.
+        told: Told how many are done.
+    """
+    rng, count = np.random.default_rng(seed), len(problem.parameters)
+    noise = noise_of(found.residuals)
+    covariance = found.covariance[:count, :count]
+    robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
+    errors = []
+    for number, x in enumerate(robots):
+        passes = []
+        for one in problem.passes:
+            path = one.simulated(problem.fmu, changed(problem.parameters, x))
+            position = path.position(one.seen.time)
+            position = position + noise * rng.standard_normal(position.shape)
+            passes.append(replace(one, seen=Seen(one.seen.name, one.seen.time, position)))
+        again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
+        errors.append(again.z[:count] - x)
+        told(number + 1, draws)
+    # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
+    own = np.sqrt(np.diag(covariance))
+    deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)
+    return Spread(deviation, _quantile(draws) * deviation, noise, draws)

@@ -1,0 +1,150 @@
+"""The report of what was learned: what is left of the measurement, parameters, gears."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import plotly.graph_objects as go
+
+from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+from coupling.report.page import document
+from coupling.report.tables import gear_loads, table
+
+_UM = 1e6
+_NOT_TOLD = "#999999"
+
+
+def learn_page(title: str, found: dict[str, Any]) -> str:
+    """Return the page of what was learned as one self-contained HTML text.
+
+    Args:
+        title: What was learned from what.
+        found: Its figures, the content of learned.json.
+    """
+    sections = [
+        (
+            f"What is left: {html.escape(one['measured'])}",
+            f"left{number}",
+            _left(one),
+            _LEFT_TEXT.format(found["slow_below_Hz"]),
+        )
+        for number, one in enumerate(found["passes"])
+    ]
+    sections.append(("Intervals", "intervals", _intervals(found), _INTERVALS_TEXT))
+    head = (
+        _verdict(found) + _warnings(found) + _sizes(found) + _parameters(found) + gear_loads(found)
+    )
+    return document(title, head, sections)
+
+
+def _verdict(found: dict[str, Any]) -> str:
+    state = "no" if found["refusal"] else "yes"
+    told = sum(own["told"] for own in found["parameters"])
+    words = (
+        f"Not written: {found['refusal']}"
+        if found["refusal"]
+        else (f"Learned: {told} of {len(found['parameters'])} parameters are told")
+    )
+    return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
+
+
+def _warnings(found: dict[str, Any]) -> str:
+    return "".join(f"<p>Warning: {html.escape(text)}.</p>" for text in found["warnings"])
+
+
+def _sizes(found: dict[str, Any]) -> str:
+    left = found["left_m"]
+    rows = [
+        ("left by the robot file", f"{_UM * left['robot_file']:.1f}"),
+        ("left by the learned robot", f"{_UM * left['learned']:.1f}"),
+        ("noise alone", f"{_UM * found['noise_left_m']:.1f}"),
+    ]
+    frames = [
+        (
+            html.escape(one["measured"]),
+            f"{one['from_s']:.2f} to {one['to_s']:.2f}",
+            ", ".join(f"{_UM * value:.0f}" for value in one["frame_shift_m"]),
+            ", ".join(f"{1e3 * value:.2f}" for value in one["frame_turn_rad"]),
+            f"{1e3 * one['clock_s']:.1f}",
+        )
+        for one in found["passes"]
+    ]
+    header = ("measurement", "of the run [s]", "frame off by [um]", "and [mrad]", "clock [ms]")
+    return (
+        table((f"slower than {found['slow_below_Hz']:g} Hz", "rms [um]"), rows)
+        + "<p></p>"
+        + table(header, frames)
+    )
+
+
+def _parameters(found: dict[str, Any]) -> str:
+    rows = [
+        (
+            html.escape(own["name"]),
+            *(f"{own[key]:.4g}" for key in ("start", "value", "low", "high")),
+            "kept" if own["written"] == own["start"] else f"{own['written']:.4g}",
+            f"{_UM * own['effect_m']:.2g}",
+            html.escape(own["reason"]),
+        )
+        for own in found["parameters"]
+    ]
+    header = ("parameter", "file", "found", "95 % from", "to", "written", "moves the tool [um]", "")
+    return f"<h2>Parameters</h2>{table(header, rows)}"
+
+
+def _left(one: dict[str, Any]) -> go.Figure:
+    figure = go.Figure()
+    for key, name, color in (
+        ("left_robot_file_m", "robot file", BEFORE),
+        ("left_learned_m", "learned robot", AFTER),
+    ):
+        figure.add_scatter(
+            x=one["time"],
+            y=[_UM * value for value in one[key]],
+            mode="lines",
+            name=name,
+            line={"color": color, "width": 1.5},
+        )
+    figure.update_xaxes(title="time of the run [s]")
+    figure.update_yaxes(title="distance [um]", rangemode="tozero")
+    return style(figure, 360)
+
+
+def _intervals(found: dict[str, Any]) -> go.Figure:
+    figure = go.Figure()
+    entries = found["parameters"][::-1]
+    for words, told, color in (
+        ("told, 95 % interval", True, AFTER),
+        ("not told", False, _NOT_TOLD),
+    ):
+        own = [entry for entry in entries if entry["told"] is told]
+        figure.add_scatter(
+            x=[entry["factor"] for entry in own],
+            y=[entry["name"] for entry in own],
+            mode="markers",
+            name=words,
+            marker={"color": color, "size": 9},
+            error_x={
+                "type": "data",
+                "symmetric": False,
+                "array": [entry["factor_high"] - entry["factor"] for entry in own],
+                "arrayminus": [entry["factor"] - entry["factor_low"] for entry in own],
+                "color": color,
+            },
+        )
+    figure.add_vline(x=1.0, line={"color": DESIRED, "width": 1})
+    figure.update_xaxes(title="factor of the robot file's value", type="log")
+    names = [entry["name"] for entry in entries]
+    figure.update_yaxes(categoryorder="array", categoryarray=names, automargin=True)
+    return style(figure, 170 + 24 * len(entries))
+
+
+_LEFT_TEXT = (
+    "Distance between where the tool was measured and where the simulated robot has it under the same"
+    " command, what is slower than {:g} Hz, behind the measuring frame and clock that fit each best."
+)
+_INTERVALS_TEXT = (
+    "Of what is told they are calibrated on simulated robots; what is not told is as wide as it was"
+    " known before."
+)

@@ -1,0 +1,292 @@
+"""Robots whose parameters are hidden, measured in simulation, and learned: what the page shows."""
+
+from __future__ import annotations
+
+import tempfile
+import time as clock
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from coupling.case import Case, load_case
+from coupling.learn.alignment import aligned
+from coupling.learn.learning import Learned, Options, learn
+from coupling.learn.mirrored import measured_deviation, mirrored
+from coupling.learn.next_case import next_case_text
+from coupling.learn.passes import Seen
+from coupling.learn.robot_file import learned_text
+from coupling.learn.source import Source, read_source
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.run.folder import write_run
+from coupling.run.models import Models
+from coupling.run.study import run_compensation
+from docs.scripts.runs import CASES
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
+
+# Logarithms of hidden factors are even between plus and minus this.
+SPREAD = {"backlash": 0.3, "damping": 0.3, "stiffness": 0.1}
+# Of the command's end nothing is judged, and nothing measured [s].
+CUT = 0.3
+# Depth of the example cone's first contours [m]: 24.9 s.
+DEPTH = 0.0015
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The robot that really moves.
+
+    Attributes:
+        name: In words.
+        factors: Factors of the FMU's parameters, by name.
+        torque_curve: Its gears' curve, if not the model's.
+        force: Factor of the whole wrench that acts on it.
+    """
+
+    name: str
+    factors: Mapping[str, float]
+    torque_curve: str = ""
+    force: float = 1.0
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a command leaves on the robot that really moves [m]: with a constant, and less it."""
+
+    maximum: float
+    rms: float
+    less_maximum: float
+    less_rms: float
+
+    @classmethod
+    def of(cls, deviation: np.ndarray) -> Left:
+        """Return the figures of deviations [m], (n, 3)."""
+        sizes = [
+            np.linalg.norm(rows, axis=1) for rows in (deviation, deviation - deviation.mean(axis=0))
+        ]
+        figures = [(float(s.max()), float(np.sqrt(np.mean(s**2)))) for s in sizes]
+        return cls(*figures[0], *figures[1])
+
+    def __str__(self) -> str:
+        return f"{1e6 * self.less_maximum:.0f} / {1e6 * self.less_rms:.1f}"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How a robot is measured.
+
+    Attributes:
+        noise: Standard deviation of a coordinate [m].
+        seconds: How much of a pass is measured [s].
+        every: Every so many samples of 4 ms.
+        passes: Number of passes that are learned from.
+        draws: Simulated robots for the intervals.
+    """
+
+    noise: float = 1e-5
+    seconds: float = np.inf
+    every: int = 1
+    passes: int = 2
+    draws: int = 0
+
+
+_PLAIN = Trial()
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How learning went.
+
+    Attributes:
+        left: What the commands leave: that of the file, then those learned.
+        found: What was learned after each pass.
+        seconds: Wall time of each.
+        off: Deviation under each command [m], (n, 3).
+    """
+
+    left: tuple[Left, ...]
+    found: tuple[Learned, ...]
+    seconds: tuple[float, ...]
+    off: tuple[np.ndarray, ...]
+
+
+def hidden(robot: Robot, seed: int) -> Truth:
+    """Return a robot with all parameters at random."""
+    rng, chain = np.random.default_rng(seed), build_chain(robot)
+    factors = {}
+    for kind, width in SPREAD.items():
+        rows = chain.torsions if kind == "backlash" else range(chain.elastic_count)
+        for row in rows:
+            factors[f"{chain.elastic_names[row]}.{kind}"] = float(
+                np.exp(width * rng.uniform(-1.0, 1.0))
+            )
+    return Truth(f"random {seed}", factors)
+
+
+def all_alike(robot: Robot, kind: str, factor: float) -> Truth:
+    """Return a robot with one kind of parameter changed in all gears."""
+    chain = build_chain(robot)
+    names = [chain.elastic_names[row] for row in chain.torsions]
+    return Truth(f"{kind} x {factor:g}", {f"{name}.{kind}": factor for name in names})
+
+
+def case_text(name: str, **changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an example case as data, keys of its tables changed."""
+    data = tomllib.loads((CASES / f"{name}.toml").read_text(encoding="utf-8"))
+    for section, keys in changes.items():
+        data.setdefault(section, {}).update(keys)
+    return data
+
+
+def _unseen(run: Path) -> Source:
+    """Return a run as something to learn from, without what was measured."""
+    return read_source(run, Seen("", np.zeros(1), np.zeros((1, 3))))
+
+
+class Shop:
+    """Where robots are run and measured; a context manager that ends them.
+
+    Args:
+        data: The case.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self._scratch = tempfile.TemporaryDirectory()
+        self._folder = Path(self._scratch.name)
+        self._models = Models("native")
+        self._count = 0
+        self._first = self._compensated(tomli_w.dumps(data))
+
+    def __enter__(self) -> Shop:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._models.__exit__(*error)
+        self._scratch.cleanup()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the case's file."""
+        return self._case(self._first).robots[0].description
+
+    def _case(self, run: Path) -> Case:
+        return load_case(run / "case.toml")
+
+    def _compensated(self, text: str) -> Path:
+        """Run a case into a new run folder."""
+        self._count += 1
+        file = self._folder / f"case{self._count}.toml"
+        file.write_text(text, encoding="utf-8")
+        folder = self._folder / f"run{self._count}"
+        folder.mkdir()
+        case = load_case(file)
+        write_run(folder, case, run_compensation(case))
+        return folder
+
+    def moved(self, run: Path, truth: Truth, command: JointPath | None = None) -> np.ndarray:
+        """Return where the tool really is under a run's command, in axes of the base [m], (n, 3)."""
+        source = _unseen(run)
+        placed = self._case(self._first).robots[0]
+        nominal, chain = Parameters.of(placed.description), build_chain(placed.description)
+        values = {}
+        for name, factor in truth.factors.items():
+            coordinate, kind = name.rsplit(".", 1)
+            value = getattr(nominal, kind)[chain.elastic_names.index(coordinate)]
+            values[name] = factor * float(value)
+        curve = truth.torque_curve or placed.torque_curve
+        fmu = self._models.of(placed.description, curve).fmu
+        wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
+        path = fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
+        return path.position[0]
+
+    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, where: np.ndarray) -> Seen:
+        """Return what is measured of where the tool really is."""
+        rng = np.random.default_rng(seed)
+        source = _unseen(run)
+        time, at = source.stored.desired.time, source.placement
+        rows = np.flatnonzero(time <= min(time[-1] - CUT, trial.seconds))[:: trial.every]
+        noise = trial.noise * rng.standard_normal((len(rows), 3))
+        seen = at.position + at.rotation.apply(where[rows] + noise)
+        return Seen("measured.csv", time[rows], seen)
+
+    def off(self, run: Path, where: np.ndarray) -> np.ndarray:
+        """Return how far the tool really is from its desired path [m], (n, 3)."""
+        desired = _unseen(run).stored.desired
+        judged = desired.time <= desired.time[-1] - CUT
+        off: np.ndarray = (where - desired.position[0])[judged]
+        return off
+
+    def learned(self, truth: Truth, trial: Trial = _PLAIN, seed: int = 1) -> Learning:
+        """Measure, learn, command and measure again."""
+        run, sources = self._first, []
+        where = self.moved(run, truth)
+        off, found, seconds = [self.off(run, where)], [], []
+        for number in range(trial.passes):
+            seen = self.seen(run, truth, trial, seed + number, where)
+            sources.append(read_source(run, seen))
+            begin = clock.perf_counter()
+            told = learn(sources, Options(draws=trial.draws), self._models)
+            seconds.append(clock.perf_counter() - begin)
+            found.append(told)
+            if not told.refusal:
+                run = self.commanded(run, told)
+                where = self.moved(run, truth)
+            off.append(self.off(run, where))
+            print(truth.name, *map(Left.of, off), *(f"{s:.1f} s" for s in seconds), flush=True)
+        return Learning(tuple(map(Left.of, off)), tuple(found), tuple(seconds), tuple(off))
+
+    def commanded(self, run: Path, found: Learned) -> Path:
+        """Return the run folder of the next command."""
+        file = self._folder / f"learned{self._count}.toml"
+        start = tomllib.loads(found.sources[0].file.read_text(encoding="utf-8"))
+        file.write_text(learned_text(found, start, file), encoding="utf-8")
+        content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
+        return self._compensated(next_case_text(content, file))
+
+    def mirrored(self, truth: Truth, trial: Trial, cut_off: float, seed: int = 1) -> list[Left]:
+        """Return what is left as the slow part of what was measured is subtracted, again and again."""
+        source = _unseen(self._first)
+        command, found = source.stored.joints, []
+        for number in range(trial.passes + 1):
+            where = self.moved(self._first, truth, command)
+            found.append(Left.of(self.off(self._first, where)))
+            seen = self.seen(self._first, truth, trial, seed + number, where)
+            seen = read_source(self._first, seen).seen
+            seen = aligned(seen, source.stored.desired, own_frame=False)
+            deviation, offset = measured_deviation(seen, source.stored.desired)
+            command = mirrored(source.robot, command, seen.time + offset, deviation, cut_off)
+        return found
+
+
+@cache
+def cone() -> Shop:
+    """Return the first contours of the example cone, 24 s."""
+    return Shop(case_text("cone", tool_path={"depth_m": DEPTH}))
+
+
+def of_kinds(found: Learned, truth: Truth) -> dict[str, list[tuple[float, float, float]]]:
+    """Return error and interval of what is told, in per cent, and whether it covers, by kind."""
+    rows: dict[str, list[tuple[float, float, float]]] = {kind: [] for kind in SPREAD}
+    for own in found.parameters:
+        if own.told:
+            true = truth.factors.get(own.parameter.name, 1.0)
+            error, half = abs(np.log(own.factor / true)), np.log(own.high / own.factor)
+            rows[own.parameter.kind].append((100 * error, 100 * half, float(error <= half)))
+    return rows
+
+
+def changed(truth: Truth, **other: Any) -> Truth:
+    """Return a truth with something changed."""
+    return replace(truth, **other)
+
+
+def sequence(values: Sequence[object]) -> str:
+    """Return values one after the other, in words."""
+    return " → ".join(map(str, values))

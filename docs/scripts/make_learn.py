@@ -1,0 +1,183 @@
+"""Write the tables and the picture of docs/learn.md: make learn.
+
+Robots whose parameters are hidden from the fit, measured in simulation; with names, only those parts:
+python docs/scripts/make_learn.py hidden mirror.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import tomli_w
+
+from coupling.files.robot_file import find_robot
+from docs.scripts.learning_studies import (
+    DEPTH,
+    Learning,
+    Shop,
+    Trial,
+    all_alike,
+    case_text,
+    changed,
+    cone,
+    hidden,
+    of_kinds,
+    sequence,
+)
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.pictures import save, styled
+
+SEEDS = (11, 12, 13, 14, 15)
+CUT_OFFS = (1.0, 2.0, 3.0, 5.0)
+# Half width of the play that the second robot is given [rad].
+PLAY = 1e-4
+
+
+@cache
+def _learned(seed: int) -> Learning:
+    """Return how a robot is learned in two passes."""
+    return cone().learned(hidden(cone().robot, seed), seed=seed)
+
+
+def _hidden() -> tuple[Learning, ...]:
+    """Return how five robots are learned."""
+    return tuple(map(_learned, SEEDS))
+
+
+def robots() -> str:
+    """Return what the commands leave on robots whose parameters are hidden."""
+    rows = [
+        (
+            f"{number}",
+            *(str(left) for left in found.left),
+            ", ".join(f"{seconds:.0f}" for seconds in found.seconds),
+        )
+        for number, found in enumerate(_hidden(), start=1)
+    ]
+    head = ("robot", "as its file says", "one pass", "two passes", "time of the fits [s]")
+    return table(head, rows)
+
+
+def intervals() -> str:
+    """Return how far what is told was off, and how often its interval held the truth."""
+    errors: dict[str, list[tuple[float, float, float]]] = {}
+    for seed, found in zip(SEEDS, _hidden(), strict=True):
+        truth = hidden(cone().robot, seed)
+        for kind, own in of_kinds(found.found[0], truth).items():
+            errors.setdefault(kind, []).extend(own)
+    rows = []
+    for kind, own in errors.items():
+        error, half, held = np.array(own).T
+        rows.append(
+            (
+                kind,
+                f"{len(own)}",
+                f"{np.median(error):.1f}",
+                f"{error.max():.1f}",
+                f"{np.median(half):.1f}",
+                f"{int(held.sum())} of {len(own)}",
+            )
+        )
+    head = ("", "told", "median error [%]", "largest [%]", "median half interval [%]", "held")
+    return table(head, rows)
+
+
+def trials() -> str:
+    """Return what one pass is worth where something is other."""
+    shop, one = cone(), Trial(passes=1)
+    truth = hidden(shop.robot, SEEDS[0])
+    cases = [
+        ("noise 10 um, 250 Hz", truth, one),
+        ("noise 30 um", truth, Trial(noise=3e-5, passes=1)),
+        ("noise 100 um", truth, Trial(noise=1e-4, passes=1)),
+        ("noise 30 um, 50 Hz", truth, Trial(noise=3e-5, every=5, passes=1)),
+        ("12 s measured", truth, Trial(seconds=12.0, passes=1)),
+        ("the wrench is 5 % more", changed(truth, force=1.05), one),
+        ("its gaps have round edges", changed(truth, torque_curve="spline"), one),
+        ("only the backlash is other, 20 % more", all_alike(shop.robot, "backlash", 1.2), one),
+    ]
+    rows = [(name, *_row(shop.learned(own, trial))) for name, own, trial in cases]
+    others = {
+        "round edges, and the case says so": _contours(robot={"torque_curve": "spline"}),
+        "another robot: ABB IRB 7600 with play": _contours(robot=_second_robot()),
+    }
+    for name, data in others.items():
+        with Shop(data) as other:
+            rows.append((name, *_row(other.learned(hidden(other.robot, SEEDS[0]), one))))
+    return table(("", "before", "after one pass", ""), rows)
+
+
+def _row(found: Learning) -> tuple[str, str, str]:
+    told = found.found[0]
+    words = "refused" if told.refusal else "warned" if told.warnings else ""
+    return str(found.left[0]), str(found.left[1]), words
+
+
+def _contours(robot: dict[str, Any]) -> dict[str, Any]:
+    """Return the case of the first contours with another robot."""
+    return case_text("cone", robot=robot, tool_path={"depth_m": DEPTH})
+
+
+def _second_robot() -> dict[str, Any]:
+    """Return the table of the IRB 7600, with play in its gears, in a file that stays for a while."""
+    data = tomllib.loads(find_robot("abb_irb7600").read_text(encoding="utf-8"))
+    for joint in data["joint"]:
+        joint["backlash"] = PLAY
+    file = Path(tempfile.mkdtemp(), "irb7600.toml")
+    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    return {"description": str(file)}
+
+
+def mirror() -> str:
+    """Return what is left as the slow part of what was measured is subtracted."""
+    rows = []
+    for cut_off in CUT_OFFS:
+        for seed in SEEDS[:3]:
+            truth = hidden(cone().robot, seed)
+            left = cone().mirrored(truth, Trial(passes=3), cut_off)
+            rows.append((f"{cut_off:g} Hz", f"{SEEDS.index(seed) + 1}", *map(str, left)))
+    return table(("below", "robot", "before", "one pass", "two", "three"), rows)
+
+
+def picture() -> str:
+    """Draw how far the second robot's tool is off, before and after."""
+    found, figure = _learned(SEEDS[1]), go.Figure()
+    names = ("as its file says", "after one pass", "after two")
+    for name, off, color in zip(names, found.off, ("#D55E00", "#56B4E9", "#0072B2"), strict=True):
+        distance = 1e6 * np.linalg.norm(off - off.mean(axis=0), axis=1)
+        figure.add_scatter(
+            x=0.004 * np.arange(len(distance))[::5],
+            y=np.maximum(distance[::5], 0.05),
+            name=name,
+            mode="lines",
+            line={"color": color, "width": 1.2},
+        )
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title="distance [um]", type="log")
+    save("learn", styled(figure, 900, 380))
+    print(sequence(found.left))
+    return (
+        "![Distance of the tool from its path before, after one and after two measured passes]"
+        "(figures/learn.png)"
+    )
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "picture": picture,
+    "hidden": robots,
+    "intervals": intervals,
+    "trials": trials,
+    "mirror": mirror,
+}
+
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("learn", PARTS, sys.argv[1:])))

@@ -1,0 +1,318 @@
+"""Parameters of robots that are known, learned from measurements of their simulation."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from places import CASES
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import LearnError
+from coupling.events import unwatched
+from coupling.files.robot_file import load_robot
+from coupling.inverse.diagnosis import diagnose
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.learn.effect import Effect
+from coupling.learn.fit import Fitter, Problem
+from coupling.learn.judge import floating
+from coupling.learn.mirrored import mirrored
+from coupling.learn.next_case import next_case_text
+from coupling.learn.parameters import changed, factors_between, learnables, robot_with
+from coupling.learn.passes import Pass, Seen
+from coupling.learn.smoothing import SlowPart
+from coupling.learn.source import read_source
+from coupling.learn.spread import spread_of, spread_of_fit
+from coupling.path.controller import Controller
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.interpolation import InterpolatedPath
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.moving import Inverter
+from coupling.run.models import Models
+from coupling.run.stored_run import read_run
+from elastic_robot.description import Robot
+
+HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+NOISE = 1e-5
+
+
+def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
+    """Horizontal circles from rest to rest, under a force that turns with them."""
+    time = np.linspace(0.0, seconds, round(seconds / 0.02) + 1)
+    part = time / seconds
+    turn = 2.0 * np.pi * turns * (part - np.sin(2.0 * np.pi * part) / (2.0 * np.pi))
+    position = np.stack(
+        [1.6 + 0.05 * np.cos(turn), 0.05 * np.sin(turn), np.full(len(time), 0.8)], axis=1
+    )
+    turned = np.tile(Rotation.from_euler("y", 90.0, degrees=True).as_quat(), (len(time), 1))
+    path = ToolPath(time, np.hstack([position, turned]))
+    pressed = 4.0 * part * (1.0 - part) * 250.0
+    force = pressed[:, None] * np.stack([-np.cos(turn), -np.sin(turn), np.ones(len(time))], axis=1)
+    rigid = InverseKinematics(robot, HOME).plan(path)
+    return Wanted(path, rigid, WrenchHistory.of_forces(time, [force]))
+
+
+class Robots:
+    """The example robot, its command for the circles, and robots that differ from it."""
+
+    def __init__(self, robot: Robot, models: Models) -> None:
+        self.robot, self.models = robot, models
+        self.wanted = circles(robot)
+        self.parameters = learnables(robot, "backlash")
+        self.fmu = models.of(robot, "backlash").fmu
+        self.time = np.arange(0.0, 9.0 + 1e-9, 0.004)
+        self.wrench = self.wanted.wrench.held(self.time)
+        self.desired = InterpolatedPath(self.wanted.path).position(self.time)
+        self.command = self.commanded(np.zeros(len(self.parameters)))
+
+    def commanded(self, x: np.ndarray):
+        """The command for the robot with log factors x."""
+        robot = robot_with(self.robot, self.parameters, x)
+        inverter = Inverter(MovingRobot(robot, "backlash"), self.models.of(robot, "backlash").fmu)
+        return inverter.invert(self.wanted, Controller(), 1e-6, unwatched).joints
+
+    def moved(self, x: np.ndarray, command=None) -> np.ndarray:
+        """Where the tool of the robot with log factors x is."""
+        values = changed(self.parameters, x)
+        path = self.fmu.simulate(command or self.command, self.wrench, "dynamic", values)
+        return path.position[0]
+
+    def measured(self, where: np.ndarray, every: int = 1) -> Pass:
+        rows = np.arange(0, len(self.time), every)
+        noise = NOISE * np.random.default_rng(4).standard_normal((len(rows), 3))
+        seen = Seen("measured.csv", self.time[rows], where[rows] + noise)
+        desired = ToolPath(self.time, np.tile([0, 0, 0, 0, 0, 0, 1.0], (len(self.time), 1)))
+        return Pass(self.command, self.wrench, desired, self.wanted, seen)
+
+    def fitter(self, one: Pass) -> Fitter:
+        effect = Effect(self.robot, "backlash", self.parameters, one)
+        return Fitter(Problem((self.fmu,), self.parameters, (one,), (effect,)))
+
+    def factors(self, **kinds: float) -> np.ndarray:
+        """Log factors of the parameters of all gears, by kind; tilts as they are."""
+        return np.array(
+            [0.0 if p.gear is None else np.log(kinds.get(p.kind, 1.0)) for p in self.parameters]
+        )
+
+
+@pytest.fixture(scope="module")
+def robots(example):
+    with Models("native") as models:
+        yield Robots(example, models)
+
+
+def less_mean(deviation: np.ndarray) -> float:
+    off = deviation - deviation.mean(axis=0)
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+
+def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
+    """Backlash 20 % more, damping 25 % less, stiffness 4 % more, seen in a frame and by a clock that are
+    off; these are found to a tenth, and gears that change flank to 5 %."""
+    truth = robots.factors(backlash=1.2, damping=0.75, stiffness=1.04)
+    where = robots.moved(truth)
+    shift, turn, late = np.array([2e-4, -1e-4, 3e-4]), np.array([1e-4, -2e-4, 2e-4]), 0.012
+    one = robots.measured(where + shift + np.cross(turn, where - where.mean(axis=0)))
+    one = replace(one, seen=replace(one.seen, time=one.seen.time + late).at_rows(np.arange(2200)))
+    found = robots.fitter(one).fit(np.zeros(len(truth)))
+    x, frame = found.z[: len(truth)], found.z[len(truth) :]
+    np.testing.assert_allclose(frame[3:6], turn, atol=8e-5)
+    np.testing.assert_allclose(frame[6], -late, atol=1e-3)
+    # What constant stiffness does is not told apart from the frame's shift.
+    np.testing.assert_allclose(frame[:3], shift, atol=6e-5)
+    first = [p.name for p in robots.parameters].index("joint[1].backlash")
+    assert x[first] == pytest.approx(np.log(1.2), abs=0.05)
+    before = less_mean(where - robots.desired)
+    after = less_mean(robots.moved(truth, robots.commanded(x)) - robots.desired)
+    assert before > 3e-5
+    assert after < 0.2 * before
+
+
+def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsure(robots):
+    """By the fit's own deviations and by two draws: damping of a gear that stays on its flank."""
+    one = robots.measured(robots.moved(robots.factors()), every=3)
+    fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
+    found = fitter.fit(start)
+    drawn = spread_of(fitter.problem, found, start, 2, seed=1)
+    own = spread_of_fit(fitter.problem, found, over_noise=1.0)
+    names = [p.name for p in robots.parameters]
+    assert np.all(np.abs(found.z[: len(start)]) < 2.0 * own.deviation)
+    assert np.abs(found.z[: len(start)]).max() < 0.1
+    for spread in (drawn, own):
+        assert spread.deviation[names.index("joint[2].damping")] > 0.25
+        assert spread.deviation[names.index("joint[1].backlash")] < 0.1
+        assert spread.noise == pytest.approx(NOISE, rel=0.1)
+        assert np.all(spread.half > 1.9 * spread.deviation)
+
+
+def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, example):
+    """Without play everything is linear: to 1 % of a simulation with one per cent more stiffness."""
+    joints = tuple(replace(joint, backlash=0.0) for joint in example.joints)
+    tight = Robots(replace(example, joints=joints), robots.models)
+    assert {p.kind for p in tight.parameters} == {"stiffness", "damping"}
+    one = tight.measured(tight.desired)
+    time, mean, zero = one.seen.time, SlowPart.of(one.seen.time), np.zeros(len(tight.parameters))
+    inner = (mean.time > 1.0) & (mean.time < 8.0)
+    effect = Effect(tight.robot, "backlash", tight.parameters, one)
+    columns = mean(effect.columns(zero, time))[inner]
+    here = one.simulated(tight.fmu, {}).position(time)
+    for k, parameter in enumerate(tight.parameters):
+        if parameter.kind == "damping":  # nanometres
+            continue
+        values = changed(tight.parameters, np.where(np.arange(len(zero)) == k, 0.01, 0.0))
+        moved = mean(one.simulated(tight.fmu, values).position(time) - here)[inner]
+        assert np.abs(0.01 * columns[:, :, k] - moved).max() < 0.01 * np.abs(moved).max()
+
+
+def test_a_correction_moves_the_undeflected_tool_by_the_slow_part(robots):
+    """A wave of half a hertz and 0.2 mm: subtracted to 1 %, the fast one of 20 Hz beside it not."""
+    time = robots.time
+    slow = 2e-4 * np.sin(np.pi * time)[:, None] * np.array([1.0, -0.5, 0.25])
+    fast = 2e-4 * np.sin(40.0 * np.pi * time)[:, None]
+    # A clock that is a hundredth of a millisecond early must not ask beyond the command.
+    command = mirrored(robots.robot, robots.command, time - 1e-5, slow + fast + 5e-4)
+    planner = InverseKinematics(robots.robot, HOME)
+    paths = [planner.forward(c, time) for c in (robots.command, command)]
+    moved = paths[1].deviation_from(paths[0])[0]
+    inner = (time > 1.0) & (time < 8.0)
+    kept = 2.0 ** (-0.5 * (0.5 / 2.0) ** 2)
+    expected = -kept * (slow - slow.mean(axis=0))
+    np.testing.assert_allclose(moved[inner, :3], expected[inner], atol=5e-6)
+    np.testing.assert_allclose(moved[inner, 3:], 0.0, atol=1e-6)
+    ends = (command.q[0] - robots.command.q[0])[[0, -1]]
+    np.testing.assert_allclose(ends, 0.0, atol=1e-15)
+    # Its rates are those of its angles.
+    steps = np.diff(command.q[0] - robots.command.q[0], axis=0) / np.diff(command.time)[:, None]
+    rates = 0.5 * (command.qd[0] - robots.command.qd[0])
+    np.testing.assert_allclose(steps, rates[1:] + rates[:-1], atol=1e-5)
+
+
+def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
+    rng = np.random.default_rng(2)
+    x = rng.uniform(-0.3, 0.3, len(robots.parameters))
+    other = robot_with(robots.robot, robots.parameters, x)
+    np.testing.assert_allclose(factors_between(robots.parameters, other), x, atol=1e-12)
+    again = {p.name: p.value for p in learnables(other, "backlash")}
+    assert again == pytest.approx(changed(robots.parameters, x))
+    kinds = {p.kind for p in learnables(robots.robot, "linear")}
+    assert kinds == {"stiffness", "damping"}
+
+
+def test_gears_that_float_for_most_of_a_path_are_named(robots):
+    free = replace(robots.wanted, wrench=WrenchHistory.none(robots.wanted.path.time))
+    loads = (diagnose(MovingRobot(robots.robot, "backlash"), w) for w in (free, robots.wanted))
+    alone, pushed = (floating(gears, 9.0) for gears in loads)
+    assert alone.startswith("the gears of joints 1, 4")
+    assert pushed == ""
+
+
+def test_a_plant_of_factors_stays_the_robot_that_it_was(tmp_path):
+    data = {"robot": {"description": "icme2008"}, "plant": {"backlash_factor": [1.2]}}
+    found = tomllib.loads(next_case_text(data, tmp_path / "learned.toml"))
+    assert found["robot"]["description"] == str(tmp_path / "learned.toml")
+    assert found["plant"] == {"backlash_factor": [1.2], "description": "icme2008"}
+    assert data["robot"]["description"] == "icme2008"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A small contour of the cone, on a plant with another backlash."""
+    from command_line import command as program
+
+    folder = tmp_path_factory.mktemp("learn")
+    text = (CASES / "cone.toml").read_text()
+    for old, new in (
+        ("radius_m       = 0.06", "radius_m       = 0.03"),
+        ("depth_m        = 0.01", "depth_m        = 0.0005"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    text += "\n[plant]\nbacklash_factor = 1.15\n"
+    case = folder / "small.toml"
+    case.write_text(text)
+    done = program("compensate", case, "-o", folder / "run")
+    assert done.returncode == 0, done.stderr
+    stored = read_source(folder / "run", Seen("", np.zeros(1), np.zeros((1, 3)))).stored
+    rng = np.random.default_rng(0)
+    seen = stored.plant.position[0] + 5e-6 * rng.standard_normal(stored.plant.position[0].shape)
+    rows = np.column_stack([stored.plant.time, seen])
+    np.savetxt(folder / "m.csv", rows, delimiter=",", header="time,x,y,z", comments="")
+    return folder
+
+
+def test_the_command_learns_and_commands_again(command, run):
+    """What was learned is a robot file, and its command leaves less on the plant that is not told."""
+    target = run / "out" / "learned.toml"
+    done = command("learn", run / "run", run / "m.csv", "-o", target)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "joint 1: " in done.stdout
+    assert "changes of its flank" in done.stdout
+    told = json.loads(target.with_suffix(".json").read_text())
+    by_name = {entry["name"]: entry for entry in told["parameters"]}
+    robot = load_robot(target)
+    assert robot.joints[0].backlash == pytest.approx(by_name["joint[1].backlash"]["written"])
+    text = target.read_text()
+    assert "learned, m.csv" in text
+    assert "95 %:" in text
+    page = target.with_suffix(".html").read_text()
+    for part in ("left0", "intervals", "What the gears go through", "joint[1].backlash"):
+        assert part in page
+    runs = [read_run(folder).first for folder in (run / "run", target.with_suffix(""))]
+    before, after = (less_mean(r.plant.position[0] - r.desired.position[0]) for r in runs)
+    assert after < 0.5 * before
+
+
+def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
+    few = tmp_path / "few.csv"
+    few.write_text("\n".join((run / "m.csv").read_text().splitlines()[:300]))
+    none = tmp_path / "none.csv"
+    for arguments, words in (
+        (["learn", run / "run"], "pairs of a run folder"),
+        (["learn", run, run / "m.csv"], "result.json"),
+        (["learn", run / "run", none], "none.csv: cannot be read"),
+        (["learn", run / "run", few], "at least 2 s"),
+        (["learn", run / "run", run / "m.csv", "-o", "robot.txt"], "ends in .toml"),
+        (["learn", run / "run", run / "m.csv", "--next", "a", "--no-next"], "got both"),
+        (["learn", run / "run", run / "m.csv", "--next", run / "run"], "add --overwrite"),
+        (["mirror", run / "run", run / "m.csv", "-o", "x.toml"], "ends in .csv"),
+        (["mirror", run / "run", run / "m.csv", "-o", tmp_path / "x.csv", "--command", few], "q1"),
+    ):
+        done = command(*arguments)
+        assert done.returncode == 2, arguments
+        assert words in done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == [few]
+
+
+def test_a_mirrored_command_is_a_command_of_the_fmu(command, run):
+    target = run / "mirrored.csv"
+    done = command("mirror", run / "run", run / "m.csv", "-o", target)
+    assert done.returncode == 0, done.stderr
+    again = command("mirror", run / "run", run / "m.csv", "-o", target, "--command", target)
+    assert again.returncode == 0, again.stderr
+    from elastic_robot.trajectory import read_trajectory
+
+    first = read_trajectory(run / "run" / "command.csv", 6)
+    found = read_trajectory(target, 6)
+    assert (found.start, found.end) == (first.start, first.end)
+
+
+def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
+    from coupling.learn.source import require_alike
+
+    source = read_source(run / "run", Seen("", np.zeros(1), np.zeros((1, 3))))
+    longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
+    softer = robot_with(example, learnables(example, "backlash"), np.full(21, -0.1))
+    require_alike([source, replace(source, robot=softer)])
+    with pytest.raises(LearnError, match="another one"):
+        require_alike([source, replace(source, robot=longer)])
+    rigid = tuple(
+        replace(j, stiffness=None, damping=0.0, backlash=0.0, tilt=()) for j in example.joints
+    )
+    with pytest.raises(LearnError, match="a rigid one"):
+        require_alike([replace(source, robot=replace(example, joints=rigid))])
+    with pytest.raises(LearnError, match="torque_curve"):
+        require_alike([source, replace(source, torque_curve="linear")])
