@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from coupling.learn.fit import FRAME
 from coupling.learn.learning import Learned
+from coupling.learn.problem import FRAME
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 from coupling.run.figures import gear_figures
 

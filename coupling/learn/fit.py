@@ -9,19 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
-from coupling.learn.effect import Effect
-from coupling.learn.parameters import Learnable, changed, prior_of
-from coupling.learn.passes import Pass, Simulated
-from coupling.learn.secant import Secant
+from coupling.learn.parameters import changed, prior_of
+from coupling.learn.passes import Simulated
+from coupling.learn.problem import FRAME, Columns, Problem
 from coupling.learn.smoothing import CUT_OFF, SlowPart
-from coupling.robot.robot_fmu import RobotFmu
 
-# Of the measuring frame and clock beside the parameters: shift, turn, time.
-FRAME = 7
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 _FLOOR = 1e-6
 _MOST_PASSES, _FRAME_PASSES = 12, 3
@@ -34,81 +29,6 @@ _SETTLED = 0.3
 _RESTARTS, _NEAR_NOISE, _ASIDE, _SEED = 3, 1.12, 0.25, 1
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
-
-
-@dataclass(frozen=True)
-class Frame:
-    """What is known of the measuring frame and clock: standard deviations.
-
-    Attributes:
-        shift: [m].
-        turn: [rad].
-        time: [s].
-    """
-
-    shift: float = 1e-3
-    turn: float = 1e-3
-    time: float = 0.1
-
-    @property
-    def prior(self) -> np.ndarray:
-        """As many as a frame has numbers, (7,)."""
-        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time])
-
-
-class Columns(Protocol):
-    """Derivatives of the tool's position by log factors."""
-
-    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return them around x (P,) at times (n,), (n, 3, P)."""
-        ...
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is to be fitted.
-
-    Attributes:
-        fmus: What simulates the robot of the file, one or more to run side by side.
-        parameters: What is learned.
-        passes: Measured passes.
-        effects: What the parameters do in each of them.
-        frame: What is known of the measuring frame.
-    """
-
-    fmus: tuple[RobotFmu, ...]
-    parameters: tuple[Learnable, ...]
-    passes: tuple[Pass, ...]
-    effects: tuple[Effect, ...]
-    frame: Frame = Frame()
-
-    @property
-    def fmu(self) -> RobotFmu:
-        """What simulates the robot of the file."""
-        return self.fmus[0]
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return len(self.parameters) + FRAME * len(self.passes)
-
-    @property
-    def prior(self) -> np.ndarray:
-        """Standard deviations of all unknowns before anything is measured."""
-        return np.concatenate([prior_of(self.parameters), *[self.frame.prior] * len(self.passes)])
-
-    def secants(self) -> tuple[Secant, ...]:
-        """What the parameters do in each pass, by differences of simulations."""
-        prior = prior_of(self.parameters)
-        return tuple(
-            Secant(self.fmus, self.parameters, prior, one, effect)
-            for one, effect in zip(self.passes, self.effects, strict=True)
-        )
-
-    def own(self, z: np.ndarray, number: int) -> np.ndarray:
-        """Return frame and clock of a pass, (7,)."""
-        first = len(self.parameters) + FRAME * number
-        return z[first : first + FRAME]
 
 
 @dataclass(frozen=True)

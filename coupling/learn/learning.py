@@ -13,10 +13,11 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.effect import Effect
-from coupling.learn.fit import Fit, Fitter, Frame, Problem, size_of
+from coupling.learn.fit import Fit, Fitter, size_of
 from coupling.learn.judge import Judged, floating, judged, missing
 from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
 from coupling.learn.passes import Pass
+from coupling.learn.problem import Frame, Problem
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import Source, require_alike
 from coupling.learn.spread import Spread, spread_of, spread_of_fit

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
-from coupling.learn.fit import Fit, Fitter, Problem, noise_of
+from coupling.learn.fit import Fit, Fitter, noise_of
 from coupling.learn.parameters import changed, prior_of
 from coupling.learn.passes import Seen
+from coupling.learn.problem import Problem
 
 CONFIDENCE = 0.95
 # Over hidden robots, the errors of what is told by the fit's own deviations are up to twice what they

@@ -17,12 +17,13 @@ from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.learn.effect import Effect
-from coupling.learn.fit import Fitter, Problem
+from coupling.learn.fit import Fitter
 from coupling.learn.judge import floating
 from coupling.learn.mirrored import mirrored
 from coupling.learn.next_case import next_case_text
 from coupling.learn.parameters import changed, factors_between, learnables, robot_with
 from coupling.learn.passes import Pass, Seen
+from coupling.learn.problem import Problem
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
 from coupling.learn.spread import spread_of, spread_of_fit

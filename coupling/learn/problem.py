@@ -1,0 +1,92 @@
+"""What is to be fitted: parameters, measured passes, and what is known of the measuring frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from coupling.learn.effect import Effect
+from coupling.learn.parameters import Learnable, prior_of
+from coupling.learn.passes import Pass
+from coupling.learn.secant import Secant
+from coupling.robot.robot_fmu import RobotFmu
+
+# Of the measuring frame and clock beside the parameters: shift, turn, time.
+FRAME = 7
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known of the measuring frame and clock: standard deviations.
+
+    Attributes:
+        shift: [m].
+        turn: [rad].
+        time: [s].
+    """
+
+    shift: float = 1e-3
+    turn: float = 1e-3
+    time: float = 0.1
+
+    @property
+    def prior(self) -> np.ndarray:
+        """As many as a frame has numbers, (7,)."""
+        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time])
+
+
+class Columns(Protocol):
+    """Derivatives of the tool's position by log factors."""
+
+    def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return them around x (P,) at times (n,), (n, 3, P)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be fitted.
+
+    Attributes:
+        fmus: What simulates the robot of the file, one or more to run side by side.
+        parameters: What is learned.
+        passes: Measured passes.
+        effects: What the parameters do in each of them.
+        frame: What is known of the measuring frame.
+    """
+
+    fmus: tuple[RobotFmu, ...]
+    parameters: tuple[Learnable, ...]
+    passes: tuple[Pass, ...]
+    effects: tuple[Effect, ...]
+    frame: Frame = Frame()
+
+    @property
+    def fmu(self) -> RobotFmu:
+        """What simulates the robot of the file."""
+        return self.fmus[0]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.parameters) + FRAME * len(self.passes)
+
+    @property
+    def prior(self) -> np.ndarray:
+        """Standard deviations of all unknowns before anything is measured."""
+        return np.concatenate([prior_of(self.parameters), *[self.frame.prior] * len(self.passes)])
+
+    def secants(self) -> tuple[Secant, ...]:
+        """What the parameters do in each pass, by differences of simulations."""
+        prior = prior_of(self.parameters)
+        return tuple(
+            Secant(self.fmus, self.parameters, prior, one, effect)
+            for one, effect in zip(self.passes, self.effects, strict=True)
+        )
+
+    def own(self, z: np.ndarray, number: int) -> np.ndarray:
+        """Return frame and clock of a pass, (7,)."""
+        first = len(self.parameters) + FRAME * number
+        return z[first : first + FRAME]
