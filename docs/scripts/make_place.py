@@ -30,6 +30,7 @@ from coupling.robot.difference import Difference
 from coupling.run.models import Models, cell_of
 from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Loop
+from docs.scripts.learning_studies import DEPTH, Shop, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -227,11 +228,29 @@ def speed() -> str:
     )
 
 
+def learned() -> str:
+    """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
+    rows = []
+    for name, title in (("cone", "as it is"), ("cone_robust", "placed")):
+        with Shop(case_text(name, tool_path={"depth_m": DEPTH})) as shop:
+            robots = {
+                "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
+                "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
+                "all parameters other": hidden(shop.robot, 11),
+            }
+            for robot, truth in robots.items():
+                found = shop.learned(truth, Trial(passes=1))
+                told = "refused: nothing to learn" if found.found[0].refusal else found.left[-1]
+                rows.append((title, robot, f"{found.left[0]}", f"{told}"))
+    return table(("cone", "robot", "before learning", "after one measured pass"), rows)
+
+
 PARTS: dict[str, Callable[[], str]] = {
     "cases": cases,
     "gears": gears,
     "maps": maps,
     "speed": speed,
+    "learned": learned,
 }
 
 
