@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from coupling.cli import build, identify, learn, mirror, place, robots, runs, store, study
+from coupling.cli import build, check, identify, learn, mirror, place, robots, runs, store, study
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -41,6 +41,7 @@ app = typer.Typer(
 _COMMANDS = (
     build.build,
     build.ssp,
+    check.check,
     runs.couple,
     runs.compensate,
     study.study,
