@@ -14,9 +14,8 @@ from coupling.cli.arguments import CaseFile
 from coupling.events import Progress
 from coupling.path.histories import WrenchHistory
 from coupling.process import Answer
-from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.console import RunView, gear_lines
-from coupling.run.gear_loads import diagnose_robots
+from coupling.run.gear_loads import diagnose_robot, wanted_of
 
 
 def check(
@@ -48,16 +47,14 @@ def _lines(case: Case, answer: Answer | None) -> Iterator[str]:
     if answer is not None:
         wrench = answer.wrench
         loads = f"weight and process, at most {wrench.peak_force:.0f} N"
-    gears_of = diagnose_robots(case.robots, desired, wrench)
-    for placed, path, gears in zip(case.robots, desired.tools, gears_of, strict=True):
-        way = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()
-        yield f"{placed.description.name}: {way:.3f} m of path in {path.time[-1]:.1f} s"
-        own = placed.placement.path_in_base(path)
-        angles = np.rad2deg(InverseKinematics(placed.description, placed.home).plan(own).q[0])
+    for placed, wanted in zip(case.robots, wanted_of(case.robots, desired, wrench), strict=True):
+        way = np.linalg.norm(np.diff(wanted.path.position[0], axis=0), axis=1).sum()
+        yield f"{placed.description.name}: {way:.3f} m of path in {desired.time[-1]:.1f} s"
+        angles = np.rad2deg(wanted.rigid.q[0])
         for number, (low, high) in enumerate(
             zip(angles.min(axis=0), angles.max(axis=0), strict=True), start=1
         ):
             yield f"  joint {number}: {low:.1f} to {high:.1f} deg"
-        at_risk = gear_lines(gears)
+        at_risk = gear_lines(diagnose_robot(placed, wanted))
         yield f"  under {loads}:" if at_risk else f"  under {loads} no gear changes its flank"
         yield from at_risk

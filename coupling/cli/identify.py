@@ -15,7 +15,7 @@ from coupling.cli.plan import print_plan, write_plan
 from coupling.errors import IdentifyError, one_of
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import write_whole
+from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.identify.console import lines
 from coupling.identify.figures import figures
 from coupling.identify.identification import Options
@@ -96,7 +96,7 @@ def identify(
     options = Options(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     found = identified(described, measured, options)
     told = figures(found)
-    _make_folder(target)
+    make_folder_of(target, IdentifyError)
     console = Console()
     console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)
     title = f"{measurements.name}: {described.name}"
@@ -134,7 +134,7 @@ def _plan(
         noise = noise_of(measured, position or wish.position, rotation or 1e-4, force, moment)
         done = (measured, noise)
     target = output or Path("results", "plan.csv")
-    _make_folder(target)
+    make_folder_of(target, IdentifyError)
     found = planned(robot, torque_curve, wish, done)
     write_plan(found, target)
     print_plan(Console(), found, target)
@@ -146,13 +146,6 @@ def _with_noise(wish: Wish, position: float | None, force: float | None) -> Wish
         position=wish.position if position is None else position,
         force_deviation=wish.force_deviation if force is None else force,
     )
-
-
-def _make_folder(file: Path) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as cause:
-        raise IdentifyError(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause
 
 
 def _write(file: Path, text: str) -> None:

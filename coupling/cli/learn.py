@@ -13,7 +13,7 @@ from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store
 from coupling.cli.runs import NOT_CONVERGED, conduct
 from coupling.errors import CaseError, LearnError
 from coupling.files.toml_file import load_toml
-from coupling.files.whole_file import write_whole
+from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.learn.console import lines
 from coupling.learn.figures import figures
 from coupling.learn.learning import Options
@@ -85,7 +85,7 @@ def learn(
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, Options(own_frame, draws, seed), models, view.watch)
     told = figures(found)
-    _make_folder(target)
+    make_folder_of(target, LearnError)
     said = [*lines(told), "What the gears go through:", *gear_lines(found.gears)]
     console.print("\n".join(said), highlight=False, markup=False, soft_wrap=True)
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
@@ -114,13 +114,6 @@ def learn(
 
 def _say(console: Console, text: str, style: str | None = None) -> None:
     console.print(text, style=style, markup=False, highlight=False, soft_wrap=True)
-
-
-def _make_folder(file: Path) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as cause:
-        raise LearnError(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause
 
 
 def _write(file: Path, text: str) -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from coupling.errors import LearnError
 from coupling.files.csv_table import POSE_COLUMNS, read_header, read_table, write_table
-from coupling.files.whole_file import write_whole
+from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.inverse.joint_limits import JointLimits
 from coupling.learn.alignment import aligned
 from coupling.learn.measured import read_seen
@@ -55,10 +55,7 @@ def mirror(
     table = io.StringIO()
     rows = np.column_stack([found.time, poses, *found.columns.values()])
     write_table(table, ("time", *POSE_COLUMNS, *found.columns), rows)
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as cause:
-        raise LearnError(f"{output.parent}: cannot be made: {cause.strerror or cause}") from cause
+    make_folder_of(output, LearnError)
     write_whole(output, table.getvalue(), LearnError)
     rest = deviation - deviation.mean(axis=0)
     size = 1e6 * float(np.sqrt(np.mean(np.sum(rest**2, axis=1))))

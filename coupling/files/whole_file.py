@@ -84,3 +84,15 @@ def write_whole(file: Path, text: str, error: type[Exception]) -> None:
         WholeFile(file).write([text.encode("utf-8")])
     except OSError as cause:
         raise error(f"{file}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def make_folder_of(file: Path, error: type[Exception]) -> None:
+    """Make the folder of a file that is to be written.
+
+    Raises:
+        Exception: The error that is given, if it cannot be made.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise error(f"{file.parent}: cannot be made: {cause.strerror or cause}") from cause

@@ -28,13 +28,25 @@ def diagnose_robots(
     Raises:
         PlanningError: If a robot cannot follow.
     """
+    wanted = wanted_of(robots, desired, wrench)
+    return tuple(map(diagnose_robot, robots, wanted))
+
+
+def wanted_of(
+    robots: Sequence[PlacedRobot], desired: ToolPath, wrench: WrenchHistory
+) -> tuple[Wanted, ...]:
+    """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     found = []
     for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
         own = placed.placement.path_in_base(path)
         rigid = InverseKinematics(placed.description, placed.home).plan(own)
-        wanted = Wanted(own, rigid, placed.placement.wrench_in_base(load))
-        found.append(diagnose(MovingRobot(placed.description, placed.torque_curve), wanted))
+        found.append(Wanted(own, rigid, placed.placement.wrench_in_base(load)))
     return tuple(found)
+
+
+def diagnose_robot(placed: PlacedRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:
+    """Return what the gears of one robot go through."""
+    return diagnose(MovingRobot(placed.description, placed.torque_curve), wanted)
 
 
 def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> WrenchHistory:

@@ -23,15 +23,7 @@ def von_mises(
 ) -> None:
     """Return mapping of one layer, projected to plane stress [SimoTaylor1986].
 
-    Vectors are (11, 22, 12); strains carry the engineering shear 2 eps_12.
-
-    Args:
-        material: Sheet metal.
-        strain: Logarithmic strain, (3,).
-        plastic: Plastic strain and equivalent plastic strain before, (4,).
-        stress: Written [Pa], (3,).
-        tangent: Written, d stress / d strain [Pa], (3, 3).
-        new_plastic: Written, `plastic` after, (4,).
+    As `return_mapping.plane_stress`.
     """
     E, nu = material.youngs_modulus, material.poisson_ratio
     G = 0.5 * E / (1.0 + nu)
