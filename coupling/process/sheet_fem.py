@@ -13,6 +13,7 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
+from coupling.sheet_fem.surroundings import Box
 from coupling.toolpaths.part import Part
 
 _WHAT = "evaluating the process"
@@ -54,6 +55,7 @@ class SheetFem(Identified):
             self._centers(tool, tip) for tool, tip in zip(path.tools, self.tips, strict=True)
         ]
         places = np.stack(centers, axis=1)[self.schedule.positions]
+        boxes = self._boxes()
         moves = [self._spheres(place) for place in places]
         forces, moments = np.zeros(places.shape), np.zeros(places.shape)
         stiffness = np.zeros((len(places), places[0].size, places[0].size))
@@ -62,16 +64,14 @@ class SheetFem(Identified):
         for k, after in enumerate(moves):
             self.watch(Progress(_WHAT, k, len(moves)))
             if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
-                whole = self.schedule.everywhere[k]
-                box = self.model.everywhere() if whole else self.model.near(state, before, after)
-                found = self.model.equilibrium(state, before, after, box)
+                found = self.model.equilibrium(state, before, after, boxes[k])
                 state, forces[k], moments[k] = found.state, found.forces, found.moments
                 touching = bool(np.any(forces[k]))
                 if touching:
                     loaded, stiffness[k] = state, self.model.reaction(found)
             before = after
         if touching:
-            state = self.model.equilibrium(state, (), (), self.model.everywhere()).state
+            state = self.model.equilibrium(state, (), (), boxes[-1]).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
         felt = self._felt(stiffness)
         wrenches = []
@@ -83,6 +83,20 @@ class SheetFem(Identified):
             wrenches.append(self._wrench(tool, center, force, moments[:, k]))
         formed = formed_sheet(self.model.mesh, loaded, state)
         return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=felt)
+
+    def _boxes(self) -> list[Box]:
+        """Return the boxes about the tools at all positions.
+
+        They are those of the desired paths, so that only its path tells an evaluation from another one.
+        """
+        centers = [
+            self._centers(tool, tip)
+            for tool, tip in zip(self.desired.tools, self.tips, strict=True)
+        ]
+        boxes: list[Box] = []
+        for place in np.stack(centers, axis=1)[self.schedule.positions]:
+            boxes.append(self.model.near(boxes[-1] if boxes else None, place))
+        return boxes
 
     def _felt(self, stiffness: np.ndarray) -> np.ndarray:
         """Return the stiffness at all samples, base axes, (n, 3 tools, 3 tools)."""

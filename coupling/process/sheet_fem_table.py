@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.process.base import ProcessTable
+from coupling.sheet_fem.coarse import COARSENING
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 # Of the yield criterion; sheets of metal are within a factor of two or so of one.
 _Coefficient = Annotated[float, Field(ge=0.1, le=10.0)]
+
+# Side of an element and half side of the window about a tool, over the radius of the tool.
+_ELEMENT = 0.4
+_WINDOW = 2.5
 
 
 class SheetFemTable(ProcessTable):
@@ -45,18 +50,23 @@ class SheetFemTable(ProcessTable):
     tool_diameter_m: Positive
     friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     force_factor: Positive = 1.0
-    element_m: Positive = 0.005
+    element_m: Positive | None = None
     layers: Annotated[int, Field(ge=2, le=20)] = 5
     position_m: Positive = 0.003
-    window_m: Positive = 0.03
-    global_every: Annotated[int, Field(ge=1)] = 5
+    window_m: Positive | None = None
 
     @model_validator(mode="after")
     def _elements_fit(self) -> SheetFemTable:
-        if min(self.sheet_size_m) < 5.0 * self.element_m:
+        if min(self.sheet_size_m) < 5.0 * self._element:
             raise ValueError(
                 "element_m: expected at most a fifth of the sheet's side,"
-                f" {min(self.sheet_size_m) / 5.0:.4g}, got {self.element_m}"
+                f" {min(self.sheet_size_m) / 5.0:.4g}, got {self._element:.4g}"
+            )
+        least = 0.5 * self.tool_diameter_m + self.sheet_thickness_m + 2.0 * self._element
+        if self._window < least:
+            raise ValueError(
+                "window_m: expected at least the tool's radius, the thickness and two elements,"
+                f" {least:.4g}, got {self._window:.4g}"
             )
         if self.backing_edge_radius_m and self.backing_radius_m is None:
             raise ValueError(
@@ -83,6 +93,19 @@ class SheetFemTable(ProcessTable):
         return self
 
     @property
+    def _element(self) -> float:
+        """Side of an element [m]."""
+        return self.element_m or _ELEMENT * 0.5 * self.tool_diameter_m
+
+    @property
+    def _window(self) -> float:
+        """Half side of the part about a tool whose elements are not joined to coarse ones [m]."""
+        return self.window_m or max(
+            _WINDOW * 0.5 * self.tool_diameter_m,
+            0.5 * self.tool_diameter_m + self.sheet_thickness_m + 3.0 * self._element,
+        )
+
+    @property
     def forming_tool_diameter(self) -> float:
         """Diameter of the forming tool's sphere [m]."""
         return self.tool_diameter_m
@@ -107,10 +130,13 @@ class SheetFemTable(ProcessTable):
                 f" the tool path spans, got {self.sheet_size_m}"
             )
         x, y = self.sheet_size_m
-        elements = (round(x / self.element_m), round(y / self.element_m))
+        elements = (_coarsened(x / self._element), _coarsened(y / self._element))
+        diameters = [self.tool_diameter_m]
+        if task.support is not None:
+            diameters.append(task.support.tool_diameter)
         settings = SheetSettings(
             self.layers,
-            self.window_m,
+            max(self._window, 0.5 * max(diameters) + self.sheet_thickness_m + 2.0 * self._element),
             self.backing_radius_m,
             self.backing_edge_radius_m,
             self.friction_coefficient,
@@ -124,7 +150,7 @@ class SheetFemTable(ProcessTable):
                 SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
             ),
             tips=tuple(tips),
-            schedule=schedule(points[0], self.position_m, self.global_every),
+            schedule=schedule(points[0], self.position_m),
             desired=task.desired,
             force_factor=self.force_factor,
             watch=task.watch,
@@ -148,3 +174,8 @@ class SheetFemTable(ProcessTable):
         if self.anisotropy is None or self.yield_exponent is None:
             return material
         return Yld91.of(material, self.anisotropy, self.yield_exponent)
+
+
+def _coarsened(count: float) -> int:
+    """Return the number nearest to a given one that coarse elements can be cut from."""
+    return max(round(count / COARSENING), 1) * COARSENING

@@ -9,22 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
+from coupling.sheet_fem.border import Bordered, add_border
+from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.contact import Sphere, Surface, bear, press
+from coupling.sheet_fem.contact import Sphere, Surface, press
 from coupling.sheet_fem.element import Shell, element
+from coupling.sheet_fem.plate import bear
 from coupling.sheet_fem.state import SheetState
+from coupling.sheet_fem.surroundings import Box, Cells, Rim, Surroundings, coarsen, see_rim
 
 # The compiled element loop lets go of Python's lock.
 _THREADS = os.cpu_count() or 1
-
-
-class Box(NamedTuple):
-    """Control points [first, last) in x and y whose equilibrium is asked for; others stay."""
-
-    first_x: int
-    last_x: int
-    first_y: int
-    last_y: int
 
 
 @compiled
@@ -83,13 +78,14 @@ class Assembled(NamedTuple):
     """What acts on a sheet.
 
     Attributes:
-        residual: Unbalanced forces [N], (3 n,), zero where held.
-        stiffness: Derivative of the residual by the control points of the box [N/m].
+        residual: Unbalanced forces [N] at the control points of the box, (3 n,), zero where held, and
+            at the m unknowns of its rim, if the state has surroundings.
+        stiffness: Derivative of the residual by both [N/m], (3 n + m, 3 n + m).
         wrenches: Force on each sphere [N] and moment about its centre [N m], (spheres, 6).
     """
 
     residual: np.ndarray
-    stiffness: SymmetricBanded | GeneralBanded
+    stiffness: Bordered
     wrenches: np.ndarray
 
 
@@ -127,7 +123,7 @@ class Assembler:
         total = elements[0] * elements[1]
         self._force = np.empty((total, 27))
         self._stiffness = np.empty((total, 27, 27))
-        self._index = np.empty((total, 27), dtype=np.int64)
+        self._splines = CoarseSplines.of(elements)
         self._threads = ThreadPoolExecutor(_THREADS)
         self._bears = bool(np.isfinite(surface.plane))
 
@@ -153,8 +149,63 @@ class Assembler:
             after: State with the new control points; the history of the box's elements is written.
         """
         places = self._places(box)
+        force, stiffness = self._integrate(places, before, after)
+        wrenches = np.zeros((len(spheres), 6))
+        for k, sphere in enumerate(spheres):
+            moves = (before.points, after.points, before.slip[k], after.slip[k])
+            press(self._surface, sphere, places, *moves, force, stiffness, wrenches[k])
+        width = box.last_y - box.first_y
+        unknowns = 3 * (box.last_x - box.first_x) * width
+        index, residual = np.empty((len(places), 27), dtype=np.int64), np.zeros(unknowns)
+        _unknowns(box, self._free, places, force, index, residual)
+        rubs = any(sphere.friction > 0.0 for sphere in spheres)
+        band = GeneralBanded if rubs else SymmetricBanded
+        inner = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
+        if after.around is None:
+            matrix = Bordered(inner, np.zeros((unknowns, 0)), np.zeros((0, 0)))
+            return Assembled(residual, matrix, wrenches)
+        at_rim, across, among = self._rim(after, places, index, force, stiffness)
+        residual = np.concatenate([residual, at_rim])
+        return Assembled(residual, Bordered(inner, across, among), wrenches)
+
+    def rim(self, box: Box) -> Rim | None:
+        """Return the rim of a box; None for the box of all control points."""
+        return None if box == self.everywhere else Rim.of(self._splines, box, self._free)
+
+    def linear(self, rim: Rim, before: SheetState, after: SheetState, limit: float) -> Surroundings:
+        """Return what is outside of a box, made linear where a state has it.
+
+        What the state's own surroundings know, and what has hardly bent since, is taken from them.
+
+        Args:
+            rim: Rim of the box.
+            before: The last equilibrium.
+            after: State with the new control points; the history of the elements is written.
+            limit: Bending up to which a cell counts as linear [m].
+        """
+        factor = self._splines.factor
+        outside = np.ones(self._elements, dtype=bool)
+        near = self._places(rim.box)
+        outside[near[:, 0], near[:, 1]] = False
+        nx, ny = self._splines.elements
+        whole = outside.reshape(nx, factor, ny, factor).all(axis=(1, 3))
+        cells = Cells.none(nx * ny)
+        if after.around is not None:
+            known = after.around.cells_at(after.at_rim)
+            keep = whole.ravel() & after.around.whole & (known.bent() <= limit)
+            cells = known.only(keep)
+            outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
+        places = np.argwhere(outside)
+        force, stiffness = self._integrate(places, before, after)
+        coarsen(places, self._splines.blend, ny, force, stiffness, cells.force, cells.stiffness)
+        return Surroundings.of(rim, after.points.copy(), cells, whole.ravel())
+
+    def _integrate(
+        self, places: np.ndarray, before: SheetState, after: SheetState
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27)."""
         size = len(places)
-        force, stiffness, index = self._force[:size], self._stiffness[:size], self._index[:size]
+        force, stiffness = self._force[:size], self._stiffness[:size]
 
         def compute(part: slice) -> None:
             results = (force[part], stiffness[part], after.plastic, after.stretch)
@@ -162,20 +213,34 @@ class Assembler:
 
         parts = [slice(size * k // _THREADS, size * (k + 1) // _THREADS) for k in range(_THREADS)]
         list(self._threads.map(compute, parts))
-        wrenches = np.zeros((len(spheres), 6))
-        for k, sphere in enumerate(spheres):
-            moves = (before.points, after.points, before.slip[k], after.slip[k])
-            press(self._surface, sphere, places, *moves, force, stiffness, wrenches[k])
         if self._bears:
             bear(self._surface, places, after.points, force, stiffness)
-        width = box.last_y - box.first_y
-        unknowns = 3 * (box.last_x - box.first_x) * width
-        residual = np.zeros(unknowns)
-        _unknowns(box, self._free, places, force, index, residual)
-        rubs = any(sphere.friction > 0.0 for sphere in spheres)
-        band = GeneralBanded if rubs else SymmetricBanded
-        matrix = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
-        return Assembled(residual, matrix, wrenches)
+        return force, stiffness
+
+    def _rim(
+        self,
+        state: SheetState,
+        places: np.ndarray,
+        index: np.ndarray,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the residual at the rim and its border of the stiffness."""
+        around = state.around
+        assert around is not None
+        rim, size = around.rim, around.rim.size
+        box = rim.box
+        x, y = places.T
+        reach = (x < box.first_x) | (x + 3 > box.last_x) | (y < box.first_y) | (y + 3 > box.last_y)
+        edge = np.flatnonzero(reach)
+        seen = np.empty((len(edge), 27)), *(np.empty((len(edge), 27, 27)) for _ in range(2))
+        see_rim(places[edge], box, rim.splines.blend, force[edge], stiffness[edge], *seen)
+        outer = rim.at(rim.outer, places[edge] // rim.splines.factor)
+        across, among = np.zeros((3 * box.size, size)), around.stiffness.copy()
+        add_border(index[edge], outer, seen[1], seen[2], across, among)
+        at_rim = around.force + around.stiffness @ state.at_rim
+        at_rim += np.bincount(outer[outer >= 0], seen[0][outer >= 0], size)
+        return at_rim, across, among
 
     def grip(
         self, box: Box, sphere: Sphere, before: SheetState, after: SheetState, tool: int
@@ -213,7 +278,7 @@ class Assembler:
         """Return the places of the elements of a box about those that a sphere may touch, (n, 2)."""
         apart = np.linalg.norm(points - sphere.center, axis=-1)
         margin = 2.0 * np.sqrt(np.sum(self._surface.basis.area))
-        x, y = np.nonzero(apart < sphere.radius + self._surface.half_thickness + margin)
+        x, y = np.nonzero(apart < sphere.radius + self._surface.thickness + margin)
         if not len(x):
             return np.empty((0, 2), dtype=np.int64)
         return self._places(

@@ -5,12 +5,39 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dpbtrs
+from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf
 
 from coupling.sheet_fem.compiled import compiled
 
 # Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
 _FIRST_SHIFT = 1e-4
+
+
+@dataclass(frozen=True)
+class Cholesky:
+    """A symmetric matrix A = L L^T by the band of L.
+
+    Attributes:
+        lower: Element (column + d, column) in [column, d], (n, 1 + bandwidth).
+    """
+
+    lower: np.ndarray
+
+    def forward(self, right: np.ndarray) -> np.ndarray:
+        """Return L^-1 right, (n, k)."""
+        solution = np.array(right, order="C")
+        _forward(self.lower, solution)
+        return solution
+
+    def backward(self, half: np.ndarray) -> np.ndarray:
+        """Return L^-T half, (n, k): with `forward` the solution."""
+        solution = np.array(half, order="C")
+        _backward(self.lower, solution)
+        return solution
+
+    def adjoint(self, across: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """Return the H for which H^T forward(b) is across^T A^-1 b; `half` is forward(across)."""
+        return half
 
 
 @dataclass(frozen=True)
@@ -31,12 +58,8 @@ class SymmetricBanded:
         _hold(index, lower, 0)
         return cls(lower)
 
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution by Cholesky's factors; a matrix that is not definite is shifted.
-
-        Args:
-            right: One right-hand side, (n,), or several, (n, k).
-        """
+    def factor(self) -> Cholesky:
+        """Return Cholesky's factors; a matrix that is not definite is shifted."""
         matrix = self.lower.T
         factor, status = dpbtrf(matrix, lower=1)
         shift = _FIRST_SHIFT * float(np.mean(np.abs(matrix[0])))
@@ -45,8 +68,7 @@ class SymmetricBanded:
             shifted[0] += shift
             factor, status = dpbtrf(shifted, lower=1, overwrite_ab=1)
             shift *= 10.0
-        solution: np.ndarray = dpbtrs(factor, right, lower=1)[0]
-        return solution
+        return Cholesky(factor.T)
 
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Return the product with a vector, (n,)."""
@@ -55,6 +77,28 @@ class SymmetricBanded:
             result[d:] += self.lower[:-d, d] * vector[:-d]
             result[:-d] += self.lower[:-d, d] * vector[d:]
         return result
+
+
+@dataclass(frozen=True)
+class Pivoted:
+    """Factors of a general band matrix A, as LAPACK has them; same use as `Cholesky`."""
+
+    factor: np.ndarray
+    pivots: np.ndarray
+
+    def forward(self, right: np.ndarray) -> np.ndarray:
+        """Return A^-1 right, (n, k): the whole solution."""
+        width = (len(self.factor) - 1) // 3
+        solution: np.ndarray = dgbtrs(self.factor, width, width, right, self.pivots)[0]
+        return solution
+
+    def backward(self, half: np.ndarray) -> np.ndarray:
+        """Return what `forward` returned."""
+        return half
+
+    def adjoint(self, across: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """Return the H for which H^T forward(b) is across^T A^-1 b."""
+        return across
 
 
 @dataclass(frozen=True)
@@ -86,11 +130,9 @@ class GeneralBanded:
     def _width(self) -> int:
         return (self.columns.shape[1] - 1) // 3
 
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution by factors with pivots; of one right-hand side or several."""
-        factor, pivots, _ = dgbtrf(self.columns.T, self._width, self._width)
-        solution: np.ndarray = dgbtrs(factor, self._width, self._width, right, pivots)[0]
-        return solution
+    def factor(self) -> Pivoted:
+        """Return the factors with pivots."""
+        return Pivoted(*dgbtrf(self.columns.T, self._width, self._width)[:2])
 
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Return the product with a vector, (n,)."""
@@ -135,3 +177,42 @@ def _hold(index: np.ndarray, band: np.ndarray, diagonal: int) -> None:
     held = np.ones(len(band), dtype=bool)
     held[index[index >= 0]] = False
     band[held, diagonal] = 1.0
+
+
+# Right-hand sides that a triangle is solved for at once: some rows of them stay in the cache.
+_AT_ONCE = 32
+
+
+@compiled
+def _forward(lower: np.ndarray, right: np.ndarray) -> None:
+    """Solve L x = right in place; rows of zeros at the beginning cost nothing."""
+    n, width = lower.shape[0], lower.shape[1] - 1
+    for first in range(0, right.shape[1], _AT_ONCE):
+        last = min(first + _AT_ONCE, right.shape[1])
+        part = right[:, first:last].copy()
+        begin = 0
+        while begin < n and not np.any(part[begin]):
+            begin += 1
+        for j in range(begin, n):
+            for c in range(last - first):
+                part[j, c] /= lower[j, 0]
+            for d in range(1, min(width, n - 1 - j) + 1):
+                factor = lower[j, d]
+                if factor != 0.0:
+                    for c in range(last - first):
+                        part[j + d, c] -= factor * part[j, c]
+        right[:, first:last] = part
+
+
+@compiled
+def _backward(lower: np.ndarray, right: np.ndarray) -> None:
+    """Solve L^T x = right in place."""
+    n, width = lower.shape[0], lower.shape[1] - 1
+    for c in range(right.shape[1]):
+        column = right[:, c].copy()
+        for j in range(n - 1, -1, -1):
+            total = column[j]
+            for d in range(1, min(width, n - 1 - j) + 1):
+                total -= lower[j, d] * column[j + d]
+            column[j] = total / lower[j, 0]
+        right[:, c] = column

@@ -38,7 +38,7 @@ class Surface(NamedTuple):
 
     Attributes:
         basis: Splines at the contact points of an element.
-        half_thickness: Distance of the touched face from the midsurface [m].
+        thickness: First thickness of the sheet [m].
         supported: Mask of the contact points that lie on the backing plate's plane, (nx, ny, points).
         plane: Radius from which the backing plate is plane [m].
         edge: Radius of its rounded edge inside of that [m]; zero: the others touch nothing.
@@ -47,7 +47,7 @@ class Surface(NamedTuple):
     """
 
     basis: Basis
-    half_thickness: float
+    thickness: float
     supported: np.ndarray
     plane: float
     edge: float
@@ -71,7 +71,7 @@ def pressure(penetration: float, stiffness: float, smoothing: float) -> tuple[fl
 
 
 @compiled
-def _spread(
+def give(
     N: np.ndarray,
     thrust: np.ndarray,
     tangent: np.ndarray,
@@ -103,14 +103,21 @@ def press(
 ) -> None:
     """Add the contact with a sphere to the elements at `places`.
 
+    The touched face is half the sheet's thickness from the midsurface, h = t/2 lambda with lambda = 1/J
+    at constant volume, J the stretch of the midsurface's area.  So the pressure p that does work on the
+    penetration d does some on the thinning, too, and the sheet's forces lessen by p h: it is the stress
+    across the sheet, -p at the touched face and none at the other, in the mean over the thickness.
+
     `on_tool` gets the force on the sphere and the moment about its centre, (6,).  Friction acts on
     the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left out.
     """
     basis = surface.basis
-    reach = sphere.radius + surface.half_thickness
+    reach = sphere.radius + surface.thickness
     margin = 2.0 * np.sqrt(np.sum(basis.area))
     apart, thrust, drift, drag = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    along = np.empty(3)
     tangent, turn = np.empty((3, 3)), np.empty((3, 3))
+    spread, normal = np.empty((3, 9)), np.empty(3)
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
         if sphere.friction > 0.0:
@@ -132,7 +139,11 @@ def press(
                 for k in range(3):
                     apart[k] -= N[A] * points[i + A // 3, j + A % 3, k]
             distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2)
-            size, slope = pressure(reach - distance, sphere.stiffness, sphere.smoothing)
+            if distance > sphere.radius + surface.thickness:
+                continue
+            half = 0.5 * surface.thickness * _stretch(basis, g, i, j, points, spread, normal)
+            reached = sphere.radius + half - distance
+            size, slope = pressure(reached, sphere.stiffness, sphere.smoothing)
             if slope == 0.0:
                 continue
             size *= basis.area[g]
@@ -163,83 +174,80 @@ def press(
                     on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
             for k in range(3):
                 on_tool[k] += thrust[k]
-            _spread(N, thrust, tangent, force[e], stiffness[e])
+            give(N, thrust, tangent, force[e], stiffness[e])
+            for k in range(3):
+                along[k] = thrust[k] / size
+            _squeeze(N, apart, along, half, size, slope, spread, normal, force[e], stiffness[e])
 
 
 @compiled
-def bear(
-    surface: Surface,
-    places: np.ndarray,
+def _stretch(
+    basis: Basis,
+    g: int,
+    i: int,
+    j: int,
     points: np.ndarray,
+    spread: np.ndarray,
+    normal: np.ndarray,
+) -> float:
+    """Return the stretch of the thickness 1/J at a contact point.
+
+    `spread` gets the derivative of ln J by the nine control points, N,a a^a, (3, 9).
+    """
+    first, second = np.zeros(3), np.zeros(3)
+    for A in range(9):
+        for k in range(3):
+            x = points[i + A // 3, j + A % 3, k]
+            first[k] += basis.d1[g, A] * x
+            second[k] += basis.d2[g, A] * x
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        normal[k] = first[a] * second[b] - first[b] * second[a]
+    area = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+    for k in range(3):
+        normal[k] /= area
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        up1 = (second[a] * normal[b] - second[b] * normal[a]) / area
+        up2 = (normal[a] * first[b] - normal[b] * first[a]) / area
+        for A in range(9):
+            spread[k, A] = basis.d1[g, A] * up1 + basis.d2[g, A] * up2
+    return 1.0 / area
+
+
+@compiled
+def _squeeze(
+    N: np.ndarray,
+    apart: np.ndarray,
+    along: np.ndarray,
+    half: float,
+    size: float,
+    slope: float,
+    spread: np.ndarray,
+    normal: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add the backing plate, on which the flat sheet lies, to the elements at `places`.
+    """Add what pressure does on the thinning of a contact point, and its derivative, to an element.
 
-    What lay on its plane when the sheet was flat stays on it, frictionless; the rest is held by the
-    rounded edge, a quarter of a torus, where there is one.
+    With s the derivative of ln J, that of half the thickness is dh = -h s, and the second one, for
+    control points A and C, h (s_A s_C + s_C s_A - n n (s_A . s_C)), the second with A, C exchanged.
+    The force against the sheet is the pressure's `size` along `along`: with friction not the direction
+    `apart` to the centre.
     """
-    basis = surface.basis
-    tube = surface.edge + surface.half_thickness
-    margin = 2.0 * np.sqrt(np.sum(basis.area))
-    place, thrust, tangent = np.zeros(3), np.zeros(3), np.zeros((3, 3))
-    for e in range(len(places)):
-        i, j = places[e, 0], places[e, 1]
-        near = False
-        for A in range(9):
-            x, y = points[i + A // 3, j + A % 3, 0], points[i + A // 3, j + A % 3, 1]
-            if np.sqrt(x**2 + y**2) > surface.plane - tube - margin:
-                near = True
-        if not near:
-            continue
-        for g in range(basis.area.shape[0]):
-            on_plane = surface.supported[i, j, g]
-            if not on_plane and surface.edge == 0.0:
-                continue
-            N = basis.value[g]
-            place[:] = 0.0
-            for A in range(9):
-                for k in range(3):
-                    place[k] += N[A] * points[i + A // 3, j + A % 3, k]
-            if on_plane:
-                size, slope = pressure(-place[2], surface.support, surface.smoothing)
-                thrust[:], tangent[:] = 0.0, 0.0
-                thrust[2], tangent[2, 2] = -size, slope
-            else:
-                slope = _edge(surface, tube, place, thrust, tangent)
-            if slope == 0.0:
-                continue
+    for A in range(9):
+        for k in range(3):
+            force[3 * A + k] -= size * half * spread[k, A]
+        for C in range(9):
+            dot = 0.0
             for k in range(3):
-                thrust[k] *= basis.area[g]
+                dot += spread[k, A] * spread[k, C]
+            for k in range(3):
                 for m in range(3):
-                    tangent[k, m] *= basis.area[g]
-            _spread(N, thrust, tangent, force[e], stiffness[e])
-
-
-@compiled
-def _edge(
-    surface: Surface, tube: float, place: np.ndarray, thrust: np.ndarray, tangent: np.ndarray
-) -> float:
-    """Set the traction of the plate's edge against a point of the midsurface, and its derivative.
-
-    The midsurface is kept at the distance `tube` from the circle in the middle of the edge's roundness.
-    Of the distance d the gradient is n, the second derivative t t / d + n_r / r c c: t along the
-    meridian of the torus, c around its axis.  Returns the pressure's slope, zero without contact.
-    """
-    r = np.sqrt(place[0] ** 2 + place[1] ** 2)
-    inward, above = r - surface.plane, place[2] + tube
-    distance = np.sqrt(inward**2 + above**2)
-    size, slope = pressure(tube - distance, surface.support, surface.smoothing)
-    if slope == 0.0:
-        return 0.0
-    n_r, n_z = inward / distance, above / distance
-    normal = np.array([n_r * place[0] / r, n_r * place[1] / r, n_z])
-    along = np.array([-n_z * place[0] / r, -n_z * place[1] / r, n_r])
-    around = np.array([-place[1] / r, place[0] / r, 0.0])
-    for k in range(3):
-        thrust[k] = -size * normal[k]
-        for m in range(3):
-            tangent[k, m] = slope * normal[k] * normal[m]
-            tangent[k, m] -= size / distance * along[k] * along[m]
-            tangent[k, m] -= size * n_r / r * around[k] * around[m]
-    return slope
+                    second = spread[k, A] * spread[m, C] + spread[m, A] * spread[k, C]
+                    second -= normal[k] * normal[m] * dot
+                    across = spread[k, A] * N[C] * apart[m] + N[A] * along[k] * spread[m, C]
+                    squared = half * spread[k, A] * spread[m, C]
+                    stiffness[3 * A + k, 3 * C + m] += half * (
+                        size * second + slope * (squared - across)
+                    )

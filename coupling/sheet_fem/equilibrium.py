@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.sheet_fem.assembly import Assembler, Box
-from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
+from coupling.sheet_fem.assembly import Assembler
+from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.state import SheetState
+from coupling.sheet_fem.surroundings import Box, Rim
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Equilibrium:
         before: State before the move.
         spheres: Tools where they have gone.
         box: Control points that could move.
-        tangent: Derivative of the residual by them [N/m].
+        tangent: Derivative of the residual by them and by the rim's unknowns [N/m].
     """
 
     state: SheetState
@@ -34,7 +35,7 @@ class Equilibrium:
     before: SheetState
     spheres: tuple[Sphere, ...]
     box: Box
-    tangent: SymmetricBanded | GeneralBanded
+    tangent: Bordered
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,13 @@ class NewtonSettings:
     Attributes:
         tolerance: Largest unbalanced force at a control point that may move [N].
         largest_step: Displacement down to which those of an iteration are scaled [m].
+        linear: Move of a coarse spline up to which the sheet outside of the box is linear [m].
         max_iterations: Number of iterations after which the load step is cut.
     """
 
     tolerance: float
     largest_step: float
+    linear: float
     max_iterations: int = 40
 
 
@@ -58,45 +61,80 @@ def find_equilibrium(
     spheres: tuple[Sphere, ...],
     box: Box,
     settings: NewtonSettings,
-    start: np.ndarray | None = None,
 ) -> Equilibrium | None:
-    """Return the equilibrium of the control points in a box, or None if none was found.
+    """Return the equilibrium of a sheet, or None if none was found.
+
+    Control points of the box move freely, the others as coarse splines.
 
     Args:
         assemble: Residual and stiffness.
         state: State before, with the slip of the same spheres; not changed.
         spheres: Tools at their new places.
-        box: Control points that may move.
+        box: Control points about the tools.
         settings: Limits of Newton's method.
-        start: Control points of the first iteration; those of the state unless given.
     """
     after = SheetState(
-        (state.points if start is None else start).copy(),
+        state.points.copy(),
         state.plastic.copy(),
         state.stretch.copy(),
         tuple(assemble.no_slip(sphere) for sphere in spheres),
+        state.around,
+        state.at_rim.copy(),
     )
-    points = after.points
-    inside = (slice(box.first_x, box.last_x), slice(box.first_y, box.last_y))
-    step = np.zeros_like(points[inside])
+    rim = assemble.rim(box)
+    if rim is None:
+        after = replace(after, around=None, at_rim=np.zeros(0))
+    elif after.around is None or after.around.rim.box != box:
+        after = _made_linear(assemble, rim, state, after, settings.linear)
+    free = 3 * box.size
+    step = np.zeros(0)
     last, halvings = np.inf, 0
     for iteration in range(settings.max_iterations):
         residual, stiffness, wrenches = assemble(box, state, spheres, after)
         if not np.all(np.isfinite(residual)):
             return None
         if np.max(np.abs(residual)) <= settings.tolerance:
-            on_tools = (wrenches[:, :3], wrenches[:, 3:])
-            return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
+            if rim is None or _is_linear(after, settings.linear):
+                on_tools = (wrenches[:, :3], wrenches[:, 3:])
+                return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
+            after = _made_linear(assemble, rim, state, after, settings.linear)
+            last = np.inf
+            continue
         size = float(np.linalg.norm(residual))
         if size > last and halvings < _MAX_HALVINGS:
             step *= 0.5
-            points[inside] -= step
             halvings += 1
+            _move(after, box, -step[:free], -step[free:])
             continue
         last, halvings = size, 0
-        step = _limited(stiffness.solve(-residual), settings.largest_step).reshape(step.shape)
-        points[inside] += step
+        step = _limited(stiffness.solve(-residual), settings.largest_step)
+        _move(after, box, step[:free], step[free:])
     return None
+
+
+def _made_linear(
+    assemble: Assembler, rim: Rim, before: SheetState, state: SheetState, limit: float
+) -> SheetState:
+    """Return a state with what is outside of the box made linear there."""
+    around = assemble.linear(rim, before, state, limit)
+    state = replace(state, around=around, at_rim=np.zeros(rim.size))
+    around.carry(state.at_rim, state.points)
+    return state
+
+
+def _is_linear(state: SheetState, limit: float) -> bool:
+    """Return whether what is outside of the box is near where it was made linear."""
+    assert state.around is not None
+    return bool(np.max(state.around.cells_at(state.at_rim).bent()) <= limit)
+
+
+def _move(state: SheetState, box: Box, inside: np.ndarray, at_rim: np.ndarray) -> None:
+    """Move the control points of a box, and with its rim's unknowns the others."""
+    moved = state.points[box.first_x : box.last_x, box.first_y : box.last_y]
+    moved += inside.reshape(moved.shape)
+    if state.around is not None:
+        state.at_rim[:] += at_rim
+        state.around.carry(state.at_rim, state.points)
 
 
 # An iteration that raises the unbalanced forces is taken back by halves at most so many times.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import ProcessError
-from coupling.sheet_fem.assembly import Assembler, Box
+from coupling.sheet_fem.assembly import Assembler
 from coupling.sheet_fem.contact import Sphere, Surface
 from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.equilibrium import (
@@ -20,6 +20,7 @@ from coupling.sheet_fem.reaction import tool_stiffness
 from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
+from coupling.sheet_fem.surroundings import Box
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
@@ -35,6 +36,10 @@ _SLIP = 0.01
 _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
 _LARGEST_STEP = 0.5
+# Bending of a coarse element away from the tools up to which it is linear, over the thickness.
+_LINEAR = 0.2
+# How much larger than the window a box is when it follows the tools, over the window.
+_ROOM = 0.3
 # A load step is halved at most so many times.
 _MAX_CUTS = 6
 
@@ -89,7 +94,7 @@ class SheetModel:
             Shell(CrossSection(material, thickness, np.array(rule)), basis(gauss(_POINTS), size)),
             Surface(
                 contact_basis,
-                0.5 * thickness,
+                thickness,
                 self._supported(contact_basis.value),
                 self._plane,
                 self.settings.edge_radius,
@@ -100,7 +105,9 @@ class SheetModel:
             mesh.clamped() if free is None else free,
         )
         yield_force = material.strength * material.prestrain**material.exponent * thickness**2
-        self._newton = NewtonSettings(_TOLERANCE * yield_force, _LARGEST_STEP * min(size))
+        self._newton = NewtonSettings(
+            _TOLERANCE * yield_force, _LARGEST_STEP * min(size), _LINEAR * thickness
+        )
 
     def flat(self) -> SheetState:
         """Return the sheet as it comes: flat, without stress."""
@@ -119,34 +126,33 @@ class SheetModel:
             np.zeros(3),
         )
 
-    def window(self, center: np.ndarray) -> Box:
-        """Return the box of control points about a tool's place [m], (2,) or more."""
+    def window(self, center: np.ndarray, beyond: float = 0.0) -> Box:
+        """Return the box of control points about a place [m], (2,) or more, `beyond` the window [m]."""
         bounds = []
         for k, (count, size) in enumerate(
             zip(self.mesh.elements, self.mesh.element_size, strict=True)
         ):
             middle = (center[k] + 0.5 * self.mesh.size[k]) / size + 0.5
-            reach = self.settings.window / size
+            reach = (self.settings.window + beyond) / size
             bounds += [
                 max(int(np.floor(middle - reach)), 0),
                 min(int(np.ceil(middle + reach)) + 1, count + 2),
             ]
         return Box(*bounds)
 
-    def near(self, state: SheetState, before: tuple[Sphere, ...], after: tuple[Sphere, ...]) -> Box:
-        """Return the smallest box over the windows of all tools that may touch the sheet on a move.
+    def near(self, last: Box | None, centers: np.ndarray) -> Box:
+        """Return a box that contains the windows of all tools.
 
-        Without any it is the whole sheet.
+        The last one remains while it does; one that is new is larger, so that it remains for a while.
+
+        Args:
+            last: Box at the position before; None at the first.
+            centers: Places of the tools [m], (tools, 2) or more.
         """
-        boxes = [
-            self.window(b.center)
-            for a, b in zip(before, after, strict=True)
-            if not (self.clear_of(state, a) and self.clear_of(state, b))
-        ]
-        if not boxes:
-            return self.everywhere()
-        first_x, last_x, first_y, last_y = zip(*boxes, strict=True)
-        return Box(min(first_x), max(last_x), min(first_y), max(last_y))
+        if last is not None and all(last.contains(self.window(center)) for center in centers):
+            return last
+        room = _ROOM * self.settings.window
+        return Box.over([self.window(center, room) for center in centers])
 
     def clear_of(self, state: SheetState, sphere: Sphere) -> bool:
         """Return whether a sphere is farther from all control points than it could touch."""
@@ -177,7 +183,6 @@ class SheetModel:
         Raises:
             ProcessError: If no equilibrium is found even in the smallest parts.
         """
-        near = self.near(state, before, after)
         if len(state.slip) != len(before):
             state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
         done, part, cuts = 0.0, 1.0, 0
@@ -190,7 +195,7 @@ class SheetModel:
                 )
                 for a, b in zip(before, after, strict=True)
             )
-            found = self._find(state, tools, box, near)
+            found = find_equilibrium(self.assemble, state, tools, box, self._newton)
             if found is None:
                 part *= 0.5
                 cuts += 1
@@ -208,19 +213,6 @@ class SheetModel:
     def reaction(self, found: Equilibrium) -> np.ndarray:
         """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""
         return tool_stiffness(self.assemble, found)
-
-    def _find(
-        self, state: SheetState, tools: tuple[Sphere, ...], box: Box, near: Box
-    ) -> Equilibrium | None:
-        """Return the equilibrium of a box; a smaller one near the tools goes first.
-
-        What is left for the costly iterations of the whole sheet is then nearly linear.
-        """
-        start = None
-        if near != box == self.everywhere():
-            first = find_equilibrium(self.assemble, state, tools, near, self._newton)
-            start = first.state.points if first else None
-        return find_equilibrium(self.assemble, state, tools, box, self._newton, start)
 
     @property
     def _plane(self) -> float:

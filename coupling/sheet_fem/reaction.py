@@ -31,7 +31,9 @@ def tool_stiffness(assemble: Assembler, found: Equilibrium) -> np.ndarray:
     }
     if not grips:
         return stiffness.reshape(3 * count, 3 * count)
-    follows = found.tangent.solve(np.hstack([grip.on_sheet for grip in grips.values()]))
+    pushed = np.hstack([grip.on_sheet for grip in grips.values()])
+    at_rim = np.zeros((found.tangent.size - len(pushed), pushed.shape[1]))
+    follows = found.tangent.solve(np.vstack([pushed, at_rim]))[: len(pushed)]
     for column, j in enumerate(grips):
         for i, grip in grips.items():
             stiffness[i, :, j] = -grip.by_sheet.T @ follows[:, 3 * column : 3 * column + 3]

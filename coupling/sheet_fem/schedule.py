@@ -10,7 +10,7 @@ import numpy as np
 _DEPTH_WEIGHT = 6.0
 # A turn of the path by more than this angle is a position of its own [rad].
 _CORNER = 0.5
-# Moves below this have no direction, and change no depth [m].
+# Moves below this have no direction [m].
 _STANDSTILL = 1e-7
 
 
@@ -20,12 +20,10 @@ class Schedule:
 
     Attributes:
         positions: Indices of samples, rising, (m,).
-        everywhere: Mask of the positions where the whole sheet is solved, not only a window, (m,).
         arc: Arc length at all samples [m], (n,), to interpolate along.
     """
 
     positions: np.ndarray
-    everywhere: np.ndarray
     arc: np.ndarray
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
@@ -34,19 +32,16 @@ class Schedule:
         return np.column_stack([np.interp(self.arc, at, column) for column in values.T])
 
 
-def schedule(points: np.ndarray, spacing: float, global_every: int) -> Schedule:
+def schedule(points: np.ndarray, spacing: float) -> Schedule:
     """Choose the positions: at corners, and about `spacing` apart, closer in depth.
-
-    The whole sheet is solved wherever the depth changes, and at every `global_every`-th position.
 
     Args:
         points: Desired TCP in the part frame [m], (n, 3).
         spacing: Distance of positions [m].
-        global_every: Number of positions from one solution of the whole sheet to the next.
 
     Example:
         >>> line = np.column_stack([np.linspace(0.0, 0.01, 11), np.zeros(11), np.zeros(11)])
-        >>> schedule(line, 0.003, 5).positions
+        >>> schedule(line, 0.003).positions
         array([ 0,  3,  6,  9, 10])
     """
     moves = np.diff(points, axis=0)
@@ -64,6 +59,4 @@ def schedule(points: np.ndarray, spacing: float, global_every: int) -> Schedule:
             chosen.append(k)
             since = 0.0
     positions = np.array(chosen)
-    deeper = np.abs(np.diff(points[positions, 2], prepend=points[0, 2])) > _STANDSTILL
-    everywhere = deeper | (np.arange(len(positions)) % global_every == 0)
-    return Schedule(positions, everywhere, np.concatenate([[0.0], np.cumsum(lengths)]))
+    return Schedule(positions, np.concatenate([[0.0], np.cumsum(lengths)]))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from coupling.sheet_fem.surroundings import Surroundings
 
 
 @dataclass(frozen=True)
@@ -18,9 +20,13 @@ class SheetState:
         stretch: Thickness over first thickness, (nx, ny, points).
         slip: Elastic slip of each tool with friction at the contact points [m],
             (nx, ny, contact points, 3), zero out of contact; empty for one without friction.
+        around: What the sheet does outside of the box that was solved last; None if it was all of it.
+        at_rim: Coarse unknowns at the rim of that box, from where that was made linear [m], (m,).
     """
 
     points: np.ndarray
     plastic: np.ndarray
     stretch: np.ndarray
     slip: tuple[np.ndarray, ...] = ()
+    around: Surroundings | None = None
+    at_rim: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -1,6 +1,6 @@
 """Write the tables and pictures of docs/sheet_fem.md anew: make sheet-fem.
 
-With names, only those parts: python docs/scripts/make_sheet_fem.py window example.  CalculiX runs
+With names, only those parts: python docs/scripts/make_sheet_fem.py gap example.  CalculiX runs
 where it is installed.
 """
 
@@ -88,12 +88,12 @@ def cell() -> str:
 
 PARTS = {
     "shallow": sheet_studies.shallow_table,
+    "thick": sheet_studies.thick_table,
     "deep": sheet_studies.deep_table,
     "cone": sheet_cone_studies.cone_table,
     "radial": sheet_cone_studies.radial_table,
     "fineness": sheet_cone_studies.fineness_table,
     "friction": sheet_cone_studies.friction_table,
-    "window": sheet_case_studies.window_table,
     "example": cone,
     "cell": cell,
     "gap": sheet_case_studies.gap_table,

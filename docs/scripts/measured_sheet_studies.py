@@ -189,7 +189,7 @@ def law_table() -> str:
 def fineness_table() -> str:
     """Return the mean forces of the second contour, 1 mm deep, over the elements."""
     lines = []
-    for element in (4.0, 2.5, 2.0):
+    for element in (4.0, 2.0, 1.5):
         case = example(
             "bm3",
             tool_path={"depth_m": 1e-3, "sample_s": SAMPLE},
@@ -214,7 +214,7 @@ def yield_table() -> str:
         case = example(
             "bm3",
             tool_path={"depth_m": 4e-3, "sample_s": SAMPLE},
-            process={"window_m": 0.02, **keys},
+            process={"element_m": 4e-3, "window_m": 0.02, **keys},
         )
         forming = Forming.of(case, case.process.evaluate(case.desired))
         forces = [forming.about(depth, 1e-5)[:2] for depth in (1e-3, 4e-3)]

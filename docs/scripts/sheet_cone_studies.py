@@ -11,7 +11,7 @@ from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.forming import SheetSettings
 from coupling.sheet_fem.material import tensile_strength
 from docs.scripts.page import table
-from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, Press
+from docs.scripts.sheet_studies import ALUMINIUM, RADIUS, THICKNESS, WINDOW, Press
 
 WALL = np.deg2rad(45.0)
 
@@ -34,10 +34,10 @@ def contours(
         r = radius - depth / np.tan(WALL)
         angles = np.linspace(0.0, 2.0 * np.pi, round(2.0 * np.pi * r / spacing) + 1)
         forces = []
-        for k, angle in enumerate(angles):
+        for angle in angles:
             outward = np.array([np.cos(angle), np.sin(angle), 0.0])
             ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
-            force = press.to(r * outward - [0.0, 0.0, depth], everywhere=k % 5 == 0)
+            force = press.to(r * outward - [0.0, 0.0, depth], everywhere=False)
             forces.append([force[2], -force @ outward, -force @ ahead])
         sixth = len(forces) // 6
         yield np.mean(forces[sixth:-sixth], axis=0)
@@ -52,7 +52,7 @@ def aerens() -> tuple[float, float]:
 def cone_table() -> str:
     """Return mean forces of the third contour of a small cone over the mesh, beside Aerens' law."""
     rows = []
-    for elements in (16, 20, 24):
+    for elements in (20, 32, 40):
         press = Press.above(0.08, elements, 0.02)
         start = time.process_time()
         *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
@@ -71,7 +71,7 @@ def friction_table() -> str:
     rows = []
     without = 0.0
     for friction in (0.0, 0.05, 0.1, 0.2):
-        press = Press.above(0.08, 20, 0.02, SheetSettings(window=0.02, friction=friction))
+        press = Press.above(0.08, 32, 0.02, SheetSettings(window=WINDOW, friction=friction))
         *_, (axial, radial, tangential) = contours(press, 0.02, (1e-3, 2e-3, 3e-3))
         if friction == 0.0:
             without = tangential
@@ -94,8 +94,8 @@ def radial_table() -> str:
         ("plate, hole of 24 mm radius", 0.024, 0.0),
         ("plate, mu 0.1", 0.024, 0.1),
     ):
-        settings = SheetSettings(window=0.02, opening_radius=opening, friction=friction)
-        press = Press.above(0.08, 24, 0.02, settings)
+        settings = SheetSettings(window=WINDOW, opening_radius=opening, friction=friction)
+        press = Press.above(0.08, 32, 0.02, settings)
         found = []
         for force in contours(press, 0.02, depths):
             found.append([force[0], force[1], np.rad2deg(press.steepest())])
@@ -114,12 +114,38 @@ def radial_table() -> str:
 
 
 def fineness_table() -> str:
-    """Return the third contour's forces on the plate over elements and positions."""
-    rows = []
-    for elements, spacing in ((20, 3e-3), (20, 7.5e-4), (24, 3e-3), (32, 3e-3)):
-        settings = SheetSettings(window=0.02, opening_radius=0.024)
+    """Return the third contour's forces on the plate over elements, positions and window."""
+    fineness = (
+        (20, 3e-3, WINDOW),
+        (32, 3e-3, WINDOW),
+        (40, 3e-3, WINDOW),
+        (60, 3e-3, WINDOW),
+        (40, 7.5e-4, WINDOW),
+        (40, 3e-3, 0.0125),
+        (40, 3e-3, 0.08),
+    )
+    rows: list[tuple[str, ...]] = []
+    axials: dict[int, float] = {}
+    for elements, spacing, window in fineness:
+        settings = SheetSettings(window=window, opening_radius=0.024)
         press = Press.above(0.08, elements, 0.02, settings)
+        start = time.process_time()
         *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3), spacing)
-        fineness = (f"{80.0 / elements:.3g} mm", f"{1e3 * spacing:g} mm")
-        rows.append((*fineness, f"{axial:.0f}", f"{radial:.0f}"))
-    return table(("elements", "positions", "F_z", "F_r"), rows)
+        seconds = (time.process_time() - start) / press.solutions
+        axials.setdefault(elements, axial)
+        name = "whole sheet" if window >= 0.08 else f"{1e3 * window:g} mm"
+        rows.append(
+            (
+                f"{80.0 / elements:.3g} mm",
+                f"{1e3 * spacing:g} mm",
+                name,
+                f"{axial:.0f}",
+                f"{radial:.0f}",
+                f"{seconds:.2f}",
+            )
+        )
+    # The error of splines of second degree in a bent shell falls with the square of their size.
+    finer = (60.0 / 40.0) ** 2
+    limit = axials[60] + (axials[60] - axials[40]) / (finer - 1.0)
+    rows.append(("limit, from 2 and 1.33 mm", "3 mm", "15 mm", f"{limit:.0f}", "", ""))
+    return table(("elements", "positions", "window", "F_z", "F_r", "CPU s / position"), rows)

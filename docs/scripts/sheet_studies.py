@@ -6,6 +6,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,18 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
+from coupling.sheet_fem.surroundings import Box
 from docs.scripts.page import DOCS, table
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+from calculix_disc import Disc, disc_force
 from calculix_plate import CCX, Plate, plunge_force
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
+WINDOW = 3.0 * RADIUS  # as the case file's default
 SHALLOW = np.array([0.1, 0.2, 0.5, 1.0])  # [mm]
+THICK = np.array([1.0, 2.0, 3.0, 4.0, 5.0])  # [mm]
 DEEP = np.array([1.0, 2.0, 3.0, 5.0])  # [mm]
 
 
@@ -31,6 +36,7 @@ class Press:
 
     model: SheetModel
     tool: Sphere
+    near: Box | None = None
     iterations: int = 0
     solutions: int = 0
 
@@ -45,14 +51,17 @@ class Press:
         model = SheetModel(
             SheetMesh((side, side), (elements, elements), THICKNESS),
             ALUMINIUM,
-            settings or SheetSettings(window=0.02),
+            settings or SheetSettings(window=WINDOW),
         )
         return cls(model, model.sphere(_center(np.array([x, 0.0, 0.0])), RADIUS))
 
     def to(self, tcp: np.ndarray, everywhere: bool = True) -> np.ndarray:
         """Move the tool to a TCP in the part frame [m], (3,), and return the force on it [N]."""
         tool = self.model.sphere(_center(tcp), RADIUS)
-        box = self.model.everywhere() if everywhere else self.model.window(tool.center)
+        if everywhere:
+            box = self.model.everywhere()
+        else:
+            box = self.near = self.model.near(self.near, tool.center[None])
         found = self.model.equilibrium(self.state, (self.tool,), (tool,), box)
         self.state, self.tool = found.state, tool
         self.iterations += found.iterations
@@ -106,6 +115,47 @@ def shallow_table() -> str:
         ("", *(f"{depth} mm" for depth in SHALLOW)),
         ((name, *(f"{force:.1f}" for force in forces)) for name, forces in curves.items()),
     )
+
+
+def thick_table() -> str:
+    """Return forces of a deep plunge into a thick disc over the mesh, and CalculiX."""
+    disc = Disc()
+    strength, prestrain, exponent = 343.3, 0.0015, 0.184  # [MPa]; of benchmark 3's sheet
+    rows: list[tuple[str, ...]] = []
+    for element in (2.0, 1.0):
+        forces = _thick_forces(
+            disc, element, Material(72e9, 0.33, 1e6 * strength, prestrain, exponent)
+        )
+        rows.append((f"elements of {element:g} mm", *(f"{force:.0f}" for force in forces)))
+    if CCX is not None:
+        strains = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 80)])
+        curve = zip(strains, strength * (prestrain + strains) ** exponent, strict=True)
+        with tempfile.TemporaryDirectory() as folder:
+            depths, forces = disc_force(disc, curve, 72e3, 0.33, Path(folder))
+        solid = np.interp(THICK, depths, forces)
+        rows.append(("**CalculiX**, CAX8R solids", *(f"{force:.0f}" for force in solid)))
+    return table(("", *(f"{depth:g} mm" for depth in THICK)), rows)
+
+
+def _thick_forces(disc: Disc, element: float, metal: Material) -> np.ndarray:
+    """Return the forces [N] at THICK; what is farther from the middle than the clamp is held."""
+    count = 4 * round((2.0 * disc.edge + 4.0 * element) / (4.0 * element))
+    mesh = SheetMesh((1e-3 * element * count,) * 2, (count, count), 1e-3 * disc.thickness)
+    held = np.linalg.norm(mesh.control_points()[..., :2], axis=-1)
+    held = held >= 1e-3 * (disc.edge - 0.5 * element)  # as a clamped edge holds its control points
+    model = SheetModel(mesh, metal, free=np.repeat(~held[..., None], 3, axis=2))
+    touch = disc.radius + 0.5 * disc.thickness
+    steps = np.arange(disc.increments + 1) * disc.plunge / disc.increments
+    tools = [
+        model.sphere(np.array([0.0, 0.0, 1e-3 * (touch - step)]), 1e-3 * disc.radius)
+        for step in steps
+    ]
+    state, forces = model.flat(), [0.0]
+    for before, after in pairwise(tools):
+        found = model.equilibrium(state, (before,), (after,), model.everywhere())
+        state = found.state
+        forces.append(found.forces[0, 2])
+    return np.interp(THICK, steps, forces)
 
 
 def deep_table() -> str:

@@ -6,9 +6,11 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from calculix_disc import Disc, disc_force
 from calculix_plate import CCX, Plate, plunge_force
 from places import CASES
 from scipy.spatial.transform import Rotation
@@ -107,12 +109,12 @@ def test_the_tool_springs_back_less_than_it_pressed(pressed):
 
 
 def test_window_agrees_with_the_whole_sheet():
-    """Solving only near the tool changes the force by less than three hundredths."""
+    """Elements four times as large away from the tool change the force by less than three hundredths."""
     path = stroke(UPRIGHT)
     task = Task(UPRIGHT, path)
-    size = {"sheet_size_m": [0.1, 0.1]}
-    whole = table(**size, global_every=1).process(task).evaluate(path).wrench
-    window = table(**size, global_every=100, window_m=0.02).process(task).evaluate(path).wrench
+    size = {"sheet_size_m": [0.1, 0.1], "element_m": 0.0025}
+    whole = table(**size, window_m=0.1).process(task).evaluate(path).wrench
+    window = table(**size).process(task).evaluate(path).wrench
     assert np.max(np.abs(whole.wrench - window.wrench)) > 0.0
     assert window.change_from(whole) < 0.03
 
@@ -126,13 +128,12 @@ def test_progress_counts_up_to_the_end(pressed):
     assert [work.done for work in seen] == sorted(work.done for work in seen)
 
 
-def test_schedule_has_corners_spacing_and_whole_solutions_where_the_depth_changes():
+def test_schedule_has_corners_and_spacing_closer_in_depth():
     points = np.array(
         [[0, 0, 0], [0, 0, -1], [1, 0, -1], [2, 0, -1], [3, 0, -1], [3, 2.6, -1], [3, 2.6, 0.0]]
     )
-    plan = schedule(1e-3 * points, 2e-3, 100)
+    plan = schedule(1e-3 * points, 2e-3)
     assert plan.positions.tolist() == [0, 1, 3, 4, 5, 6]
-    assert plan.everywhere.tolist() == [True, True, False, False, False, True]
     assert plan.arc[-1] == pytest.approx(7.6e-3)
 
 
@@ -180,7 +181,7 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_pat
         ("radius_m       = 0.06", "radius_m = 0.008"),
         ("depth_m        = 0.005", "depth_m = 0.001"),
         ("[0.16, 0.16]", "[0.05, 0.05]"),
-        ("element_m          = 0.004", "element_m = 0.005"),
+        ("[process]\n", "[process]\nelement_m = 0.005\n"),
     ):
         assert old in text
         text = text.replace(old, new, 1)
@@ -195,6 +196,34 @@ def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_pat
     page = (tmp_path / "out" / "report.html").read_text()
     assert 'id="workpiece"' in page
     assert 'id="cut"' in page
+
+
+@pytest.mark.skipif(CCX is None, reason="needs the Debian package calculix-ccx")
+def test_plunge_of_a_thick_sheet_agrees_with_calculix(tmp_path):
+    """A disc of 1.63 mm under a sphere of 12.66 mm, 1.4 to 2.4 mm deep: shell and solids within 6 %."""
+    from coupling.sheet_fem.forming import SheetModel
+    from coupling.sheet_fem.material import Material
+    from coupling.sheet_fem.mesh import SheetMesh
+
+    strains = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 80)])
+    curve = [(float(e), 343.3 * (0.0015 + float(e)) ** 0.184) for e in strains]
+    disc = Disc(edge=14.0, plunge=2.4, elements=24, layers=3, increments=20)
+    depths, forces = disc_force(disc, curve, 72e3, 0.33, tmp_path)
+    metal = Material(72e9, 0.33, 343.3e6, 0.0015, 0.184)
+    mesh = SheetMesh((0.032, 0.032), (20, 20), 1.63e-3)
+    held = np.linalg.norm(mesh.control_points()[..., :2], axis=-1)
+    held = held >= 0.014 - 0.5 * 1.6e-3  # as a clamped edge holds its control points
+    model = SheetModel(mesh, metal, free=np.repeat(~held[..., None], 3, axis=2))
+    heights = 1e-3 * (6.33 + 0.815 - np.arange(0.0, 2.41, 0.12))
+    tools = [model.sphere(np.array([0.0, 0.0, height]), 6.33e-3) for height in heights]
+    state = model.flat()
+    for before, after in pairwise(tools):
+        found = model.equilibrium(state, (before,), (after,), model.everywhere())
+        state = found.state
+        depth = 1e3 * (heights[0] - after.center[2])
+        if depth > 1.4:
+            solid = np.interp(depth, depths, forces)
+            assert found.forces[0, 2] == pytest.approx(solid, rel=0.06)
 
 
 @pytest.mark.skipif(CCX is None, reason="needs the Debian package calculix-ccx")

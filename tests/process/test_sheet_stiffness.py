@@ -128,7 +128,7 @@ def stroke():
     path = TURNED.tool_path(np.arange(7.0), points)
     positions = np.array([0, 1, 2, 3, 5, 6])  # sample 4 is between two of them
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    every = Schedule(positions, np.ones(6, dtype=bool), arc)
+    every = Schedule(positions, arc)
     model = replace(process(TURNED, path, force_factor=1.3), schedule=every)
     return model, path, model.evaluate(path)
 

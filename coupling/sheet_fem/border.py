@@ -1,0 +1,79 @@
+"""A band matrix with a dense border: the unknowns of a box and those of its rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
+from coupling.sheet_fem.compiled import compiled
+
+
+@dataclass(frozen=True)
+class Bordered:
+    """The matrix [[inner, across], [across^T, outer]].
+
+    Attributes:
+        inner: Band matrix, (n, n).
+        across: (n, m).
+        outer: (m, m).
+    """
+
+    inner: SymmetricBanded | GeneralBanded
+    across: np.ndarray
+    outer: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return sum(self.across.shape)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution for one right-hand side, (n + m,), or several, (n + m, k)."""
+        n, m = self.across.shape
+        columns = right.reshape(n + m, -1)
+        factor = self.inner.factor()
+        half = factor.forward(np.hstack([self.across, columns[:n]]))
+        adjoint = factor.adjoint(self.across, half[:, :m])
+        schur = self.outer - adjoint.T @ half[:, :m]
+        outer = np.linalg.solve(schur, columns[n:] - adjoint.T @ half[:, m:])
+        inner = factor.backward(half[:, m:] - half[:, :m] @ outer)
+        return np.vstack([inner, outer]).reshape(right.shape)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Return the product with a vector, (n + m,)."""
+        inner, outer = vector[: len(self.across)], vector[len(self.across) :]
+        above = self.inner.times(inner) + self.across @ outer
+        return np.concatenate([above, self.across.T @ inner + self.outer @ outer])
+
+
+@compiled
+def add_border(
+    inner: np.ndarray,
+    outer: np.ndarray,
+    across: np.ndarray,
+    among: np.ndarray,
+    to_across: np.ndarray,
+    to_outer: np.ndarray,
+) -> None:
+    """Add elements' matrices to a border.
+
+    Args:
+        inner: Inner unknowns of the elements' rows, -1 for none, (elements, 27).
+        outer: Outer unknowns of their columns, -1 for none, (elements, 27).
+        across: Matrices of inner rows and outer columns, (elements, 27, 27).
+        among: Matrices of outer rows and columns, (elements, 27, 27).
+        to_across: Added to, (n, m).
+        to_outer: Added to, (m, m).
+    """
+    for e in range(len(inner)):
+        for c in range(27):
+            column = outer[e, c]
+            if column < 0:
+                continue
+            for r in range(27):
+                if inner[e, r] >= 0:
+                    to_across[inner[e, r], column] += across[e, r, c]
+                if outer[e, r] >= 0:
+                    to_outer[outer[e, r], column] += among[e, r, c]

@@ -1,0 +1,166 @@
+"""The sheet away from the tools: coarse splines, condensed onto the rim of the box about them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
+from coupling.sheet_fem.border import Bordered
+from coupling.sheet_fem.coarse import CoarseSplines, refinement
+from coupling.sheet_fem.forming import SheetModel, SheetSettings
+from coupling.sheet_fem.material import Material
+from coupling.sheet_fem.mesh import SheetMesh
+from coupling.sheet_fem.surroundings import Box, Rim
+
+ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
+THICKNESS, RADIUS = 1e-3, 5e-3
+REACH = RADIUS + 0.5 * THICKNESS
+
+
+def model(window: float, elements: int = 24, side: float = 0.06, friction: float = 0.0):
+    mesh = SheetMesh((side, side), (elements, elements), THICKNESS)
+    return SheetModel(mesh, ALUMINIUM, SheetSettings(window=window, friction=friction))
+
+
+def spline(control: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Evaluate uniform quadratic splines, element k from k to k + 1, by their definition."""
+    value = np.zeros(len(at))
+    for k, weight in enumerate(control):
+        s = at - (k - 2)  # its support is 0..3
+        value += weight * np.select(
+            [(s >= 0) & (s < 1), (s >= 1) & (s < 2), (s >= 2) & (s < 3)],
+            [0.5 * s**2, 0.5 * (-2 * s**2 + 6 * s - 3), 0.5 * (3 - s) ** 2],
+        )
+    return value
+
+
+@pytest.mark.parametrize("factor", [1, 2, 3, 4])
+def test_a_coarse_spline_is_the_sum_of_fine_ones(factor):
+    rng = np.random.default_rng(2)
+    coarse = rng.normal(size=7)
+    fine = refinement(5, factor) @ coarse
+    at = np.linspace(0.0, 5.0, 200, endpoint=False)
+    np.testing.assert_allclose(spline(fine, factor * at), spline(coarse, at), atol=1e-13)
+
+
+def test_an_element_s_blend_is_that_of_the_grid():
+    splines = CoarseSplines.of((8, 12))
+    rng = np.random.default_rng(3)
+    coarse = rng.normal(size=(4, 5, 3))
+    fine = splines.fine(coarse)
+    for i, j in ((0, 0), (3, 7), (6, 10), (7, 11)):
+        corner = coarse[i // 4 : i // 4 + 3, j // 4 : j // 4 + 3].reshape(9, 3)
+        own = fine[i : i + 3, j : j + 3].reshape(9, 3)
+        np.testing.assert_allclose(splines.blend[i % 4, j % 4] @ corner, own, atol=1e-14)
+
+
+def test_a_grid_that_cannot_be_cut_into_fours_is_cut_into_what_divides_it():
+    assert [CoarseSplines.of((n, 12)).factor for n in (8, 10, 9)] == [4, 2, 1]
+
+
+@pytest.mark.parametrize("general", [False, True])
+def test_a_bordered_band_is_solved_as_the_full_matrix(general):
+    rng = np.random.default_rng(5)
+    index = np.array([np.arange(27) + 12 * e for e in range(4)])
+    parts = rng.normal(size=(4, 27, 27))
+    parts = parts + parts.swapaxes(1, 2) + 40.0 * np.eye(27)
+    if general:
+        parts += 0.5 * rng.normal(size=parts.shape)
+    n, m = 63, 5
+    full = np.zeros((n + m, n + m))
+    for rows, part in zip(index, parts, strict=True):
+        full[np.ix_(rows, rows)] += part
+    across, outer = rng.normal(size=(n, m)), 30.0 * np.eye(m)
+    full[:n, n:], full[n:, :n], full[n:, n:] = across, across.T, outer
+    band = GeneralBanded if general else SymmetricBanded
+    matrix = Bordered(band.of(index, parts, n, 26), across, outer)
+    right = rng.normal(size=(n + m, 3))
+    np.testing.assert_allclose(matrix.solve(right), np.linalg.solve(full, right), rtol=1e-9)
+    np.testing.assert_allclose(matrix.times(right[:, 0]), full @ right[:, 0], rtol=1e-12)
+
+
+def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together():
+    """A box about the middle of a bent sheet, against the whole stiffness in the same space of moves."""
+    sheet = model(0.012)
+    assemble, free = sheet.assemble, sheet.mesh.clamped()
+    rng = np.random.default_rng(7)
+    state = sheet.flat()
+    state = replace(state, points=state.points + 1e-7 * rng.normal(size=state.points.shape) * free)
+    whole = assemble(assemble.everywhere, state, (), state)
+    columns = [whole.stiffness.times(unit) for unit in np.eye(len(whole.residual))]
+    box = Box(8, 18, 9, 19)
+    rim = Rim.of(CoarseSplines.of((24, 24)), box, free)
+    inside = box.inside(free.shape)
+    # Moves: each control point of the box alone; each coarse spline with a part outside, truncated.
+    moves = []
+    for x, y in np.argwhere(inside):
+        for k in range(3):
+            moves.append(np.zeros(free.shape))
+            moves[-1][x, y, k] = 1.0
+    for place in np.argwhere((rim.outer >= 0) | (rim.inner >= 0)):
+        coarse = np.zeros(rim.outer.shape)
+        coarse[tuple(place)] = 1.0
+        moves.append(np.where(inside[..., None], 0.0, rim.splines.fine(coarse)))
+    space = np.array([move.ravel() for move in moves])
+    assert np.linalg.matrix_rank(space) == len(space)
+    push = np.zeros(free.shape)
+    push[13, 14, 2] = 1.0
+    reduced = space @ np.array(columns) @ space.T
+    expected = space.T @ np.linalg.solve(reduced, space @ (push.ravel() - whole.residual))
+
+    after = replace(
+        state, around=assemble.linear(rim, state, state, 0.0), at_rim=np.zeros(rim.size)
+    )
+    after.around.carry(after.at_rim, after.points)
+    found = assemble(box, state, (), after)
+    at_rim = np.zeros(rim.size)
+    step = found.stiffness.solve(np.concatenate([push[inside].ravel(), at_rim]) - found.residual)
+    points = after.points.copy()
+    after.around.carry(step[3 * box.size :], points)
+    points[inside] += step[: 3 * box.size].reshape(-1, 3)
+    # What is at rest outside moves at once: the box is then seen from another place by so much.
+    np.testing.assert_allclose(
+        (points - state.points).ravel(), expected, atol=2e-3 * np.abs(expected).max()
+    )
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_what_is_coarse_changes_the_force_little(friction):
+    """A plunge and a travel, against the whole sheet fine: 3 % of the force, 2 % of the depth."""
+    forces, points = [], []
+    for window in (0.015, 0.1):
+        sheet = model(window, friction=friction)
+        state, before = sheet.flat(), sheet.sphere(np.array([-4e-3, 0.0, REACH]), RADIUS)
+        box = None
+        for x, depth in ((-4e-3, 3e-4), (-4e-3, 8e-4), (0.0, 8e-4), (4e-3, 8e-4)):
+            tool = sheet.sphere(np.array([x, 1e-3, REACH - depth]), RADIUS)
+            box = sheet.near(box, tool.center[None])
+            found = sheet.equilibrium(state, (before,), (tool,), box)
+            state, before = found.state, tool
+            forces.append(found.forces[0])
+        points.append(state.points)
+    coarse, fine = np.array(forces[:4]), np.array(forces[4:])
+    assert np.abs(coarse - fine).max() > 0.0
+    assert np.linalg.norm(coarse - fine, axis=1).max() < 0.03 * np.linalg.norm(fine, axis=1).max()
+    assert np.abs(points[0] - points[1]).max() < 0.02 * 8e-4 + 1e-5
+
+
+def test_cells_that_did_not_bend_are_not_computed_again_and_would_be_the_same():
+    sheet = model(0.015)
+    before = sheet.sphere(np.array([-6e-3, 0.0, REACH]), RADIUS)
+    pressed = sheet.sphere(np.array([-6e-3, 0.0, REACH - 5e-4]), RADIUS)
+    box = sheet.near(None, pressed.center[None])
+    state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
+    assemble = sheet.assemble
+    rim = assemble.rim(sheet.window(np.array([8e-3, 0.0])))
+    kept = assemble.linear(rim, state, state, 2e-5)
+    anew = assemble.linear(rim, state, replace(state, around=None), 2e-5)
+    same = np.all(kept.cells.stiffness == state.around.cells.stiffness, axis=(1, 2))
+    assert 0.1 < same.mean() < 0.9
+    scale = np.abs(anew.stiffness).max()
+    np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=2e-2 * scale)
