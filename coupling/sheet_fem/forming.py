@@ -37,7 +37,7 @@ _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
 _LARGEST_STEP = 0.5
 # Bending of a coarse element away from the tools up to which it is linear, over the thickness.
-_LINEAR = 0.2
+_LINEAR = 0.01
 # How much larger than the window a box is when it follows the tools, over the window.
 _ROOM = 0.3
 # A load step is halved at most so many times.
