@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 # Of the yield criterion; sheets of metal are within a factor of two or so of one.
 _Coefficient = Annotated[float, Field(ge=0.1, le=10.0)]
 
-# Side of an element and half side of the window about a tool, over the radius of the tool.
+# Side of an element, half side of the window about a tool, and distance of two equilibria, over the
+# radius of the tool.  A tool that goes by more than it touches leaves a row of dents, whose forces jump.
 _ELEMENT = 0.4
 _WINDOW = 2.5
+_POSITION = 0.5
 
 
 class SheetFemTable(ProcessTable):
@@ -52,7 +54,7 @@ class SheetFemTable(ProcessTable):
     force_factor: Positive = 1.0
     element_m: Positive | None = None
     layers: Annotated[int, Field(ge=2, le=20)] = 5
-    position_m: Positive = 0.003
+    position_m: Positive | None = None
     window_m: Positive | None = None
 
     @model_validator(mode="after")
@@ -106,6 +108,11 @@ class SheetFemTable(ProcessTable):
         )
 
     @property
+    def _position(self) -> float:
+        """Distance of two equilibria along the path [m]."""
+        return self.position_m or _POSITION * 0.5 * self.tool_diameter_m
+
+    @property
     def forming_tool_diameter(self) -> float:
         """Diameter of the forming tool's sphere [m]."""
         return self.tool_diameter_m
@@ -150,7 +157,7 @@ class SheetFemTable(ProcessTable):
                 SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
             ),
             tips=tuple(tips),
-            schedule=schedule(points[0], self.position_m),
+            schedule=schedule(points[0], self._position),
             desired=task.desired,
             force_factor=self.force_factor,
             watch=task.watch,

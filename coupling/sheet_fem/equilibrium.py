@@ -45,14 +45,21 @@ class NewtonSettings:
     Attributes:
         tolerance: Largest unbalanced force at a control point that may move [N].
         largest_step: Displacement down to which those of an iteration are scaled [m].
-        linear: Move of a coarse spline up to which the sheet outside of the box is linear [m].
+        kept: Bending of a coarse element up to which it is not evaluated anew near an equilibrium [m].
+        linear: Bending of a coarse element up to which it may be linear in an equilibrium [m].
         max_iterations: Number of iterations after which the load step is cut.
     """
 
     tolerance: float
     largest_step: float
+    kept: float
     linear: float
     max_iterations: int = 40
+
+
+# Unbalanced force over the tolerance at which the sheet outside of the box is made linear: what still
+# moves then is microns, so that the state there depends on the tools and not on the iterations.
+_NEAR = 3000.0
 
 
 def find_equilibrium(
@@ -89,16 +96,18 @@ def find_equilibrium(
     free = 3 * box.size
     step = np.zeros(0)
     last, halvings = np.inf, 0
+    near = rim is None
     for iteration in range(settings.max_iterations):
         residual, stiffness, wrenches = assemble(box, state, spheres, after)
         if not np.all(np.isfinite(residual)):
             return None
-        if np.max(np.abs(residual)) <= settings.tolerance:
-            if rim is None or _is_linear(after, settings.linear):
-                on_tools = (wrenches[:, :3], wrenches[:, 3:])
-                return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
-            after = _made_linear(assemble, rim, state, after, settings.linear)
-            last = np.inf
+        unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
+        if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
+            on_tools = (wrenches[:, :3], wrenches[:, 3:])
+            return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
+        if rim is not None and unbalanced <= (1.0 if near else _NEAR):
+            after = _made_linear(assemble, rim, state, after, settings.kept)
+            near, last = True, np.inf
             continue
         size = float(np.linalg.norm(residual))
         if size > last and halvings < _MAX_HALVINGS:

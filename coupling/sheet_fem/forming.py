@@ -36,8 +36,10 @@ _SLIP = 0.01
 _TOLERANCE = 1e-4
 # ... and largest displacement of an iteration over the element's size.
 _LARGEST_STEP = 0.5
-# Bending of a coarse element away from the tools up to which it is linear, over the thickness.
-_LINEAR = 0.01
+# Bending of a coarse element away from the tools up to which it may be linear, over the thickness ...
+_LINEAR = 0.2
+# ... and up to which it is not evaluated anew in every equilibrium: the error goes with its square.
+_KEPT = 0.02
 # How much larger than the window a box is when it follows the tools, over the window.
 _ROOM = 0.3
 # A load step is halved at most so many times.
@@ -106,7 +108,10 @@ class SheetModel:
         )
         yield_force = material.strength * material.prestrain**material.exponent * thickness**2
         self._newton = NewtonSettings(
-            _TOLERANCE * yield_force, _LARGEST_STEP * min(size), _LINEAR * thickness
+            _TOLERANCE * yield_force,
+            _LARGEST_STEP * min(size),
+            _KEPT * thickness,
+            _LINEAR * thickness,
         )
 
     def flat(self) -> SheetState:
