@@ -70,6 +70,28 @@ def test_an_evaluation_starts_from_the_flat_sheet(pressed):
     assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
 
 
+def test_a_path_off_by_half_a_micron_has_nearly_the_same_forces():
+    """Or no command could be computed: forces answer with the stiffness of the contact, no jumps."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 31)
+    rings = [
+        np.column_stack([0.012 * np.cos(turn), 0.012 * np.sin(turn), np.full(31, -depth)])
+        for depth in (1.5e-3, 3e-3)
+    ]
+    points = np.vstack([[[0.012, 0.0, 1e-3]], *rings])
+    at = np.arange(len(points), dtype=float)
+    process = table(sheet_size_m=[0.056, 0.056], element_m=None, position_m=None).process(
+        Task(UPRIGHT, UPRIGHT.tool_path(at, points))
+    )
+    off = 5e-7 * np.sin(np.outer(at, [0.7, 1.1, 1.7]))
+    first, second = (
+        process.evaluate(UPRIGHT.tool_path(at, moved)) for moved in (points, points + off)
+    )
+    # K of the process itself, and half as much again for what positions before do to it.
+    felt = np.linalg.norm(np.einsum("nij,nj->ni", first.stiffness, off), axis=1)
+    jumps = np.linalg.norm(second.wrench.force[0] - first.wrench.force[0], axis=1)
+    assert np.max(jumps) < 1.5 * np.max(felt)
+
+
 def test_a_moved_and_turned_part_turns_the_wrench(pressed):
     """Force and moment at the TCP are those of the same part elsewhere, in its axes."""
     part = Part(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
