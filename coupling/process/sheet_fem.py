@@ -9,11 +9,11 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified
+from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
-from coupling.sheet_fem.surroundings import Box
 from coupling.toolpaths.part import Part
 
 _WHAT = "evaluating the process"

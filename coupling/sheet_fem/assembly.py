@@ -10,13 +10,16 @@ import numpy as np
 
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered, add_border
+from coupling.sheet_fem.box import Box
+from coupling.sheet_fem.cells import Cells, coarsen
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Sphere, Surface, press
 from coupling.sheet_fem.element import Shell, element
 from coupling.sheet_fem.plate import bear
+from coupling.sheet_fem.rim import Rim, see_rim
 from coupling.sheet_fem.state import SheetState
-from coupling.sheet_fem.surroundings import Box, Cells, Rim, Surroundings, coarsen, see_rim
+from coupling.sheet_fem.surroundings import Surroundings
 
 # The compiled element loop lets go of Python's lock.
 _THREADS = os.cpu_count() or 1

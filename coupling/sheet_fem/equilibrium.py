@@ -8,9 +8,10 @@ import numpy as np
 
 from coupling.sheet_fem.assembly import Assembler
 from coupling.sheet_fem.border import Bordered
+from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
+from coupling.sheet_fem.rim import Rim
 from coupling.sheet_fem.state import SheetState
-from coupling.sheet_fem.surroundings import Box, Rim
 
 
 @dataclass(frozen=True)

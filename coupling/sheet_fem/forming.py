@@ -8,6 +8,7 @@ import numpy as np
 
 from coupling.errors import ProcessError
 from coupling.sheet_fem.assembly import Assembler
+from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere, Surface
 from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.equilibrium import (
@@ -20,7 +21,6 @@ from coupling.sheet_fem.reaction import tool_stiffness
 from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
-from coupling.sheet_fem.surroundings import Box
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2

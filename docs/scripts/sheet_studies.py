@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
-from coupling.sheet_fem.surroundings import Box
 from docs.scripts.page import DOCS, table
 
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))

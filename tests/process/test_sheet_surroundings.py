@@ -11,11 +11,12 @@ pytest.importorskip("numba")
 
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered
+from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines, refinement
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
-from coupling.sheet_fem.surroundings import Box, Rim
+from coupling.sheet_fem.rim import Rim
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
