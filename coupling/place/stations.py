@@ -104,6 +104,7 @@ def stations_along(upright: UprightPath, sphere_radius: float, wrench: WrenchHis
 
 
 def _turning(time: np.ndarray, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
-    """Return angular velocities [rad/s] and accelerations [rad/s^2] of what turns, (k, 3) each."""
+    """Return angular velocities [rad/s] and accelerations [rad/s^2] of what turns, part axes, (k, 3)."""
     spline = RotationSpline(time, rotations)
-    return spline(time, 1), spline(time, 2)
+    # SciPy tells them in axes that turn along.
+    return rotations.apply(spline(time, 1)), rotations.apply(spline(time, 2))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
+from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError, PlanningError
@@ -39,10 +40,8 @@ def written(task, setting: np.ndarray, folder: Path):
     return load_case(file)
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
+def require_as_in_cases(task, folder: Path) -> None:
     """Poses to rounding, angular rates and accelerations to differences of the cases' own paths."""
-    task = task_of(name, tool_path={"sample_s": 0.005})
     rows = np.linspace(5, task.stations.count - 6, 40).astype(int)
     settings = task.ranges.sampled(4, seed=3)
     placed = task.cell.placed(settings)
@@ -51,7 +50,7 @@ def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
     targets, motion = moved.targets(places, all_), moved.motion(places, all_)
     shape = (3, len(rows), len(settings))
     for k, setting in enumerate(settings):
-        case = written(task, setting, tmp_path)
+        case = written(task, setting, folder)
         base_from_world = case.robots[0].placement.rotation.inv()
         held = base_from_world * case.desired.rotations[0]
         matrix = held[rows].as_matrix()
@@ -64,14 +63,16 @@ def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
         forth, back = (held[rows + sign] * held[rows].inv() for sign in (1, -1))
         spin = (forth.as_rotvec() - back.as_rotvec()) / (2.0 * step)
         rate = (forth.as_rotvec() + back.as_rotvec()) / step**2
-        for got, expected, allowed in (
-            (motion.spin, spin, 1e-3),
-            (motion.spin_rate, rate, 5e-3),
-        ):
+        for got, expected, allowed in ((motion.spin, spin, 2e-3), (motion.spin_rate, rate, 5e-3)):
             own = got.reshape(shape)[:, :, k].T
             np.testing.assert_allclose(own, expected, atol=allowed * np.abs(expected).max())
         shift = task.cell.sphere_radius * np.array([-1.0, 0.0, 0.0])
         np.testing.assert_array_equal(targets.tcp_shift, np.repeat(shift[:, None], shape[1] * 4, 1))
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
+    require_as_in_cases(task_of(name, tool_path={"sample_s": 0.005}), tmp_path)
 
 
 def test_ranges_of_a_lean_from_the_wall_are_about_the_upright_tool():
@@ -116,33 +117,36 @@ def test_a_setting_that_turns_the_tool_too_fast_is_none():
         best_of(task, setting[None], lambda case: case.process)
 
 
-def test_a_line_of_a_file_can_be_placed_with_tilts_from_its_path(tmp_path):
-    """And, where its rows turn the tool, with tilts from the part: the TCP is then the centre."""
-    u = np.linspace(0.0, 1.0, 60)
-    way = 0.1 * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-    half = 0.5 * (0.5 * np.pi + 4.0 * way)
-    rows = [2.0 * u, way, 0.0 * u, -0.01 * way, 0.0 * u, np.sin(half), 0.0 * u, np.cos(half)]
+@pytest.mark.parametrize("frame", ["path", "part"])
+def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path):
+    """With tilts from its path or from the part: the TCP is the centre of the sphere."""
+    u = np.linspace(0.0, 1.0, 401)
+    part = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    upright = Rotation.from_euler("y", 90.0, degrees=True)
+    turns = Rotation.from_rotvec(part[:, None] * [0.3, -0.4, 0.5])
+    held = Rotation.from_rotvec(0.3 * np.outer(np.sin(3.0 * part), [1, 0, 0])) * turns * upright
+    position = 0.1 * np.column_stack([part, 0.3 * part**2, -0.1 * part])
     file = tmp_path / "line.csv"
-    write_table(file, ("time", *POSE_COLUMNS), np.column_stack(rows))
-    base = example("cone").resolved
-    for frame in ("path", "part"):
-        own = dict(base)
-        own["tool_path"] = {"kind": "csv", "file": str(file), "tilt_frame": frame}
-        own["process"] = base["process"] | {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
-        own["place"] = FREE
-        text = tmp_path / f"{frame}.toml"
-        text.write_text(tomli_w.dumps(own))
-        case = load_case(text)
-        task = placing(case, case.process)
-        assert task.stations.centered
-        tried = task.ranges.sampled(6, seed=2)
-        lanes = task.screen(task.stations.chosen(np.arange(0, 60, 6))).lanes(tried)
-        for k in np.flatnonzero(np.isfinite(lanes.q[0, 0])):
-            placed = written(task, tried[k], tmp_path)
-            robot = placed.robots[0]
-            (exact,) = (
-                InverseKinematics(robot.description, robot.home)
-                .plan(robot.placement.path_in_base(placed.desired))
-                .q
-            )
-            np.testing.assert_allclose(lanes.q[:, :, k], exact[::6], atol=1e-6)
+    rows = np.column_stack([2.0 * u, position, held.as_quat()])
+    write_table(file, ("time", *POSE_COLUMNS), rows)
+    own = dict(example("cone").resolved)
+    own["tool_path"] = {"kind": "csv", "file": str(file), "tilt_frame": frame}
+    own["process"] = own["process"] | {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
+    own["place"] = FREE
+    text = tmp_path / "placed.toml"
+    text.write_text(tomli_w.dumps(own))
+    case = load_case(text)
+    task = placing(case, case.process)
+    assert task.stations.centered
+    require_as_in_cases(task, tmp_path)
+    # And the robot's joints are those of the planned case.
+    tried = task.ranges.sampled(6, seed=2)
+    lanes = task.screen(task.stations.chosen(np.arange(0, 401, 40))).lanes(tried)
+    reached = np.flatnonzero(np.isfinite(lanes.q[0, 0]))
+    assert len(reached)
+    for k in reached:
+        placed = written(task, tried[k], tmp_path)
+        robot = placed.robots[0]
+        planner = InverseKinematics(robot.description, lanes.q[0, :, k])
+        (exact,) = planner.plan(robot.placement.path_in_base(placed.desired)).q
+        np.testing.assert_allclose(lanes.q[:, :, k], exact[::40], atol=1e-6)
