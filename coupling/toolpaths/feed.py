@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import BPoly
 
 from coupling.errors import CaseError
@@ -42,7 +43,7 @@ def headings_along(path: ToolPath) -> np.ndarray:
     """Return the angles of the feed across the axis of an upright tool, which approaches along its x.
 
     Where the tool rests or moves along its axis, its heading turns from the last one to the next with
-    a continuous rate; before the first one it is that, and behind the last one that.
+    a continuous rate; at the ends of the path it goes on as it bends there.
 
     Args:
         path: Path of one tool before it is turned.
@@ -61,6 +62,10 @@ def headings_along(path: ToolPath) -> np.ndarray:
     rows = np.flatnonzero(speed > _SLOW * speed.max())
     known = np.unwrap(np.arctan2(velocity[rows, 1], velocity[rows, 2]))
     heading = np.interp(time, time[rows], known)
+    way = cumulative_trapezoid(speed, time, initial=0.0)
+    bend = np.gradient(known, way[rows]) if len(rows) > 1 else np.zeros(1)
+    for part, k in ((slice(rows[0]), 0), (slice(rows[-1], None), -1)):
+        heading[part] = known[k] + bend[k] * (way[part] - way[rows[k]])
     # Of turning along the path, at both sides of a rest that of its own side.
     rate = np.where(np.diff(rows) == 1, np.diff(known) / np.diff(time[rows]), 0.0)
     before, after = np.append(0.0, rate), np.append(rate, 0.0)

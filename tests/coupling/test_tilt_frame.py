@@ -173,10 +173,7 @@ def test_on_a_circle_of_a_file_the_tool_follows_the_feed(tmp_path):
     right = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
     expected = np.sin(lead) * feed + np.cos(lead) * np.sin(lean) * right
     expected[:, 2] = np.cos(lead) * np.cos(lean)
-    # Where the circle has no speed its heading is that of 2 % of its largest.
-    np.testing.assert_allclose(axis_of(path), expected, atol=2e-3)
-    middle = slice(60, 340)
-    np.testing.assert_allclose(axis_of(path)[middle], expected[middle], atol=2e-6)
+    np.testing.assert_allclose(axis_of(path), expected, atol=1e-5)
 
 
 def test_a_files_rows_give_the_normal_where_they_turn_the_tool(tmp_path):
@@ -194,9 +191,7 @@ def test_a_files_rows_give_the_normal_where_they_turn_the_tool(tmp_path):
         np.sum(axis_of(path) * normal, axis=1), np.cos(np.deg2rad(12.0)), atol=1e-12
     )
     # Right of the feed is outwards here: both leans add up.
-    np.testing.assert_allclose(
-        axis_of(path)[60:340, 2], np.cos(tilted + np.deg2rad(12.0)), atol=1e-6
-    )
+    np.testing.assert_allclose(axis_of(path)[:, 2], np.cos(tilted + np.deg2rad(12.0)), atol=1e-5)
 
 
 def test_a_corner_of_a_file_in_which_the_tool_rests_is_turned_in_there(tmp_path):
