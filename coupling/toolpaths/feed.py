@@ -64,8 +64,8 @@ def headings_along(path: ToolPath) -> np.ndarray:
     heading = np.interp(time, time[rows], known)
     way = cumulative_trapezoid(speed, time, initial=0.0)
     bend = np.gradient(known, way[rows]) if len(rows) > 1 else np.zeros(1)
-    for part, k in ((slice(rows[0]), 0), (slice(rows[-1], None), -1)):
-        heading[part] = known[k] + bend[k] * (way[part] - way[rows[k]])
+    for part, end in ((slice(rows[0]), 0), (slice(rows[-1], None), -1)):
+        heading[part] = known[end] + bend[end] * (way[part] - way[rows[end]])
     # Of turning along the path, at both sides of a rest that of its own side.
     rate = np.where(np.diff(rows) == 1, np.diff(known) / np.diff(time[rows]), 0.0)
     before, after = np.append(0.0, rate), np.append(rate, 0.0)
