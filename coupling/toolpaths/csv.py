@@ -53,7 +53,4 @@ class CsvPath(ToolPathTable):
             raise CaseError(f"{self.file}: {cause}") from cause
         if self.tilt_frame == "part":
             return UprightPath(part, path)
-        try:
-            return UprightPath(part, path).headed(headings_along(path))
-        except CaseError as cause:
-            raise CaseError(f"tool_path: {cause}") from cause
+        return UprightPath(part, path).headed(headings_along(path))

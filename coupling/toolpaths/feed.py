@@ -18,8 +18,8 @@ _STANDING = 1e-6
 _SAME = 1e-9
 
 NO_FEED = (
-    "tilt_frame: expected a path with a feed across the tool's axis of approach, got one along which"
-    " the tool rests or follows its axis: measure its tilt from the part"
+    "tool_path: tilt_frame: expected a path with a feed across the tool's axis of approach, got one"
+    " along which the tool rests or follows its axis: measure its tilt from the part"
 )
 
 

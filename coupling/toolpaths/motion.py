@@ -91,7 +91,7 @@ class Driven(ToolPathTable):
         """
         segments, follows = list(self._segments()), self.tilt_frame == "path"
         if follows and all(own.heading is None for own in segments):
-            raise CaseError(f"tool_path: {NO_FEED}")
+            raise CaseError(NO_FEED)
         turn = self.turn_s if follows else 0.0
         motion = follow(segments, self.feed_m_s, self.blend_s, self.sample_s, turn)
         upright = UprightPath(part, part.tool_path(motion.time, motion.points))
