@@ -94,7 +94,7 @@ def order_of(position: np.ndarray) -> list[tuple[int, int | None]]:
     """Return places, each with a neighbour that comes before it: the middle one first, then the nearest.
 
     Args:
-        position: [m], (k, 3).
+        position: Where they are [m], (k, d).
     """
     first = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     order: list[tuple[int, int | None]] = [(first, None)]

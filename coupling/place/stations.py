@@ -16,6 +16,8 @@ from coupling.toolpaths.upright import UprightPath
 _SPACING = 0.004
 # A path is seen at the strongest places of so many parts of its duration.
 _PARTS = 400
+# A radian is as far as so much [m].
+_ARM = 0.2
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,12 @@ class Stations:
     def count(self) -> int:
         """Number k of places."""
         return len(self.time)
+
+    @property
+    def poses(self) -> np.ndarray:
+        """Positions and, by what the tool's directions are off, orientations as lengths [m], (k, 9)."""
+        turned = [own.apply([1.0, 0.0, 0.0]) for own in (self.tool, self.axes)]
+        return np.hstack([self.position, *(_ARM * directions for directions in turned)])
 
     def chosen(self, rows: np.ndarray) -> Stations:
         """Return some of them, by their numbers."""

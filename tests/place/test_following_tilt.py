@@ -75,6 +75,20 @@ def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
     require_as_in_cases(task_of(name, tool_path={"sample_s": 0.005}), tmp_path)
 
 
+def test_where_the_tool_goes_round_every_place_is_reached_from_one_near_it():
+    """One setting at all places at once, as it is judged: wherever a few places are reached."""
+    task = task_of("cone", lean_deg=[0.0, 25.0])
+    every = task.stations.strongest()
+    few = every.chosen(np.arange(0, every.count, 12))
+    tried = task.ranges.sampled(8, seed=2)
+    near = task.screen(few).figures(tried)
+    well = tried[near.reached & (near.regularity > 0.03)]
+    assert len(well) >= 4
+    screen = task.screen(every)
+    for setting in well:
+        assert np.isfinite(screen.lanes(setting[None]).q).all()
+
+
 def test_ranges_of_a_lean_from_the_wall_are_about_the_upright_tool():
     low, high = (np.rad2deg(ends) for ends in vars(task_of("cone").ranges).values())
     lean = NAMES.index("lean")
