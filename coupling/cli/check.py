@@ -56,5 +56,6 @@ def _lines(case: Case, answer: Answer | None) -> Iterator[str]:
         ):
             yield f"  joint {number}: {low:.1f} to {high:.1f} deg"
         at_risk = gear_lines(diagnose_robot(placed, wanted))
-        yield f"  under {loads}:" if at_risk else f"  under {loads} no gear changes its flank"
+        none = "a wrong backlash would show of no gear at the tool"
+        yield f"  under {loads}:" if at_risk else f"  under {loads} {none}"
         yield from at_risk

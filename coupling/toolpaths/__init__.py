@@ -4,7 +4,8 @@ from coupling.toolpaths.contours import Cone, Pyramid
 from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
-from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 
 TOOL_PATHS: dict[str, type[ToolPathTable]] = {
     "cone": Cone,

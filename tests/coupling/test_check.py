@@ -41,7 +41,16 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path):
     assert "under the robot's own weight" in done.stdout
     forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
     assert "process, at most" in forced.stdout
-    assert "no gear changes its flank" in forced.stdout
+    assert "N a wrong backlash would show of no gear at the tool" in forced.stdout
+
+
+def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path):
+    """All that is known of them is that a wrong backlash would not show."""
+    curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
+    done = checked(short(tmp_path, "cone", **curve), "--evaluate")
+    assert done.returncode == 0, done.stderr
+    assert "a wrong backlash would show of no gear" in done.stdout
+    assert "flank" not in done.stdout
 
 
 def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path):
