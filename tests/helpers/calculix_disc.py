@@ -40,7 +40,9 @@ class Disc:
     increments: int = 50
 
 
-def disc_force(disc: Disc, curve: Iterable[tuple[float, float]], E: float, nu: float, folder: Path):
+def disc_force(
+    disc: Disc, curve: Iterable[tuple[float, float]], E: float, nu: float, folder: Path
+) -> tuple[np.ndarray, np.ndarray]:
     """Return plunges [mm] and forces [N] of all increments; arguments as of `plunge_force`."""
     (folder / "disc.inp").write_text(_deck(disc, curve, E, nu), encoding="ascii")
     done = subprocess.run(
@@ -105,7 +107,8 @@ def _nodes(x: np.ndarray, y: np.ndarray, first: int) -> tuple[list[str], np.ndar
 
 def _quads(n: np.ndarray, first: int) -> tuple[list[str], list[int]]:
     """Return the elements of a grid, and those of its last row of the second direction."""
-    lines, last = [], []
+    lines: list[str] = []
+    last: list[int] = []
     for i in range(0, n.shape[0] - 1, 2):
         for j in range(0, n.shape[1] - 1, 2):
             corners = (n[i, j], n[i + 2, j], n[i + 2, j + 2], n[i, j + 2])

@@ -38,7 +38,9 @@ class Plate:
     finest: float = 0.35
 
 
-def plunge_force(plate: Plate, curve: list[tuple[float, float]], E: float, nu: float, folder: Path):
+def plunge_force(
+    plate: Plate, curve: list[tuple[float, float]], E: float, nu: float, folder: Path
+) -> tuple[np.ndarray, np.ndarray]:
     """Return plunges [mm] and forces [N] of all increments.
 
     Args:
