@@ -189,7 +189,7 @@ def law_table() -> str:
 def fineness_table() -> str:
     """Return the mean forces of the second contour, 1 mm deep, over the elements."""
     lines = []
-    for element in (4.0, 2.0, 1.5):
+    for element in (4.0, 2.5, 1.5):
         case = example(
             "bm3",
             tool_path={"depth_m": 1e-3, "sample_s": SAMPLE},
