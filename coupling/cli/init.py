@@ -28,9 +28,7 @@ def init(
     ] = None,
     robot: Annotated[
         str,
-        typer.Option(
-            help="A shipped robot, or the path of a robot file.", autocompletion=_robots
-        ),
+        typer.Option(help="A shipped robot, or the path of a robot file.", autocompletion=_robots),
     ] = "icme2008",
     process: Annotated[
         str, typer.Option(help="What the robot does.", autocompletion=_processes)

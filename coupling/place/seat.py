@@ -91,9 +91,7 @@ def _targets(position: np.ndarray, base_from_tool: Rotation) -> Targets:
     return Targets(position, tool, np.zeros((3, count)))
 
 
-def _worth(
-    serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray
-) -> np.ndarray:
+def _worth(serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Return 1 for postures that are clear of everything, less for others, (n,)."""
     still = np.zeros((3, q.shape[1]))
     at: Following = following(serial, q, still, TipMotion(still, still, still, still))
