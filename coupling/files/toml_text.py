@@ -7,11 +7,15 @@ import re
 import tomli_w
 
 # A key, its value on one line, and a comment behind it.
-_LINE = r"(?P<key>{key}[ \t]*=[ \t]*)(?P<value>(?:\"[^\"\n]*\"|'[^'\n]*'|[^#\n])*?)(?P<end>[ \t]*(?:#.*)?)"
+_LINE = (
+    r"(?P<key>{key}[ \t]*=[ \t]*)"
+    r"(?P<value>(?:\"[^\"\n]*\"|'[^'\n]*'|[^#\n])*?)"
+    r"(?P<end>[ \t]*(?:#.*)?)"
+)
 
 
 def with_value(text: str, table: str, key: str, value: object) -> str:
-    """Return the text of a TOML file with another value of one key; a comment keeps its column.
+    r"""Return the text of a TOML file with another value of one key; a comment keeps its column.
 
     Args:
         text: The file.
@@ -23,7 +27,7 @@ def with_value(text: str, table: str, key: str, value: object) -> str:
         ValueError: If the table has no such key.
 
     Example:
-        >>> print(with_value("[part]\\nx = 1.0   # across", "part", "x", 1.25))
+        >>> print(with_value("[part]\nx = 1.0   # across", "part", "x", 1.25))
         [part]
         x = 1.25  # across
     """

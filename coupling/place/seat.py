@@ -14,7 +14,7 @@ from coupling.place.serial_robot import SerialRobot, TipMotion
 from elastic_robot.description import Robot
 
 # Postures that inverse kinematics starts from, and their seed.
-_STARTS, _SEED = 4000, 1
+_STARTS, _SEED = 1200, 1
 _PASSES = 60
 # Box of places in front of the base, in units of the robot's reach: outward and up.
 _OUTWARD, _UP = (0.3, 0.85), (0.05, 0.6)

@@ -49,7 +49,7 @@ def write_check_page(
 def check_page(title: str, robots: Sequence[CheckedRobot], lines: Sequence[str]) -> str:
     """Return the page as one self-contained HTML text."""
     head = "".join(_joints(robot) for robot in robots)
-    end = f"<h2>In words</h2><pre>{html.escape(chr(10).join(lines))}</pre>"
+    end = f"<h2>In words</h2><pre style='white-space: pre-wrap'>{html.escape(chr(10).join(lines))}</pre>"
     sections = [("Path, robot and reach", "workspace", workspace(robots), _TEXT)]
     return document(title, head, sections, end)
 
@@ -116,8 +116,8 @@ def _joints(robot: CheckedRobot) -> str:
         )
         for demand in robot.demands
     ]
-    header = ("[deg, s]", "lowest", "highest", "from", "to", "margin", "rate", "limit")
-    header += ("acceleration", "limit", "beyond")
+    angles = ("[deg, s]", "lowest", "highest", "from", "to", "margin")
+    header = (*angles, "rate", "limit", "acceleration", "limit", "beyond")
     return (
         f"<h2>{html.escape(robot.name)}</h2>{table(header, rows)}<p>{robot.way:.3f} m in"
         f" {robot.path.time[-1]:.1f} s; {room_words(robot)}; distance from singular postures"

@@ -25,7 +25,7 @@ CASE = "case.toml"
 # Places that are tried with the whole path.
 _TRIED = 20
 # Samples of it that are looked at: beside the corners a path is smooth.
-_SAMPLES = 400
+_SAMPLES = 200
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -90,16 +90,39 @@ def follow(
     """
     points: list[np.ndarray] = []
     for segment in segments:
-        cruise = max(segment.length / feed - blend, 0.0)
-        steps = int(np.ceil((cruise + 2.0 * blend) / period - 1e-9))
-        duration = steps * period
-        speed = segment.length / (duration - blend)
-        t = np.arange(steps + 1) * period
-        s = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
-        curve = segment.point(s)
+        curve = drive(segment, feed, blend, period)
         points.append(curve if not points else curve[1:])
     samples = np.vstack(points)
     return np.arange(len(samples)) * period, samples
+
+
+def drive(segment: Segment, feed: float, blend: float, period: float) -> np.ndarray:
+    """Sample the motion along one segment from rest to rest, as `follow`; points [m], (k, 3)."""
+    cruise = max(segment.length / feed - blend, 0.0)
+    steps = int(np.ceil((cruise + 2.0 * blend) / period - 1e-9))
+    duration = steps * period
+    speed = segment.length / (duration - blend)
+    t = np.arange(steps + 1) * period
+    s = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
+    return segment.point(s)
+
+
+def chain(segments: Sequence[Segment]) -> Segment:
+    """Return segments joined end to end as one."""
+    if len(segments) == 1:
+        return segments[0]
+    ends = np.cumsum([segment.length for segment in segments])
+
+    def point(s: np.ndarray) -> np.ndarray:
+        which = np.minimum(np.searchsorted(ends, s, side="left"), len(segments) - 1)
+        points = np.empty((len(s), 3))
+        for k in np.unique(which):
+            own = which == k
+            begin = ends[k] - segments[k].length
+            points[own] = segments[k].point(np.clip(s[own] - begin, 0.0, segments[k].length))
+        return points
+
+    return Segment(float(ends[-1]), point)
 
 
 def _distance(t: np.ndarray, duration: float, blend: float) -> np.ndarray:

@@ -42,6 +42,7 @@ class Task:
             approach where it stands upright.
         workspace: Folder for files that a process leaves; a new temporary one unless given.
         watch: Function that is told what happens in an evaluation.
+        remarks: What the user should know of the tool path, sentences.
     """
 
     part: Part
@@ -52,6 +53,7 @@ class Task:
     contact: np.ndarray = field(default_factory=APPROACH.copy)
     workspace: Path = field(default_factory=_temporary_folder)
     watch: Watch = unwatched
+    remarks: tuple[str, ...] = ()
 
     @property
     def desired(self) -> ToolPath:

@@ -6,7 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 from places import CASES
+
+from coupling.case import load_case
+from coupling.check.joints import joint_demands
+from coupling.check.room import room_around
+from coupling.check.words import joint_words
+from coupling.errors import PlanningError
+from coupling.inverse.joint_limits import JointLimits
+from coupling.robot.inverse_kinematics import InverseKinematics
 
 
 def checked(case: Path, *options: str) -> subprocess.CompletedProcess[str]:
@@ -31,8 +40,14 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "of path in" in done.stdout
     assert "  joint 6: " in done.stdout
+    assert "no limits known; at most" in done.stdout
+    assert "the whole path can be moved by [mm]" in done.stdout
+    assert "evaluations of the process" in done.stdout
     assert "changes of its flank" in done.stdout
-    assert [file.name for file in tmp_path.iterdir()] == ["cone.toml"]
+    assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
+    (page,) = (tmp_path / "results").iterdir()
+    assert page.name == "cone_check.html"
+    assert "reach, upright plane" in page.read_text()
 
 
 def test_without_the_process_only_the_robot_s_weight_counts(tmp_path):
@@ -54,3 +69,53 @@ def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path):
     assert "Traceback" not in done.stderr
     far.write_bytes(b"\xff\xfe[robot")
     assert checked(far).returncode == 2
+
+
+def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
+    """By inverse kinematics of its own, from pose to pose: the last step is reached, the next is not."""
+    case = load_case(CASES / "gcode_groove.toml")
+    placed, path = case.robots[0], case.desired.at_rows(np.arange(0, len(case.desired.time), 5))
+    planner = InverseKinematics(placed.description, placed.home)
+    room = room_around(placed.description, path, planner.plan(path).q[0])
+    limits = {"+x": (1.0, 0.0, 0.0), "-z": (0.0, 0.0, -1.0)}
+    for name, direction in limits.items():
+        way = room.free[name]
+        assert 0.1 < way < 3.0
+        for step, follows in ((way, True), (way + 0.04, False)):
+            shift = np.concatenate([step * np.array(direction), np.zeros(3)])
+            steps = [path.displaced(share * shift) for share in np.linspace(0.0, 1.0, 40)]
+            assert (_led(placed, steps) is not None) is follows, (name, step)
+    reach = np.linalg.norm(room.links[1:] - room.links[:-1], axis=1).sum()
+    assert np.linalg.norm(room.upright, axis=1).max() < reach
+    assert np.linalg.norm(room.links[-1] - path.position[0, 0]) < 1e-8
+
+
+def _led(placed, steps):
+    """Joint angles at the last of some paths, each from the first posture of the one before."""
+    home = placed.home
+    try:
+        for path in steps:
+            first = path.at_rows(np.arange(2))
+            home = InverseKinematics(placed.description, home).plan(first).q[0][0]
+        return InverseKinematics(placed.description, home).plan(steps[-1])
+    except PlanningError:
+        return None
+
+
+def test_joints_beyond_their_limits_are_named():
+    time = np.linspace(0.0, 1.0, 101)
+    swing = (0.5 - 0.5 * np.cos(2.0 * np.pi * time))[:, None]
+    limits = JointLimits(*np.array([[-1.0], [0.9], [3.0], [19.0]]))
+    (asked,) = joint_demands(time, swing, limits)
+    assert asked.beyond == ["angle", "rate", "acceleration"]
+    assert "BEYOND ITS LIMIT in angle, rate, acceleration" in joint_words(asked)
+
+
+def test_a_process_of_unknown_cost_is_not_evaluated_and_said_to_be_unknown(tmp_path):
+    (tmp_path / "run.py").write_text("raise SystemExit('was run')")
+    text = (CASES / "external_template.toml").read_text()
+    case = tmp_path / "case.toml"
+    case.write_text(text.replace("{case}/../process_template.py", "{case}/run.py"))
+    done = checked(case)
+    assert done.returncode == 0, done.stderr
+    assert "whose time is unknown" in done.stdout
