@@ -14,7 +14,7 @@ from coupling.place.serial_robot import SerialRobot, TipMotion
 from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.
-_PLACES, _RAYS = 60, 72
+_PLACES, _RAYS = 30, 72
 # One step outwards, how many at most, and passes of inverse kinematics in each [m].
 _STEP, _MOST, _PASSES = 0.02, 150, 12
 # As near to a singular posture as inverse kinematics goes (`Following.regularity`).
@@ -63,11 +63,11 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
     position, rotations = path.position[0], path.rotations[0]
     rows = np.unique(np.linspace(0, len(q) - 1, _PLACES).astype(int))
     rows = np.union1d(rows, [*position.argmin(axis=0), *position.argmax(axis=0)])
-    free = {}
-    for name, direction in DIRECTIONS.items():
-        along = np.tile(np.array(direction)[:, None], len(rows))
-        ways = walk.ways(q[rows].T, position[rows].T, rotations[rows], along)
-        free[name] = float(ways.min())
+    every = np.tile(rows, len(DIRECTIONS))
+    along = np.repeat(np.array(list(DIRECTIONS.values())).T, len(rows), axis=1)
+    ways = walk.ways(q[every].T, position[every].T, rotations[every], along)
+    least = ways.reshape(len(DIRECTIONS), -1).min(axis=1).tolist()
+    free = dict(zip(DIRECTIONS, least, strict=True))
     middle = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     outward = position[middle] * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(outward))
