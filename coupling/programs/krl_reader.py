@@ -52,10 +52,10 @@ def read(source: str, data: str = "", name: str = "") -> Program:
         ProgramError: With the line, what was expected and what was got.
 
     Example:
-        >>> text = "DEF A()\\n$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\\n$VEL.CP=0.1\\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\\nEND"
-        >>> move = read(text).moves[0]
-        >>> move.motion, [round(x, 9) for x in move.pose[:3]], round(move.speed, 9)
-        ('linear', [0.001, 0.002, 0.003], 0.1)
+        >>> lines = ["DEF WAY()", "$VEL.CP=0.5", "LIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "END"]
+        >>> move = read(chr(10).join(lines)).moves[0]
+        >>> move.motion, [round(x, 9) for x in move.pose[:3]], move.speed
+        ('linear', [0.001, 0.002, 0.003], 0.5)
     """
     reader = _Reader(name or "KRL", _points(data, f"{name or 'KRL'}: points"))
     for number, line in _lines(source):
