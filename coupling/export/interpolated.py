@@ -1,0 +1,102 @@
+"""What a controller makes of a program: the motion of the drives, from the text alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from coupling.errors import ProgramError
+from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
+from coupling.export.frames import Placed, with_tool
+from coupling.export.spline_points import spline_values
+from coupling.files.controller_axes import ControllerAxes
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath
+from coupling.programs.program import HERE, Move, Program
+from coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.description import Robot
+
+
+def drive_motion(
+    program: Program, robot: Robot, axes: ControllerAxes, cycle: float, start: float
+) -> JointPath:
+    """Return the motion of a robot's drives under the timed motions of a program.
+
+    The controller's interpolator gives set points on a cycle: between the targets straight or on the C2
+    cubic spline through them that rests at both ends, poses with a quaternion that is normalised, and
+    it does not blend.  Poses become joint angles by the rigid robot's inverse kinematics with the tool
+    that the program states.  The drives follow the C2 cubic spline through the set points.
+
+    Args:
+        program: The program, whose timed motions are of one kind.
+        robot: The robot.
+        axes: How its controller counts.
+        cycle: Time between set points [s].
+        start: Time at which the timed motions begin [s].
+
+    Raises:
+        ProgramError: If the program's motions do not make a path.
+        PlanningError: If the robot cannot follow.
+    """
+    timed = program.timed
+    motions = {move.motion for move in timed[1:]}
+    if len(timed) < 2 or len(motions) != 1 or any(move.duration is None for move in timed[1:]):
+        raise ProgramError(
+            f"{program.name}: expected a start and timed motions of one kind behind it, got"
+            f" {len(timed) - 1} of {', '.join(sorted(motions)) or 'none'}"
+        )
+    time = start + np.cumsum([0.0, *(move.duration or 0.0 for move in timed[1:])])
+    at = Controller(cycle).rows(time[0], time[-1])
+    at[-1] = time[-1]
+    if at[-1] - at[-2] < _SHORTEST * cycle:
+        at = np.delete(at, -2)
+    spline = motions == {"spline"}
+    if any(move.pose is None for move in timed):
+        angles = axes.file_angles(np.array([_joints(move, program) for move in timed]))
+        values = _interpolated(JointCurve(angles, np.empty(0), 0.0), time, at, spline)
+        return JointPath(at, (values,))
+    rows = np.array([move.pose for move in timed])
+    rows[:, 3:] = continuous(rows[:, 3:])
+    values = _interpolated(PoseCurve(rows, 0.0), time, at, spline)
+    values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
+    path = Placed.of(program.base or HERE).outside(ToolPath(at, values))
+    in_base = ToolPath(at, path.pose + np.append(axes.base_position, np.zeros(4)))
+    carrying = with_tool(robot, Placed.of(program.tool or HERE), axes)
+    home = axes.file_angles(np.array([_home(program)]))[0]
+    return InverseKinematics(_unlimited(carrying), home).plan(in_base)
+
+
+# A last cycle shorter than this part of one is joined to the one before it.
+_SHORTEST = 0.5
+
+
+def _interpolated(curve: Curve, time: np.ndarray, at: np.ndarray, spline: bool) -> np.ndarray:
+    if spline:
+        return spline_values(time, curve.values, at)
+    after = np.searchsorted(time, at, side="left").clip(1, len(time) - 1)
+    before = after - 1
+    share = ((at - time[before]) / (time[after] - time[before])).clip(0.0, 1.0)
+    return curve.between(curve.values[before], curve.values[after], share)
+
+
+def _joints(move: Move, program: Program) -> tuple[float, ...]:
+    if move.joints is None:
+        raise ProgramError(f"{program.name}: expected poses or joint angles alone, got both")
+    return move.joints
+
+
+def _home(program: Program) -> tuple[float, ...]:
+    """Return the controller's joint angles at the start of the path."""
+    known = [move.joints for move in program.moves if move.joints is not None]
+    known += [m.configuration.angles for m in program.timed[:1] if m.configuration is not None]
+    if not known:
+        raise ProgramError(
+            f"{program.name}: expected a motion to joint angles before the path, got none"
+        )
+    return known[-1]
+
+
+def _unlimited(robot: Robot) -> Robot:
+    """Return a robot whose joints have no limits, which are checked for themselves."""
+    return replace(robot, joints=tuple(replace(joint, limits=None) for joint in robot.joints))
