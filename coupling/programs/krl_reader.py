@@ -116,7 +116,7 @@ class _Reader:
 
     def take(self, line: str, where: str) -> None:
         """Go on by one statement."""
-        word = re.split(r"[\s(\[]", line, maxsplit=1)[0].upper()
+        word = re.split(r"[\s(\[=]", line, maxsplit=1)[0].upper()
         if word in _REFUSED:
             raise ProgramError(
                 f"{where}: expected motions to points one after the other, PTP, LIN, SPL and their like,"
