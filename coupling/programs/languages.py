@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from coupling.errors import ProgramError, one_of
-from coupling.programs import csv_rows, krl, krl_reader
+from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
 from coupling.programs.program import Program, ProgramFile
 
 Targets = Literal["cartesian", "joints"]
@@ -49,6 +49,11 @@ def _read_krl(files: Sequence[ProgramFile]) -> Program:
     return krl_reader.read(source.text, "\n".join(data), source.name)
 
 
+def _read_rapid(files: Sequence[ProgramFile]) -> Program:
+    file = _one(files, ".mod")
+    return rapid_reader.read(file.text, file.name)
+
+
 def _read_csv(files: Sequence[ProgramFile]) -> Program:
     file = _one(files, ".csv")
     return csv_rows.read(file.text, file.name)
@@ -66,6 +71,25 @@ LANGUAGES = {
     for language in (
         Language("krl", krl.write, _read_krl, ".src", "spline", krl.LONGEST_NAME),
         Language(
+            "rapid",
+            rapid.write,
+            _read_rapid,
+            ".mod",
+            "straight",
+            rapid.LONGEST_NAME - 2,
+            configured=True,
+        ),
+        Language(
+            "fanuc",
+            fanuc.write,
+            fanuc_reader.read,
+            ".ls",
+            "straight",
+            fanuc.LONGEST_NAME - 3,
+            step=1e-3,
+            configured=True,
+        ),
+        Language(
             "csv",
             csv_rows.write,
             _read_csv,
@@ -78,15 +102,11 @@ LANGUAGES = {
     )
 }
 
-# Files that belong to a program beside the one that is named, by its ending.
-_BESIDE = {".src": (".dat",)}
-
-
 def read_program(path: Path) -> Program:
     """Read a program in the language that its file's ending says.
 
     Args:
-        path: Its file; others that belong to it lie beside it.
+        path: Its file; others that belong to it, as a .dat and what an .ls calls, lie beside it.
 
     Raises:
         ProgramError: If it cannot be read.
@@ -95,11 +115,21 @@ def read_program(path: Path) -> Program:
     known = {language.ending: language for language in LANGUAGES.values()}
     if ending not in known:
         raise ProgramError(f"{path}: ending: {one_of(known, ending)}")
-    files = [_file(path)]
-    for other in _BESIDE.get(ending, ()):
-        beside = [f for f in path.parent.glob(f"{path.stem}.*") if f.suffix.lower() == other]
-        files += [_file(file) for file in sorted(beside)[:1]]
-    return known[ending].read(files)
+    first = _file(path)
+    return known[ending].read([first, *_beside(path, first.text)])
+
+
+def _beside(path: Path, text: str) -> list[ProgramFile]:
+    """Return the files that belong to one: of its name with .dat, or called by it."""
+    wanted = {(path.stem.upper(), ".dat")}
+    if path.suffix.lower() == ".ls":
+        wanted = {(name, ".ls") for name in fanuc_reader.called(text)}
+    files = sorted(path.parent.iterdir()) if wanted else []
+    return [
+        _file(file)
+        for file in files
+        if (file.stem.upper(), file.suffix.lower()) in wanted and file != path
+    ]
 
 
 def _file(path: Path) -> ProgramFile:
