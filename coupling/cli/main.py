@@ -12,7 +12,19 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from coupling.cli import build, check, identify, learn, mirror, place, robots, runs, store, study
+from coupling.cli import (
+    build,
+    check,
+    export,
+    identify,
+    learn,
+    mirror,
+    place,
+    robots,
+    runs,
+    store,
+    study,
+)
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -44,6 +56,7 @@ _COMMANDS = (
     check.check,
     runs.couple,
     runs.compensate,
+    export.export,
     study.study,
     place.place,
     runs.report,

@@ -32,9 +32,7 @@ def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[D
     return motions
 
 
-def _problems(
-    command: JointPath, motions: Sequence[DriveMotion], limits: JointLimits
-) -> list[str]:
+def _problems(command: JointPath, motions: Sequence[DriveMotion], limits: JointLimits) -> list[str]:
     found = []
     for i, drive in enumerate(motions):
         low, high = limits.lower[i], limits.upper[i]

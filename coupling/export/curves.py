@@ -9,13 +9,12 @@ import numpy as np
 
 
 class Curve(Protocol):
-    """A motion at its samples.
+    """A motion at its samples."""
 
-    Attributes:
-        values: What a controller interpolates, (n, k).
-    """
-
-    values: np.ndarray
+    @property
+    def values(self) -> np.ndarray:
+        """What a controller interpolates, (n, k)."""
+        ...
 
     def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return the values on the straight way from some values to others.

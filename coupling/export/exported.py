@@ -58,7 +58,9 @@ class Options:
             text = one_of(self.language.targets, self.targets)
             raise ProgramError(f"--targets: {self.language.name}: {text}")
         if not (np.isfinite(self.tolerance) and self.tolerance > 0.0):
-            raise ProgramError(f"--tolerance: expected a number > 0 [um], got {self.tolerance * 1e6:g}")
+            raise ProgramError(
+                f"--tolerance: expected a number > 0 [um], got {self.tolerance * 1e6:g}"
+            )
 
 
 @dataclass(frozen=True)
@@ -174,9 +176,7 @@ class _Job:
         assert options.name is not None
         assert options.cycle is not None
         command = self.stored.joints
-        sampled = Sampled.of(
-            self.placed, self.axes, self.case.task.part, command, options.cycle
-        )
+        sampled = Sampled.of(self.placed, self.axes, self.case.task.part, command, options.cycle)
         curve = sampled.curve(options.targets)
         choose = spline_points if language.between == "spline" else straight_points
         nearest = nearest_singular(
@@ -192,7 +192,11 @@ class _Job:
                 else choose(curve, sampled.time, sampled.points, tolerance)
             )
             program = sampled.program(
-                options.name, rows, options.targets, language.between == "spline", language.configured
+                options.name,
+                rows,
+                options.targets,
+                language.between == "spline",
+                language.configured,
             )
             files = language.write(program)
             read = language.read(files)

@@ -1,4 +1,4 @@
-"""What the posture of a six-joint robot with a spherical wrist is called, and how near it is to a singular one."""
+"""What a posture of a six-joint robot is called, and how near it is to a singular one."""
 
 from __future__ import annotations
 

@@ -19,8 +19,8 @@ def straight_error(curve: Curve, time: np.ndarray, start: int, end: int) -> floa
         return 0.0
     rows = slice(start + 1, end)
     share = (time[rows] - time[start]) / (time[end] - time[start])
-    ends = (np.repeat(curve.values[k : k + 1], len(share), axis=0) for k in (start, end))
-    return float(curve.errors(curve.between(*ends, share), rows).max())
+    first, last = (np.repeat(curve.values[k : k + 1], len(share), axis=0) for k in (start, end))
+    return float(curve.errors(curve.between(first, last, share), rows).max())
 
 
 def straight_points(

@@ -12,7 +12,6 @@ from coupling.files.robot_schema import ControllerAxesTable
 from coupling.files.toml_file import load_toml, validate
 from elastic_robot.errors import RobotFileError
 
-
 # Determinant below which no angles of the robot file belong to those of a controller.
 _SINGULAR = 1e-9
 
@@ -75,8 +74,12 @@ def controller_axes(path: Path, joints: int) -> ControllerAxes:
         return ControllerAxes.as_described(joints)
     where = f"{path}: controller"
     table = validate(data["controller"], ControllerAxesTable, RobotFileError, where)
-    matrix = np.eye(joints) if table.joint_matrix is None else _matrix(table.joint_matrix, joints, where)
-    offset = np.zeros(joints) if table.joint_offset_deg is None else np.array(table.joint_offset_deg)
+    matrix = (
+        np.eye(joints) if table.joint_matrix is None else _matrix(table.joint_matrix, joints, where)
+    )
+    offset = (
+        np.zeros(joints) if table.joint_offset_deg is None else np.array(table.joint_offset_deg)
+    )
     if len(offset) != joints:
         raise RobotFileError(
             f"{where}: joint_offset_deg: expected {joints} angles, one for each joint, got {len(offset)}"

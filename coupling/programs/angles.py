@@ -50,9 +50,7 @@ def _euler(poses: np.ndarray) -> np.ndarray:
         np.arctan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z)),
         np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)),
     )
-    about_x = np.where(
-        locked, 0.0, np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
-    )
+    about_x = np.where(locked, 0.0, np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)))
     return np.rad2deg(np.column_stack([about_z, about_y, about_x]))
 
 

@@ -1,4 +1,4 @@
-"""Joint angles on the cycle of a sensor interface: time, q1, q2, .. as the controller counts them, SI units."""
+"""Joint angles on the cycle of a sensor interface: time, q1, .. as the controller counts, SI units."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ def read(text: str, name: str = "") -> Program:
     names = [word.strip() for word in head.split(",")]
     expected = ["time", *(f"q{i}" for i in range(1, len(names)))]
     if len(names) < 2 or names != expected:
-        raise ProgramError(f"{where}: expected columns time, q1, q2, .., got {', '.join(names)[:60]}")
+        raise ProgramError(
+            f"{where}: expected columns time, q1, q2, .., got {', '.join(names)[:60]}"
+        )
     try:
         rows = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2)
     except ValueError as cause:

@@ -1,4 +1,4 @@
-"""FANUC TP, written: .ls programs of timed motions, several of them and one that calls them where needed.
+"""FANUC TP, written: .ls programs of timed motions, and one that calls them where they are several.
 
 The words are those of [FanucTP] in docs/references.md.
 """
@@ -17,7 +17,10 @@ from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name; lines and positions of one program, which are numbered with four digits.
 LONGEST_NAME, LONGEST_LINE, MOST_LINES = 36, 254, 9999
-RESERVED = frozenset("ABORT CALL END FOR IF JMP LBL PAUSE RUN SELECT SKIP WAIT CON PRN AUX NUL COM1".split())
+_RESERVED_WORDS = """
+ABORT CALL END FOR IF JMP LBL PAUSE RUN SELECT SKIP WAIT CON PRN AUX NUL COM1
+"""
+RESERVED = frozenset(_RESERVED_WORDS.split())
 # Frames of the program: their numbers on the controller, and the register that sets them.
 FRAME = 9
 # Decimals of mm and deg that the controller itself writes are 3; it keeps more.
@@ -83,7 +86,10 @@ def _frames(program: Program) -> Iterator[str]:
     """Yield what sets and chooses both frames, through a position register."""
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
-        values = [*numbers(1e3 * row[0, :3], _MM).split(","), *numbers(wpr_of(row)[0], _DEG).split(",")]
+        values = [
+            *numbers(1e3 * row[0, :3], _MM).split(","),
+            *numbers(wpr_of(row)[0], _DEG).split(","),
+        ]
         for k, value in enumerate(values, start=1):
             yield f"PR[{FRAME},{k}]={value if not value.startswith('-') else f'({value})'}"
         yield f"{word}[{FRAME}]=PR[{FRAME}]"
@@ -131,14 +137,20 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
     yield "   GP1:"
     if move.joints is not None:
         yield f"\tUF : {FRAME}, UT : {FRAME},"
-        values = [f"J{i}= {fixed(a, _DEG)} deg" for i, a in enumerate(np.rad2deg(move.joints), start=1)]
+        values = [
+            f"J{i}= {fixed(a, _DEG)} deg" for i, a in enumerate(np.rad2deg(move.joints), start=1)
+        ]
         yield f"\t{', '.join(values)}"
     else:
         assert move.pose is not None
         assert angles is not None
         yield f"\tUF : {FRAME}, UT : {FRAME}, CONFIG : '{_configuration(move.configuration)}',"
         position = zip("XYZ", move.pose[:3], strict=False)
-        yield "\t" + ", ".join(f"{key} = {fixed(1e3 * value, _MM)} mm" for key, value in position) + ","
+        yield (
+            "\t"
+            + ", ".join(f"{key} = {fixed(1e3 * value, _MM)} mm" for key, value in position)
+            + ","
+        )
         turns = zip("WPR", angles, strict=True)
         yield "\t" + ", ".join(f"{key} = {fixed(value, _DEG)} deg" for key, value in turns)
     yield "};"
@@ -153,4 +165,3 @@ def _configuration(found: Configuration | None) -> str:
         "B" if found.behind else "T",
     )
     return f"{' '.join(letters)}, {', '.join(str(turn) for turn in found.turns)}"
-

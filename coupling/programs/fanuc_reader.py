@@ -101,7 +101,9 @@ class _Reader:
     def run(self, file: ProgramFile, depth: int) -> None:
         """Go through a program."""
         if depth > _DEEPEST:
-            raise ProgramError(f"{file.name}: expected at most {_DEEPEST} calls in each other, got more")
+            raise ProgramError(
+                f"{file.name}: expected at most {_DEEPEST} calls in each other, got more"
+            )
         positions = _positions(file)
         for number, line in _lines(file.text):
             where = f"{file.name}: line {number}"
@@ -139,7 +141,9 @@ class _Reader:
             )
         values = positions.get(int(given[2][:9]))
         if values is None:
-            raise ProgramError(f"{where}: expected a position in /POS, got none for P[{given[2][:9]}]")
+            raise ProgramError(
+                f"{where}: expected a position in /POS, got none for P[{given[2][:9]}]"
+            )
         unit, number = pace[2], real(pace[1], where)
         if number <= 0.0:
             raise ProgramError(f"{where}: expected a speed or a time > 0, got {number:g}")
@@ -153,7 +157,9 @@ class _Reader:
             return
         missing = [key for key in "XYZWPR" if key not in values]
         if missing:
-            raise ProgramError(f"{where}: expected X, Y, Z, W, P, R, got none of {', '.join(missing)}")
+            raise ProgramError(
+                f"{where}: expected X, Y, Z, W, P, R, got none of {', '.join(missing)}"
+            )
         for word, numbers in self.used.items():
             numbers.add(self.chosen.get(word, "0"))
         pose = pose_of_wpr([values[key] for key in "XYZWPR"])

@@ -1,4 +1,4 @@
-"""KUKA KRL, read: motions to points, frames, speeds and time blocks; what decides or repeats is refused."""
+"""KUKA KRL, read: motions to points, frames, speeds and times; what decides or repeats is refused."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ _ASSIGNED = re.compile(
 _SPEED = re.compile(r"\$VEL\.CP\s*=\s*([^\s,;]+)", re.IGNORECASE)
 _BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
 # Words that choose or repeat motions, and motions that are not read.
-_REFUSED = frozenset(
-    "IF ELSE FOR WHILE LOOP REPEAT SWITCH CASE GOTO CIRC SCIRC PTP_REL LIN_REL SPTP_REL SLIN_REL"
-    " CIRC_REL SCIRC_REL SPL_REL".split()
-)
+_REFUSED_WORDS = """
+IF ELSE FOR WHILE LOOP REPEAT SWITCH CASE GOTO CIRC SCIRC PTP_REL LIN_REL SPTP_REL SLIN_REL
+CIRC_REL SCIRC_REL SPL_REL
+"""
+_REFUSED = frozenset(_REFUSED_WORDS.split())
 _FRAME_KEYS, _AXIS_KEYS = "XYZABC", tuple(f"A{i}" for i in range(1, 7))
 
 
@@ -161,9 +162,7 @@ class _Reader:
     def _move(self, line: str, where: str) -> None:
         given = _MOVE.fullmatch(line)
         if given is None:
-            raise ProgramError(
-                f"{where}: expected a motion to a point, got {shortened(line)!r}"
-            )
+            raise ProgramError(f"{where}: expected a motion to a point, got {shortened(line)!r}")
         word, target, rest = given.groups()
         if target.startswith("{"):
             fields = _fields(target, where)

@@ -102,6 +102,7 @@ LANGUAGES = {
     )
 }
 
+
 def read_program(path: Path) -> Program:
     """Read a program in the language that its file's ending says.
 

@@ -14,12 +14,13 @@ from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name, and of a line that the editor of the pendant shows whole.
 LONGEST_NAME, LONGEST_LINE = 32, 80
-RESERVED = frozenset(
-    "ALIAS AND BACKWARD CASE CONNECT CONST DEFAULT DIV DO ELSE ELSEIF ENDFOR ENDFUNC ENDIF ENDMODULE"
-    " ENDPROC ENDRECORD ENDTEST ENDTRAP ENDWHILE ERROR EXIT FALSE FOR FROM FUNC GOTO IF INOUT LOCAL MOD"
-    " MODULE NOSTEPIN NOT NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE TASK"
-    " TEST THEN TO TRAP TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR MAIN".split()
-)
+_RESERVED_WORDS = """
+ALIAS AND BACKWARD CASE CONNECT CONST DEFAULT DIV DO ELSE ELSEIF ENDFOR ENDFUNC ENDIF ENDMODULE
+ENDPROC ENDRECORD ENDTEST ENDTRAP ENDWHILE ERROR EXIT FALSE FOR FROM FUNC GOTO IF INOUT LOCAL
+MOD MODULE NOSTEPIN NOT NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE
+TASK TEST THEN TO TRAP TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR MAIN
+"""
+RESERVED = frozenset(_RESERVED_WORDS.split())
 # Decimals: 0.1 um, 0.2 urad, and 0.1 urad in a quaternion; seconds.
 _MM, _DEG, _QUATERNION, _SECONDS = 4, 5, 8, 6
 _EXTERNAL = "[9E9,9E9,9E9,9E9,9E9,9E9]"
@@ -46,10 +47,10 @@ def _module(program: Program) -> Iterator[str]:
     yield f"MODULE M_{name}"
     yield "  ! mm, quaternions w first; set the load of the tool before use"
     yield f"  PERS tooldata t_{name}:=[TRUE,"
-    yield f"    {_frame(program.tool or HERE)},"
+    yield from _frame(program.tool or HERE)
     yield "    [1,[0,0,0.001],[1,0,0,0],0,0,0]];"
     yield f'  PERS wobjdata w_{name}:=[FALSE,TRUE,"",'
-    yield f"    {_frame(program.base or HERE)},"
+    yield from _frame(program.base or HERE)
     yield "    [[0,0,0],[1,0,0,0]]];"
     yield f"  PROC {name}()"
     yield "    ConfL\\Off;"
@@ -74,21 +75,26 @@ def _move(move: Move, how: str, frames: str) -> Sequence[str]:
     else:
         assert move.pose is not None
         word = "MoveL" if move.motion == "linear" else "MoveJ"
+        position, quaternion = _parts(move.pose)
         target = (
-            f"    {word} [{_parts(move.pose)},",
-            f"      {_configuration(move.configuration)},{_EXTERNAL}],",
+            f"    {word} [{position},",
+            f"      {quaternion},{_configuration(move.configuration)},",
+            f"      {_EXTERNAL}],",
         )
     return (*target, f"      {how}", f"      {frames}")
 
 
-def _frame(pose: Pose) -> str:
-    return f"[{_parts(pose)}]"
+def _frame(pose: Pose) -> Iterator[str]:
+    position, quaternion = _parts(pose)
+    yield f"    [{position},"
+    yield f"      {quaternion}],"
 
 
-def _parts(pose: Pose) -> str:
+def _parts(pose: Pose) -> tuple[str, str]:
+    """Return position and quaternion of a pose."""
     x, y, z, w = pose[3:]
     position = numbers(1e3 * np.array(pose[:3]), _MM)
-    return f"[{position}],[{numbers((w, x, y, z), _QUATERNION)}]"
+    return f"[{position}]", f"[{numbers((w, x, y, z), _QUATERNION)}]"
 
 
 def _configuration(found: Configuration | None) -> str:

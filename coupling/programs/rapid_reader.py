@@ -1,4 +1,4 @@
-"""ABB RAPID, read: motions to targets, tools, work objects and speeds; what decides or repeats is refused."""
+"""ABB RAPID, read: motions to targets, frames and speeds; what decides or repeats is refused."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from coupling.programs.text import NUMBER, real, shortened
 
 _RADIANS = 0.017453292519943295
 _MOTIONS: dict[str, Motion] = {"MOVEABSJ": "joint", "MOVEJ": "joint", "MOVEL": "linear"}
-_REFUSED = frozenset("IF FOR WHILE TEST GOTO MOVEC".split())
+_REFUSED = frozenset(["IF", "FOR", "WHILE", "TEST", "GOTO", "MOVEC"])
 _DECLARED = re.compile(
     r"(?:LOCAL\s+|TASK\s+)*(?:CONST|PERS|VAR)\s+"
     r"(robtarget|jointtarget|tooldata|wobjdata|speeddata)\s+(\w+)\s*:=\s*(.*)",
@@ -61,7 +61,9 @@ def _statements(text: str, name: str) -> Iterator[tuple[int, str]]:
     for number, line in enumerate(text.splitlines(), start=1):
         bare = re.sub(r'("[^"]*")|!.*', lambda m: m[1] or "", line).strip()
         if not words:
-            heading = re.match(r"(MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b", bare, re.IGNORECASE)
+            heading = re.match(
+                r"(MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b", bare, re.IGNORECASE
+            )
             if heading:
                 yield number, bare
                 continue
@@ -114,10 +116,14 @@ def _number(word: str, where: str) -> float:
 
 def _list(value: Value, count: int, what: str, where: str) -> list[float]:
     """Return a list of so many numbers."""
-    if not isinstance(value, list) or len(value) != count or not all(
-        isinstance(x, float) and x != 9e9 for x in value
+    if (
+        not isinstance(value, list)
+        or len(value) != count
+        or not all(isinstance(x, float) and x != 9e9 for x in value)
     ):
-        raise ProgramError(f"{where}: expected {count} numbers as {what}, got {shortened(str(value))}")
+        raise ProgramError(
+            f"{where}: expected {count} numbers as {what}, got {shortened(str(value))}"
+        )
     return [x for x in value if isinstance(x, float)]
 
 
@@ -179,7 +185,9 @@ class _Reader:
                 f"{where}: expected a target, a speed, a zone and a tool, got {len(arguments)} arguments"
             )
         target, speed, _, tool = arguments
-        options = {k.strip().upper(): v.strip() for k, _, v in (o.partition(":=") for o in speed[1:])}
+        options = {
+            k.strip().upper(): v.strip() for k, _, v in (o.partition(":=") for o in speed[1:])
+        }
         duration = real(options["T"], where) if "T" in options else None
         if duration is not None and duration <= 0.0:
             raise ProgramError(f"{where}: expected a time \\T > 0, got {duration:g}")
@@ -195,7 +203,9 @@ class _Reader:
     def _joints(self, text: str, where: str) -> tuple[float, ...]:
         value = self._known(text, "jointtarget", where)
         if not isinstance(value, list) or len(value) != 2:
-            raise ProgramError(f"{where}: expected robot and external axes, got {shortened(text)!r}")
+            raise ProgramError(
+                f"{where}: expected robot and external axes, got {shortened(text)!r}"
+            )
         return tuple(_RADIANS * a for a in _list(value[0], _AXES, "axes", where))
 
     def _pose(self, text: str, where: str) -> tuple[Pose, Configuration | None]:
@@ -231,7 +241,9 @@ class _Reader:
             if inner is not None and _placement(inner, where) != _NOWHERE:
                 raise ProgramError(f"{where}: expected an object frame of zeros, got another one")
             if value[0] != "FALSE":
-                raise ProgramError(f"{where}: expected a work object that stands, got one that is held")
+                raise ProgramError(
+                    f"{where}: expected a work object that stands, got one that is held"
+                )
         return _placement(value[at], where)
 
     def program(self) -> Program:
@@ -260,7 +272,9 @@ _NOWHERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 def _placement(value: Value, where: str) -> Pose:
     """Return the pose of [[x,y,z],[w,x,y,z]]."""
     if not isinstance(value, list) or len(value) != 2:
-        raise ProgramError(f"{where}: expected [[x,y,z],[q1,q2,q3,q4]], got {shortened(str(value))}")
+        raise ProgramError(
+            f"{where}: expected [[x,y,z],[q1,q2,q3,q4]], got {shortened(str(value))}"
+        )
     position = _list(value[0], 3, "position", where)
     quaternion = _list(value[1], 4, "quaternion", where)
     length = sum(q * q for q in quaternion) ** 0.5
