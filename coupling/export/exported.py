@@ -31,8 +31,10 @@ from coupling.run.stored_run import StoredRobot, read_run
 
 # Largest loss by the export at the tool of the moving robot [m].
 TOLERANCE = 5e-6
-# Tolerances of the points that are tried, each half of the last one.
-_TRIES = 8
+# Programs that are tried, with closer points where the last one loses too much.
+_TRIES = 14
+# How long before a loss its cause is looked for [s]: a few periods of a robot's slowest oscillation.
+_BEFORE = 0.3
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class Exported:
         robot: Name of the robot in its case.
         program: The program, as it was written.
         files: Its files.
-        points_tolerance: Tolerance of its points along the command [m].
+        points_tolerance: Smallest tolerance of its points along the command [m].
         candidates: Number of points that a program with one on every cycle has.
         loss: Largest distance between the tool of the moving robot under the files and under the
             command [m].
@@ -112,8 +114,9 @@ class Exported:
 def export_run(folder: Path, options: Options, watch: Watch = unwatched) -> tuple[Exported, ...]:
     """Return the programs of a run's robots.
 
-    The points keep to the command within the tolerance; where the files, read back and simulated, lose
-    more at the moving robot's tool, points of half the tolerance are tried, and so on.
+    The points keep to the command within the tolerance.  Where the files, read back and simulated, then
+    lose more at the moving robot's tool, which a gear in its play or an oscillation does, it is halved
+    there, until they do not.
 
     Args:
         folder: The run folder.
@@ -183,9 +186,9 @@ class _Job:
             sampled.postures, sampled.time, sampled.q, sampled.jacobians, _reach(self.placed)
         )
         reference = self._simulated(command)
+        tolerance = np.full(len(sampled.time), options.tolerance)
         for number in range(_TRIES):
             self.watch(Progress("choosing points, reading them back", number, _TRIES))
-            tolerance = options.tolerance * 0.5**number
             rows = (
                 sampled.points
                 if language.dense
@@ -202,7 +205,12 @@ class _Job:
             read = language.read(files)
             motion = self._covering(
                 drive_motion(
-                    read, self.placed.description, self.axes, options.cycle, command.time[0]
+                    read,
+                    self.placed.description,
+                    self.axes,
+                    options.cycle,
+                    command.time[0],
+                    sampled.q[sampled.points],
                 )
             )
             who = _who(self.case, self.placed)
@@ -211,13 +219,14 @@ class _Job:
             require_limits(motion, free, who)
             path = self._simulated(motion)
             desired = self.member.placement.path_in_base(self.stored.desired)
+            loss = path.distance_to(reference)
             yield Exported(
                 robot=self.placed.name,
                 program=program,
                 files=files,
-                points_tolerance=tolerance,
+                points_tolerance=float(tolerance.min()),
                 candidates=len(sampled.points),
-                loss=float(path.distance_to(reference).max()),
+                loss=float(loss.max()),
                 command=measure(reference, desired),
                 read_back=measure(path, desired),
                 drives=require_limits(command, self.limits, who),
@@ -226,6 +235,7 @@ class _Job:
             )
             if len(rows) == len(sampled.points):
                 return
+            tolerance = _halved(tolerance, sampled.time, path.time[loss > options.tolerance])
 
     def _simulated(self, command: JointPath) -> ToolPath:
         """Return the path of the moving robot's tool in its base."""
@@ -239,6 +249,17 @@ class _Job:
             return motion
         time = np.append(motion.time[:-1], end)
         return JointPath(time, motion.q)
+
+
+def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """Return tolerances at times, half of what they are shortly before something was lost.
+
+    Example:
+        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]))
+        array([1. , 0.5, 0.5, 1. ])
+    """
+    first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + _BEFORE, side="right")
+    return np.where(last > first, 0.5, 1.0) * tolerance
 
 
 def _axes(case: Case, placed: PlacedRobot) -> ControllerAxes:

@@ -9,6 +9,7 @@ import numpy as np
 from coupling.errors import ProgramError
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
 from coupling.export.frames import Placed, with_tool
+from coupling.export.postures import Postures
 from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
@@ -19,7 +20,12 @@ from elastic_robot.description import Robot
 
 
 def drive_motion(
-    program: Program, robot: Robot, axes: ControllerAxes, cycle: float, start: float
+    program: Program,
+    robot: Robot,
+    axes: ControllerAxes,
+    cycle: float,
+    start: float,
+    near: np.ndarray | None = None,
 ) -> JointPath:
     """Return the motion of a robot's drives under the timed motions of a program.
 
@@ -34,6 +40,7 @@ def drive_motion(
         axes: How its controller counts.
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
+        near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
 
     Raises:
         ProgramError: If the program's motions do not make a path.
@@ -64,7 +71,40 @@ def drive_motion(
     in_base = ToolPath(at, path.pose + np.append(axes.base_position, np.zeros(4)))
     carrying = with_tool(robot, Placed.of(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
-    return InverseKinematics(_unlimited(carrying), home).plan(in_base)
+    planner = InverseKinematics(_unlimited(carrying), home)
+    found = None if near is None else _found_near(planner, carrying, axes, in_base, near)
+    return planner.plan(in_base) if found is None else found
+
+
+def _found_near(
+    planner: InverseKinematics,
+    robot: Robot,
+    axes: ControllerAxes,
+    path: ToolPath,
+    near: np.ndarray,
+) -> JointPath | None:
+    """Return the joint angles of a path by Newton's method from angles near it, None if it fails.
+
+    All set points go on together, with the Jacobians of where they begin.
+    """
+    if near.shape != (len(path.time), 6):
+        return None
+    jacobians = Postures(robot, axes).jacobians(near)
+    if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _REGULAR:
+        return None
+    q, still = near.copy(), np.zeros_like(near)
+    for _ in range(_STEPS):
+        now = planner.forward(JointPath(path.time, (q,), (still,), (still,)), path.time)
+        off = path.deviation_from(now)[0]
+        if np.abs(off).max() < _REACHED:
+            return JointPath(path.time, (q,))
+        q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]
+    return None
+
+
+# Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; smallest singular
+# value of a Jacobian that is solved.
+_REACHED, _STEPS, _REGULAR = 1e-10, 6, 1e-4
 
 
 # A last cycle shorter than this part of one is joined to the one before it.

@@ -30,7 +30,7 @@ def spline_values(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nd
 
 
 def spline_points(
-    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: float
+    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
 ) -> np.ndarray:
     """Return rows of a motion through which `spline_values` stays within a tolerance.
 
@@ -41,7 +41,7 @@ def spline_points(
         curve: The motion.
         time: Of its samples [s], (n,).
         candidates: Rows that may be points, rising, with the first and the last one, (m,).
-        tolerance: How far the curve may be off at the tool at any sample [m].
+        tolerance: How far the curve may be off at the tool at every sample [m], (n,).
 
     Returns:
         Chosen rows, rising.
@@ -54,19 +54,23 @@ def spline_points(
     return candidates[_added(curve, time, candidates, chosen, tolerance)]
 
 
-def _errors(curve: Curve, time: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the largest error in each interval between points [m], (points - 1,)."""
+def _errors(curve: Curve, time: np.ndarray, tolerance: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the largest error over its tolerance in each interval, (points - 1,)."""
     values = spline_values(time[rows], curve.values[rows], time)
-    errors = curve.errors(values, slice(None))
+    errors = curve.errors(values, slice(None)) / tolerance
     return np.maximum.reduceat(errors, rows[:-1])
 
 
 def _added(
-    curve: Curve, time: np.ndarray, candidates: np.ndarray, chosen: np.ndarray, tolerance: float
+    curve: Curve,
+    time: np.ndarray,
+    candidates: np.ndarray,
+    chosen: np.ndarray,
+    tolerance: np.ndarray,
 ) -> np.ndarray:
     """Return the points with others between them until every interval is within the tolerance."""
     for _ in range(_MOST_ROUNDS):
-        bad = _errors(curve, time, candidates[chosen]) > tolerance
+        bad = _errors(curve, time, tolerance, candidates[chosen]) > 1.0
         # An interval that cannot be divided is made better by its neighbours.
         single = np.diff(chosen) < 2
         if np.any(bad & single):
@@ -85,14 +89,14 @@ def _thinned(
     time: np.ndarray,
     candidates: np.ndarray,
     chosen: np.ndarray,
-    tolerance: float,
+    tolerance: np.ndarray,
     first: int,
 ) -> np.ndarray:
     """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
     left_out = np.arange(1 + first, len(chosen) - 1, _APART)
     while len(left_out):
         kept = np.delete(chosen, left_out)
-        bad = np.flatnonzero(_errors(curve, time, candidates[kept]) > tolerance)
+        bad = np.flatnonzero(_errors(curve, time, tolerance, candidates[kept]) > 1.0)
         if not len(bad):
             return kept
         # What is bad comes from the point left out nearest to it.

@@ -7,12 +7,15 @@ import numpy as np
 from coupling.export.curves import Curve
 
 
-def straight_error(curve: Curve, time: np.ndarray, start: int, end: int) -> float:
-    """Return how far the straight way from one sample to a later one is off at the tool [m].
+def straight_error(
+    curve: Curve, time: np.ndarray, tolerance: np.ndarray, start: int, end: int
+) -> float:
+    """Return how far the straight way from one sample to a later one is off, over the tolerance.
 
     Args:
         curve: The motion.
         time: Of its samples [s], (n,).
+        tolerance: How far the way may be off at the tool at every sample [m], (n,).
         start, end: Rows of the samples.
     """
     if end - start < 2:
@@ -20,11 +23,11 @@ def straight_error(curve: Curve, time: np.ndarray, start: int, end: int) -> floa
     rows = slice(start + 1, end)
     share = (time[rows] - time[start]) / (time[end] - time[start])
     first, last = (np.repeat(curve.values[k : k + 1], len(share), axis=0) for k in (start, end))
-    return float(curve.errors(curve.between(first, last, share), rows).max())
+    return float((curve.errors(curve.between(first, last, share), rows) / tolerance[rows]).max())
 
 
 def straight_points(
-    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: float
+    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
 ) -> np.ndarray:
     """Return rows of a motion through which straight ways stay within a tolerance.
 
@@ -35,7 +38,7 @@ def straight_points(
         curve: The motion.
         time: Of its samples [s], (n,).
         candidates: Rows that may be points, rising, with the first and the last one, (m,).
-        tolerance: How far the way may be off at the tool at any sample [m].
+        tolerance: How far the way may be off at the tool at every sample [m], (n,).
 
     Returns:
         Chosen rows, rising.  From a candidate to the next one a way is taken whatever it leaves.
@@ -44,7 +47,7 @@ def straight_points(
 
     def fits(steps: int) -> bool:
         rows = candidates[chosen[-1]], candidates[chosen[-1] + steps]
-        return straight_error(curve, time, *rows) <= tolerance
+        return straight_error(curve, time, tolerance, *rows) <= 1.0
 
     while chosen[-1] < last:
         left = last - chosen[-1]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_wpr
-from coupling.programs.program import HERE, Move, Pose, Program, ProgramFile
+from coupling.programs.program import HERE, Motion, Move, Pose, Program, ProgramFile
 from coupling.programs.text import NUMBER, real, shortened
 
 _RADIANS = 0.017453292519943295
@@ -163,7 +163,7 @@ class _Reader:
         for word, numbers in self.used.items():
             numbers.add(self.chosen.get(word, "0"))
         pose = pose_of_wpr([values[key] for key in "XYZWPR"])
-        motion = "linear" if given[1] == "L" else "joint"
+        motion: Motion = "linear" if given[1] == "L" else "joint"
         self.moves.append(Move(motion, pose, duration=duration, speed=speed))
 
     def program(self, title: str) -> Program:

@@ -71,7 +71,7 @@ def _module(program: Program) -> Iterator[str]:
 def _move(move: Move, how: str, frames: str) -> Sequence[str]:
     if move.joints is not None:
         angles = numbers(np.rad2deg(move.joints), _DEG)
-        target = (f"    MoveAbsJ [[{angles}],", f"      {_EXTERNAL}]\\NoEOffs,")
+        target: tuple[str, ...] = (f"    MoveAbsJ [[{angles}],", f"      {_EXTERNAL}]\\NoEOffs,")
     else:
         assert move.pose is not None
         word = "MoveL" if move.motion == "linear" else "MoveJ"
