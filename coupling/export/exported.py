@@ -33,8 +33,9 @@ from coupling.run.stored_run import StoredRobot, read_run
 TOLERANCE = 5e-6
 # Programs that are tried, with closer points where the last one loses too much.
 _TRIES = 14
-# How long before a loss its cause is looked for [s]: a few periods of a robot's slowest oscillation.
-_BEFORE = 0.3
+# How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
+# oscillation, and how that grows: a gear may hang in its play for seconds before it shows.
+_BEFORE, _GROWTH = 0.3, 1.5
 
 
 @dataclass(frozen=True)
@@ -235,7 +236,12 @@ class _Job:
             )
             if len(rows) == len(sampled.points):
                 return
-            tolerance = _halved(tolerance, sampled.time, path.time[loss > options.tolerance])
+            tolerance = _halved(
+                tolerance,
+                sampled.time,
+                path.time[loss > options.tolerance],
+                _BEFORE * _GROWTH**number,
+            )
 
     def _simulated(self, command: JointPath) -> ToolPath:
         """Return the path of the moving robot's tool in its base."""
@@ -251,14 +257,14 @@ class _Job:
         return JointPath(time, motion.q)
 
 
-def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """Return tolerances at times, half of what they are shortly before something was lost.
+def _halved(tolerance: np.ndarray, time: np.ndarray, lost: np.ndarray, before: float) -> np.ndarray:
+    """Return tolerances at times, half of what they are up to so long before something was lost.
 
     Example:
-        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]))
+        >>> _halved(np.ones(4), np.array([0.0, 0.8, 1.0, 2.0]), np.array([1.0]), before=0.3)
         array([1. , 0.5, 0.5, 1. ])
     """
-    first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + _BEFORE, side="right")
+    first, last = np.searchsorted(lost, time), np.searchsorted(lost, time + before, side="right")
     return np.where(last > first, 0.5, 1.0) * tolerance
 
 
