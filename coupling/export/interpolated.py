@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from coupling.programs.program import HERE, Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
+Smooth = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
 
 def drive_motion(
     program: Program,
@@ -26,6 +29,7 @@ def drive_motion(
     cycle: float,
     start: float,
     near: np.ndarray | None = None,
+    smooth: Smooth = spline_values,
 ) -> JointPath:
     """Return the motion of a robot's drives under the timed motions of a program.
 
@@ -41,6 +45,8 @@ def drive_motion(
         cycle: Time between set points [s].
         start: Time at which the timed motions begin [s].
         near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
+        smooth: What is taken for the maker's spline, from times and values of the targets and the times
+            that are asked for.
 
     Raises:
         ProgramError: If the program's motions do not make a path.
@@ -61,11 +67,12 @@ def drive_motion(
     spline = motions == {"spline"}
     if any(move.pose is None for move in timed):
         angles = axes.file_angles(np.array([_joints(move, program) for move in timed]))
-        values = _interpolated(JointCurve(angles, np.empty(0), 0.0), time, at, spline)
+        curve = JointCurve(angles, np.empty(0), 0.0)
+        values = smooth(time, angles, at) if spline else _straight(curve, time, at)
         return JointPath(at, (values,))
     rows = np.array([move.pose for move in timed])
     rows[:, 3:] = continuous(rows[:, 3:])
-    values = _interpolated(PoseCurve(rows, 0.0), time, at, spline)
+    values = smooth(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
     values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
     path = Placed.of(program.base or HERE).outside(ToolPath(at, values))
     in_base = ToolPath(at, path.pose + np.append(axes.base_position, np.zeros(4)))
@@ -111,9 +118,7 @@ _REACHED, _STEPS, _REGULAR = 1e-10, 6, 1e-4
 _SHORTEST = 0.5
 
 
-def _interpolated(curve: Curve, time: np.ndarray, at: np.ndarray, spline: bool) -> np.ndarray:
-    if spline:
-        return spline_values(time, curve.values, at)
+def _straight(curve: Curve, time: np.ndarray, at: np.ndarray) -> np.ndarray:
     after = np.searchsorted(time, at, side="left").clip(1, len(time) - 1)
     before = after - 1
     share = ((at - time[before]) / (time[after] - time[before])).clip(0.0, 1.0)
