@@ -85,6 +85,8 @@ def _lines(one: Exported, options: Options, several: bool) -> Iterator[str]:
             f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: see which of cycle,"
             " targets and tolerance can give way"
         )
+    if one.remark:
+        yield f"  Warning: {one.remark}"
     nearest = one.nearest
     near = (
         "Warning: near a singular posture" if nearest.value < _NEAR else "nearest singular posture"

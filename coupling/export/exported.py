@@ -33,6 +33,8 @@ from coupling.run.stored_run import StoredRobot, read_run
 TOLERANCE = 5e-6
 # Programs that are tried, with closer points where the last one loses too much.
 _TRIES = 14
+# Rounding of poses in command.csv [m].
+_SAME = 1e-9
 # How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
 # oscillation, and how that grows: a gear may hang in its play for seconds before it shows.
 _BEFORE, _GROWTH = 0.3, 1.5
@@ -82,6 +84,7 @@ class Exported:
         drives: What is asked of the drives.
         nearest: Where the robot comes nearest to a singular posture.
         counted: Whether the robot file says how the controller counts.
+        remark: What is to be known of the run, or empty.
     """
 
     robot: str
@@ -95,6 +98,7 @@ class Exported:
     drives: tuple[DriveMotion, ...]
     nearest: Nearest
     counted: bool
+    remark: str = ""
 
     @property
     def points(self) -> int:
@@ -133,11 +137,13 @@ def export_run(folder: Path, options: Options, watch: Watch = unwatched) -> tupl
     _require_step(options.language, cycle)
     limits = [JointLimits.of(r.description, case.controller.max_acceleration) for r in case.robots]
     for placed, limit in zip(case.robots, limits, strict=True):
+        _require_joints(options.language, len(placed.description.joints))
         require_limits(run.robots[placed.name].joints, limit, _who(case, placed))
     found = []
     with Models(case.fmu, watch) as models:
         cell, _ = cell_of(case.robots, models)
         for member, placed, limit in zip(cell.members, case.robots, limits, strict=True):
+            _require_same_robot(folder, member, run.robots[placed.name])
             job = _Job(
                 case,
                 placed,
@@ -233,6 +239,7 @@ class _Job:
                 drives=require_limits(command, self.limits, who),
                 nearest=nearest,
                 counted=self.axes.stated,
+                remark=_remark(self.stored),
             )
             if len(rows) == len(sampled.points):
                 return
@@ -293,6 +300,34 @@ def _reach(placed: PlacedRobot) -> float:
     robot = placed.description
     lengths = [float(np.linalg.norm(joint.origin)) for joint in robot.joints]
     return sum(lengths) + float(np.linalg.norm(robot.tcp_position))
+
+
+def _remark(stored: StoredRobot) -> str:
+    if stored.figures["kind"] == "couple":
+        return "the run is coupled, not compensated: its command is not corrected"
+    if not stored.figures.get("converged", True):
+        return f"the run has not converged: {stored.figures.get('reason', '')}"
+    return ""
+
+
+def _require_same_robot(folder: Path, member: Member, stored: StoredRobot) -> None:
+    """Refuse a run whose robot file has been changed since."""
+    own = member.planner.forward(stored.joints, stored.joints.time)
+    path = member.placement.path_in_world(own)
+    apart = float(path.distance_to(stored.command).max())
+    if apart > _SAME:
+        raise ProgramError(
+            f"{folder / 'command.csv'}: expected the poses of the robot file, got some that are"
+            f" {1e6 * apart:.3g} um off: the file has changed since the run, repeat it"
+        )
+
+
+def _require_joints(language: Language, joints: int) -> None:
+    if language.joints is not None and joints != language.joints:
+        raise ProgramError(
+            f"--to: {language.name}: expected a robot of {language.joints} joints, got one of {joints}:"
+            " csv takes any number"
+        )
 
 
 def _require_step(language: Language, cycle: float) -> None:

@@ -67,12 +67,18 @@ class Postures:
             q: Drive angles [rad], (6,).
 
         Raises:
-            ProgramError: If the robot has not six joints, or no spherical wrist.
+            ProgramError: If the robot has not six joints, or no spherical wrist, or its controller does
+                not count joints 1 and 2.
         """
         arm = self.arm(q)
         centre = wrist_centre(arm)
         angles = self._axes.controller_angles(q[None])[0]
         signs = np.sign(np.diag(self._axes.matrix))
+        if not signs[:2].all():
+            raise ProgramError(
+                "configuration: expected a joint_matrix that counts joints 1 and 2, got zeros on its"
+                " diagonal: write joint angles with --targets joints"
+            )
         second = signs[1] * arm.axes[1]
         forward = np.cross(second, arm.axes[0] * signs[0])
         shoulder, elbow = (_towards(arm, k, centre) for k in (1, 2))

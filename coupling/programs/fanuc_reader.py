@@ -19,7 +19,7 @@ _SET = re.compile(r"(UFRAME|UTOOL)\[\s*(\d+)\s*\]\s*=\s*PR\[\s*(\d+)\s*\]")
 _CHOSEN = re.compile(r"(UFRAME|UTOOL)_NUM\s*=\s*(\d+)")
 _CALL = re.compile(r"CALL\s+(\w+)")
 _REFUSED = re.compile(r"(IF|JMP|LBL|FOR|ENDFOR|SELECT|OFFSET|TOOL_OFFSET)\b")
-_POSITION = re.compile(r"P\[\s*(\d+)[^\]]*\]\s*\{(.*?)\};", re.DOTALL)
+_POSITION = re.compile(r"\s*P\[\s*(\d+)[^\]]*\]\s*\{(.*)", re.DOTALL)
 _NUMBERED = re.compile(rf"\b([XYZWPR]|J\d)\s*=\s*({NUMBER})\s*(mm|deg)")
 _PROGRAM = re.compile(r"/PROG\s+(\w+)")
 # Speeds in m/s for one unit.
@@ -74,7 +74,13 @@ def _positions(file: ProgramFile) -> dict[int, dict[str, float]]:
     """Return the numbers of every position of a file."""
     _, _, data = file.text.partition("/POS")
     found = {}
-    for number, body in _POSITION.findall(data):
+    for part in data.split("};")[:-1]:
+        given = _POSITION.fullmatch(part)
+        if given is None:
+            raise ProgramError(
+                f"{file.name}: /POS: expected P[number]{{ .. }};, got {shortened(part.strip())!r}"
+            )
+        number, body = given.groups()
         where = f"{file.name}: P[{number[:9]}]"
         # Only the first group is the robot's.
         own = re.split(r"GP[2-9]\s*:", body)[0]

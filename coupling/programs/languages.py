@@ -29,6 +29,7 @@ class Language:
         step: Times are whole multiples of this [s]; 0 for any.
         dense: Whether it has a point on every cycle.
         configured: Whether its poses state the robot's posture.
+        joints: Number of joints that its programs are for; None for any.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Language:
     step: float = 0.0
     dense: bool = False
     configured: bool = False
+    joints: int | None = 6
 
 
 def _read_krl(files: Sequence[ProgramFile]) -> Program:
@@ -98,6 +100,7 @@ LANGUAGES = {
             csv_rows.LONGEST_NAME,
             targets=("joints",),
             dense=True,
+            joints=None,
         ),
     )
 }

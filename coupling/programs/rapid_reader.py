@@ -20,6 +20,9 @@ _DECLARED = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _TOKEN = re.compile(rf"\s*(\[|\]|,|{NUMBER}|[A-Za-z_]\w*|\"[^\"]*\")")
+_HEADING = re.compile(r"\s*((?:MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b)", re.IGNORECASE)
+# Texts in quotes, comments, semicolons and what is between them.
+_PIECE = re.compile(r'"[^"]*"|!.*|;|[^;"!]+|"')
 _SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
 _DEEPEST = 6
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
@@ -57,27 +60,26 @@ def read(text: str, name: str = "") -> Program:
 
 def _statements(text: str, name: str) -> Iterator[tuple[int, str]]:
     """Yield statements with the lines they begin in, without comments."""
-    begun, words = 0, ""
+    begun = 0
+    words: list[str] = []
     for number, line in enumerate(text.splitlines(), start=1):
-        bare = re.sub(r'("[^"]*")|!.*', lambda m: m[1] or "", line).strip()
-        if not words:
-            heading = re.match(
-                r"(MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b", bare, re.IGNORECASE
-            )
-            if heading:
-                yield number, bare
-                continue
-            begun = number
-        pieces = re.split(r';(?=(?:[^"]*"[^"]*")*[^"]*$)', bare)
-        for piece in pieces[:-1]:
-            if (words + piece).strip():
-                yield begun, (words + piece).strip()
-            words, begun = "", number
-        words = f"{words}{pieces[-1]} ".lstrip()
-    if words.strip():
-        raise ProgramError(
-            f"{name}: line {begun}: expected a semicolon behind {shortened(words.strip())!r}, got none"
-        )
+        if not words and (heading := _HEADING.match(line)) is not None:
+            yield number, line[heading.start(1) :].split("!")[0].strip()
+            continue
+        for piece in _PIECE.findall(line):
+            if piece.startswith("!"):
+                break
+            if piece == ";":
+                yield begun or number, "".join(words).strip()
+                begun, words = 0, []
+            elif piece.strip() or words:
+                begun = begun or number
+                words.append(piece)
+        if words:
+            words.append(" ")
+    if words:
+        found = shortened("".join(words[:8]).strip())
+        raise ProgramError(f"{name}: line {begun}: expected a semicolon behind {found!r}, got none")
 
 
 def _value(text: str, where: str) -> Value:
