@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 from coupling.errors import ProgramError, one_of
-from coupling.export.exported import TOLERANCE, Exported, Options, export_run
+from coupling.export.exported import TOLERANCE, Exported, Options
+from coupling.export.exporting import export_run
 from coupling.export.folder import require_writable, write_export
 from coupling.programs.languages import LANGUAGES
 from coupling.run.console import RunView

@@ -1,18 +1,24 @@
-"""Whether a robot can do what its program asks: angles, rates and accelerations of its joints."""
+"""Whether a run can become a program: its robot, its command, and what its drives can do."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath
+from coupling.programs.languages import Language
+from coupling.robot.cell import Member
 from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.stored_run import StoredRobot
 
 # By how much a limit may be passed for rounding.
 _ROUNDING = 1e-6
+# Rounding of poses in command.csv [m].
+_SAME = 1e-9
 
 
 def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[DriveMotion, ...]:
@@ -52,3 +58,42 @@ def _problems(command: JointPath, motions: Sequence[DriveMotion], limits: JointL
                     f" {at:.3f} s"
                 )
     return found
+
+
+def remark_on(stored: StoredRobot) -> str:
+    """Return what is to be known of a run's command, empty where it is as it should be."""
+    if stored.figures["kind"] == "couple":
+        return "the run is coupled, not compensated: its command is not corrected"
+    if not stored.figures.get("converged", True):
+        return f"the run has not converged: {stored.figures.get('reason', '')}"
+    return ""
+
+
+def require_same_robot(folder: Path, member: Member, stored: StoredRobot) -> None:
+    """Refuse a run whose robot file has been changed since."""
+    own = member.planner.forward(stored.joints, stored.joints.time)
+    path = member.placement.path_in_world(own)
+    apart = float(path.distance_to(stored.command).max())
+    if apart > _SAME:
+        raise ProgramError(
+            f"{folder / 'command.csv'}: expected the poses of the robot file, got some that are"
+            f" {1e6 * apart:.3g} um off: the file has changed since the run, repeat it"
+        )
+
+
+def require_joints(language: Language, joints: int) -> None:
+    """Refuse a robot that a language has no words for."""
+    if language.joints is not None and joints != language.joints:
+        raise ProgramError(
+            f"--to: {language.name}: expected a robot of {language.joints} joints, got one of {joints}:"
+            " csv takes any number"
+        )
+
+
+def require_step(language: Language, cycle: float) -> None:
+    """Refuse a cycle whose multiples a language cannot write."""
+    if language.step and abs(cycle / language.step - round(cycle / language.step)) > 1e-6:
+        raise ProgramError(
+            f"--cycle-ms: {language.name}: expected whole multiples of {1e3 * language.step:g} ms, got"
+            f" {1e3 * cycle:g} ms"
+        )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import pi
 from typing import Literal
 
 # "joint": all joints run from target to target in proportion; "linear": the TCP goes straight and its
@@ -40,17 +41,14 @@ class Configuration:
     @property
     def quadrants(self) -> tuple[int, int, int]:
         """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
-        one, four, six = (int(self.angles[i] // (0.5 * _PI)) for i in (0, 3, 5))
+        one, four, six = (int(self.angles[i] // (0.5 * pi)) for i in (0, 3, 5))
         return one, four, six
 
     @property
     def turns(self) -> tuple[int, int, int]:
         """Whole turn in which joints 1, 4 and 6 are, 0 from -180 to 180 deg."""
-        one, four, six = (int((self.angles[i] + _PI) // (2.0 * _PI)) for i in (0, 3, 5))
+        one, four, six = (int((self.angles[i] + pi) // (2.0 * pi)) for i in (0, 3, 5))
         return one, four, six
-
-
-_PI = 3.141592653589793
 
 
 @dataclass(frozen=True)
@@ -109,10 +107,6 @@ class Program:
         """The motions whose time is set, and before them the one that leads to their start."""
         untimed = [k for k, move in enumerate(self.moves) if move.duration is None]
         return self.moves[untimed[-1] :] if untimed else self.moves
-
-    def with_moves(self, moves: tuple[Move, ...]) -> Program:
-        """Return a program in the same frames."""
-        return replace(self, moves=moves)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.angles import pose_of_quaternion
 from coupling.programs.program import Configuration, Motion, Move, Pose, Program
-from coupling.programs.text import NUMBER, real, shortened
+from coupling.programs.rapid_values import (
+    NOWHERE,
+    Value,
+    arguments_of,
+    number_list,
+    placement,
+    value_of,
+)
+from coupling.programs.text import real, shortened
 
 _RADIANS = 0.017453292519943295
 _MOTIONS: dict[str, Motion] = {"MOVEABSJ": "joint", "MOVEJ": "joint", "MOVEL": "linear"}
@@ -19,19 +26,12 @@ _DECLARED = re.compile(
     r"(robtarget|jointtarget|tooldata|wobjdata|speeddata)\s+(\w+)\s*:=\s*(.*)",
     re.IGNORECASE | re.DOTALL,
 )
-_TOKEN = re.compile(rf"\s*(\[|\]|,|{NUMBER}|[A-Za-z_]\w*|\"[^\"]*\")")
 _HEADING = re.compile(r"\s*((?:MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b)", re.IGNORECASE)
 # Texts in quotes, comments, semicolons and what is between them.
 _PIECE = re.compile(r'"[^"]*"|!.*|;|[^;"!]+|"')
 _SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
-_DEEPEST = 6
-# A quaternion written with few digits is normalised; beyond this it is a mistake.
-_UNIT_TOLERANCE = 1e-3
 # Axes of the robot; external ones are not looked at.
 _AXES = 6
-
-# Number, word or list of them.
-Value = float | str | list["Value"]
 
 
 def read(text: str, name: str = "") -> Program:
@@ -82,64 +82,6 @@ def _statements(text: str, name: str) -> Iterator[tuple[int, str]]:
         raise ProgramError(f"{name}: line {begun}: expected a semicolon behind {found!r}, got none")
 
 
-def _value(text: str, where: str) -> Value:
-    """Return a value in brackets, or a single word or number."""
-    position = 0
-    stack: list[list[Value]] = [[]]
-    while position < len(text.rstrip()):
-        token = _TOKEN.match(text, position)
-        if token is None:
-            raise ProgramError(
-                f"{where}: expected numbers in brackets, got {shortened(text[position:].strip())!r}"
-            )
-        position = token.end()
-        word = token[1]
-        if word == "[":
-            if len(stack) > _DEEPEST:
-                raise ProgramError(f"{where}: expected at most {_DEEPEST} brackets in each other")
-            stack.append([])
-        elif word == "]":
-            inner = stack.pop()
-            if not stack:
-                raise ProgramError(f"{where}: expected a [ for every ], got one less")
-            stack[-1].append(inner)
-        elif word != ",":
-            is_number = re.fullmatch(NUMBER, word) is not None
-            stack[-1].append(_number(word, where) if is_number else word)
-    if len(stack) != 1 or len(stack[0]) != 1:
-        raise ProgramError(f"{where}: expected one value in brackets, got {shortened(text)!r}")
-    return stack[0][0]
-
-
-def _number(word: str, where: str) -> float:
-    """Return a number; 9E9 says that there is no such axis."""
-    return 9e9 if float(word) == 9e9 else real(word, where)
-
-
-def _list(value: Value, count: int, what: str, where: str) -> list[float]:
-    """Return a list of so many numbers."""
-    if (
-        not isinstance(value, list)
-        or len(value) != count
-        or not all(isinstance(x, float) and x != 9e9 for x in value)
-    ):
-        raise ProgramError(
-            f"{where}: expected {count} numbers as {what}, got {shortened(str(value))}"
-        )
-    return [x for x in value if isinstance(x, float)]
-
-
-def _split(text: str) -> list[str]:
-    """Return the arguments of a motion: divided at the commas outside of brackets."""
-    parts, depth, begun = [], 0, 0
-    for k, letter in enumerate(text):
-        depth += (letter == "[") - (letter == "]")
-        if letter == "," and depth == 0:
-            parts.append(text[begun:k].strip())
-            begun = k + 1
-    return [*parts, text[begun:].strip()]
-
-
 @dataclass
 class _Reader:
     """State of a controller while it goes through a module."""
@@ -165,7 +107,7 @@ class _Reader:
             self.title = heading[1]
         elif (declared := _DECLARED.fullmatch(statement)) is not None:
             kind, name, value = declared.groups()
-            self.data[name.upper()] = (kind.lower(), _value(value, where))
+            self.data[name.upper()] = (kind.lower(), value_of(value, where))
         elif word in _MOTIONS:
             self._move(word, statement[len(word) :], where)
         elif word.startswith("MOVE"):
@@ -174,14 +116,14 @@ class _Reader:
     def _known(self, text: str, kind: str, where: str) -> Value:
         """Return the value of a name, or one in brackets."""
         if text.startswith("["):
-            return _value(text, where)
+            return value_of(text, where)
         found = self.data.get(text.upper())
         if found is None or found[0] != kind:
             raise ProgramError(f"{where}: expected a {kind} with a value, got {shortened(text)!r}")
         return found[1]
 
     def _move(self, word: str, rest: str, where: str) -> None:
-        arguments = [part.split("\\") for part in _split(rest)]
+        arguments = [part.split("\\") for part in arguments_of(rest)]
         if len(arguments) != 4 or not arguments[0][0].strip():
             raise ProgramError(
                 f"{where}: expected a target, a speed, a zone and a tool, got {len(arguments)} arguments"
@@ -208,7 +150,7 @@ class _Reader:
             raise ProgramError(
                 f"{where}: expected robot and external axes, got {shortened(text)!r}"
             )
-        return tuple(_RADIANS * a for a in _list(value[0], _AXES, "axes", where))
+        return tuple(_RADIANS * a for a in number_list(value[0], _AXES, "axes", where))
 
     def _pose(self, text: str, where: str) -> tuple[Pose, Configuration | None]:
         value = self._known(text, "robtarget", where)
@@ -217,8 +159,8 @@ class _Reader:
                 f"{where}: expected position, rotation, configuration and external axes, got"
                 f" {shortened(text)!r}"
             )
-        _list(value[2], 4, "configuration", where)
-        return _placement(value[:2], where), None
+        number_list(value[2], 4, "configuration", where)
+        return placement(value[:2], where), None
 
     def _speed(self, text: str, options: dict[str, str], where: str) -> float:
         if "V" in options:
@@ -227,7 +169,7 @@ class _Reader:
         if simple and text.upper() not in self.data:
             return 1e-3 * float(simple[1])
         value = self._known(text, "speeddata", where)
-        return 1e-3 * _list(value, 4, "speed", where)[0]
+        return 1e-3 * number_list(value, 4, "speed", where)[0]
 
     def _frame(self, name: str, kind: str, at: int) -> Pose | None:
         """Return the frame of a tool or a work object; None where the controller holds it."""
@@ -240,13 +182,13 @@ class _Reader:
             raise ProgramError(f"{where}: expected {kind}, got {found[0]} {shortened(str(value))}")
         if kind == "wobjdata":
             inner = value[4] if len(value) > 4 else None
-            if inner is not None and _placement(inner, where) != _NOWHERE:
+            if inner is not None and placement(inner, where) != NOWHERE:
                 raise ProgramError(f"{where}: expected an object frame of zeros, got another one")
             if value[0] != "FALSE":
                 raise ProgramError(
                     f"{where}: expected a work object that stands, got one that is held"
                 )
-        return _placement(value[at], where)
+        return placement(value[at], where)
 
     def program(self) -> Program:
         """Return what was read."""
@@ -266,23 +208,6 @@ class _Reader:
             self._frame(work_object, "wobjdata", 3),
             self._frame(tool, "tooldata", 1),
         )
-
-
-_NOWHERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
-def _placement(value: Value, where: str) -> Pose:
-    """Return the pose of [[x,y,z],[w,x,y,z]]."""
-    if not isinstance(value, list) or len(value) != 2:
-        raise ProgramError(
-            f"{where}: expected [[x,y,z],[q1,q2,q3,q4]], got {shortened(str(value))}"
-        )
-    position = _list(value[0], 3, "position", where)
-    quaternion = _list(value[1], 4, "quaternion", where)
-    length = sum(q * q for q in quaternion) ** 0.5
-    if abs(length - 1.0) > _UNIT_TOLERANCE:
-        raise ProgramError(f"{where}: expected a quaternion of length 1, got length {length:.6g}")
-    return pose_of_quaternion(position, quaternion)
 
 
 def _work_object(options: list[str]) -> str:

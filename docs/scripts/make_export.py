@@ -12,7 +12,8 @@ import numpy as np
 from scipy.interpolate import BPoly
 
 from coupling.case import Case
-from coupling.export.exported import Exported, Options, export_run
+from coupling.export.exported import Exported, Options
+from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot

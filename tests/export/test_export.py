@@ -13,8 +13,9 @@ import pytest
 from coupling.case import load_case
 from coupling.cli.runs import conduct
 from coupling.events import unwatched
-from coupling.export import exported
-from coupling.export.exported import Options, export_run
+from coupling.export import exporting
+from coupling.export.exported import Options
+from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
@@ -22,7 +23,7 @@ from coupling.files.robot_file import find_robot
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_compensation
+from coupling.run.study import run_compensation, run_coupling
 
 CASE = """
 [robot]
@@ -50,18 +51,11 @@ ROBOTS = {
 }
 
 
-def compensated(folder: Path, text: str) -> Path:
+def ran(folder: Path, text: str, kind: str = "compensate") -> Path:
     """Return the run folder of a case."""
+    work = {"compensate": run_compensation, "couple": run_coupling}[kind]
     (folder / "case.toml").write_text(text)
-    done = conduct(
-        folder / "case.toml",
-        folder / "pair",
-        False,
-        None,
-        "compensate",
-        run_compensation,
-        unwatched,
-    )
+    done = conduct(folder / "case.toml", folder / "pair", False, None, kind, work, unwatched)
     assert done.run.correction.converged
     return folder / "pair"
 
@@ -69,9 +63,7 @@ def compensated(folder: Path, text: str) -> Path:
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory) -> dict[str, Path]:
     return {
-        name: compensated(
-            tmp_path_factory.mktemp(name), CASE.format(robot=name, home=home, part=part)
-        )
+        name: ran(tmp_path_factory.mktemp(name), CASE.format(robot=name, home=home, part=part))
         for name, (home, part) in ROBOTS.items()
     }
 
@@ -162,7 +154,7 @@ def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
 
 
 def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
-    monkeypatch.setattr(exported, "_TRIES", 1)
+    monkeypatch.setattr(exporting, "_TRIES", 1)
     done = command("export", run, "--to", "krl", "--tolerance", "0.01")
     assert done.returncode == 1
     assert "Warning: expected a loss of at most 0.01 um" in done.stdout
@@ -174,7 +166,7 @@ def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
     quick = case.replace("depth_m        = 0.005", "depth_m        = 0.0005").replace(
         "0.06", "0.01"
     )
-    out = compensated(tmp_path, quick)
+    out = ran(tmp_path, quick)
     done = command("export", out, "--to", "rapid")
     assert done.returncode == 0, done.stderr
     names = {file.name for file in (out / "rapid").iterdir()}
@@ -301,8 +293,7 @@ def test_a_robot_of_other_joints_gets_a_table_only(tmp_path, command):
     head, _, tail = case.partition("[tool_path]")
     process = tail[tail.index("[process]") :].replace("2.0e5", "0.0")
     path = '[tool_path]\nkind = "csv"\nfile = "still.csv"\n\n'
-    method = '\n[compensation]\nmethod = "mirror"\n\n[coupling]\nscheme = "anderson"\n'
-    out = compensated(tmp_path, head + path + process + method)
+    out = ran(tmp_path, head + path + process, "couple")
     done = command("export", out, "--to", "krl")
     assert done.returncode == 2
     assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
