@@ -50,6 +50,10 @@ class LearnError(CouplingError):
     """A measured pass cannot be read, does not belong to its run, or tells nothing."""
 
 
+class ProgramError(CouplingError):
+    """A robot program cannot be read, or its language or robot does not allow what it should say."""
+
+
 class BuildError(CouplingError):
     """An FMU cannot be written."""
 

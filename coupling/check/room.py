@@ -15,8 +15,12 @@ from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.
 _PLACES, _RAYS = 30, 72
-# One step outwards, how many at most, and passes of inverse kinematics in each [m].
-_STEP, _MOST, _PASSES = 0.02, 150, 12
+# Steps outwards [m] and how many at most: wide ones, then narrow ones from the last that was reached.
+_STEPS = ((0.1, 30), (0.01, 9))
+# Passes of inverse kinematics in each.
+_PASSES = 15
+# What is nearer to the base's axis has no direction outward [m].
+_ON_AXIS = 0.02
 # As near to a singular posture as inverse kinematics goes (`Following.regularity`).
 _SINGULAR = 1e-3
 # What a path is moved along, base axes.
@@ -37,7 +41,7 @@ class Room:
     Attributes:
         regularity: Smallest distance from singular postures along the path, `Following.regularity`.
         free: How far the whole path can be moved along each of `DIRECTIONS` before the robot does not
-            reach it, passes a limit or is singular [m]; to a step of 0.02 m, at most 3 m.
+            reach it, passes a limit or is singular [m]; to a step of 0.01 m, at most 3 m.
         upright: Outline of where the TCP can be led from the path's middle, the tool at its first
             orientation, in the vertical plane through the base's z axis, closed [m], (k, 3).
         level: The same in the horizontal plane.
@@ -71,7 +75,7 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
     middle = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     outward = position[middle] * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(outward))
-    outward = outward / length if length > _STEP else np.array([1.0, 0.0, 0.0])
+    outward = outward / length if length > _ON_AXIS else np.array([1.0, 0.0, 0.0])
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     at = q[middle], position[middle], rotations[middle]
     upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
@@ -96,17 +100,19 @@ class _Walk:
         lanes = position.shape[1]
         turned = rotations.as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
-        way, live, q = np.zeros(lanes), np.arange(lanes), q.copy()
-        for k in range(1, _MOST + 1):
-            target = position[:, live] + k * _STEP * direction[:, live]
-            wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
-            there, came = reached(self.serial, wanted, q[:, live], _PASSES)
-            regular = self._regularity(there) > _SINGULAR
-            q[:, live] = there
-            live = live[came & regular & self._within(there)]
-            way[live] = k * _STEP
-            if len(live) == 0:
-                break
+        way, q = np.zeros(lanes), q.copy()
+        for step, most in _STEPS:
+            live = np.arange(lanes)
+            for _ in range(most):
+                target = position[:, live] + (way[live] + step) * direction[:, live]
+                wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
+                there, came = reached(self.serial, wanted, q[:, live], _PASSES)
+                held = came & (self._regularity(there) > _SINGULAR) & self._within(there)
+                live = live[held]
+                q[:, live] = there[:, held]
+                way[live] += step
+                if len(live) == 0:
+                    break
         return way
 
     def outline(

@@ -60,6 +60,16 @@ class Tcp(Schema):
     rpy: Vector3 = [0.0, 0.0, 0.0]
 
 
+class ControllerAxesTable(Schema):
+    """[controller]: how the maker's controller counts the joints and lays its frames."""
+
+    joint_matrix: list[list[float]] | None = None
+    joint_offset_deg: list[float] | None = None
+    base_position: Vector3 = [0.0, 0.0, 0.0]
+    flange_position: Vector3 = [0.0, 0.0, 0.0]
+    flange_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+
+
 class RobotFile(Schema):
     """A robot file that describes the whole robot."""
 
@@ -68,6 +78,7 @@ class RobotFile(Schema):
     tcp: Tcp
     joint: Annotated[list[JointTable], Field(min_length=1)]
     payload: BodyTable | None = None
+    controller: ControllerAxesTable | None = None
     sources: dict[str, str] = {}
 
 
@@ -102,4 +113,5 @@ class UrdfRobotFile(Schema):
     tcp: UrdfTcp
     joint: list[UrdfJoint] = []
     payload: BodyTable | None = None
+    controller: ControllerAxesTable | None = None
     sources: dict[str, str] = {}

@@ -90,7 +90,7 @@ def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
     for name, direction in limits.items():
         way = room.free[name]
         assert 0.1 < way < 3.0
-        for step, follows in ((way, True), (way + 0.04, False)):
+        for step, follows in ((way, True), (way + 0.03, False)):
             shift = np.concatenate([step * np.array(direction), np.zeros(3)])
             steps = [path.displaced(share * shift) for share in np.linspace(0.0, 1.0, 20)]
             assert (_led(placed, steps) is not None) is follows, (name, step)

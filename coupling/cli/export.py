@@ -1,0 +1,100 @@
+"""The command line: elastic-robot export."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.errors import ProgramError, one_of
+from coupling.export.exported import TOLERANCE, Exported, Options
+from coupling.export.exporting import export_run
+from coupling.export.folder import require_writable, write_export
+from coupling.programs.languages import LANGUAGES
+from coupling.run.console import RunView
+
+# Exit status where a program loses more than it may; it is written all the same.
+_LOSES = 1
+# Smallest singular value of the Jacobian below which a posture is called near a singular one.
+_NEAR = 0.02
+
+
+def export(
+    run: Annotated[Path, typer.Argument(help="A run folder.")],
+    to: Annotated[str, typer.Option("--to", help=f"Language: {', '.join(LANGUAGES)}.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder; RUN/<language> unless given.")
+    ] = None,
+    targets: Annotated[
+        str | None, typer.Option(help="cartesian or joints; csv has joints alone.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the program; that of the run folder unless given.")
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool [um].")
+    ] = 1e6 * TOLERANCE,
+    cycle_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--cycle-ms", min=0.1, max=1000.0, help="Of the controller; the case's unless given."
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace programs that are there.")
+    ] = False,
+) -> None:
+    """Write a run's command as robot programs, read them back and simulate what they do."""
+    if to not in LANGUAGES:
+        raise ProgramError(f"--to: {one_of(LANGUAGES, to)}")
+    language = LANGUAGES[to]
+    wanted = targets or language.targets[0]
+    if wanted not in language.targets:
+        raise ProgramError(f"--targets: {to}: {one_of(language.targets, wanted)}")
+    chosen = next(known for known in language.targets if known == wanted)
+    cycle = None if cycle_ms is None else 1e-3 * cycle_ms
+    options = Options(language, chosen, name, 1e-6 * tolerance, cycle)
+    folder = output or run / to
+    require_writable(folder, overwrite)
+    console = Console()
+    with RunView(console) as view:
+        found = export_run(run, options, view.watch)
+    write_export(folder, found, options, overwrite)
+    for one in found:
+        for line in _lines(one, options, len(found) > 1):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    console.print(f"Programs: {folder}", markup=False, highlight=False, soft_wrap=True)
+    if any(one.loss > options.tolerance for one in found):
+        raise typer.Exit(_LOSES)
+
+
+def _lines(one: Exported, options: Options, several: bool) -> Iterator[str]:
+    who = f"{one.robot} robot: " if several else ""
+    yield (
+        f"{who}{', '.join(file.name for file in one.files)}: {one.points} points of"
+        f" {one.candidates}, {one.bytes} bytes, at least {1e3 * one.shortest:.0f} ms apart"
+    )
+    yield (
+        f"  deviation of the moving robot: {1e6 * one.command.maximum:.2f} um under the command,"
+        f" {1e6 * one.read_back.maximum:.2f} um under the files, read back; loss {1e6 * one.loss:.2f} um"
+    )
+    if one.loss > options.tolerance:
+        yield (
+            f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: see which of cycle,"
+            " targets and tolerance can give way"
+        )
+    if one.remark:
+        yield f"  Warning: {one.remark}"
+    nearest = one.nearest
+    near = (
+        "Warning: near a singular posture" if nearest.value < _NEAR else "nearest singular posture"
+    )
+    yield f"  {near}: {nearest.kind}, {nearest.value:.2g} at {nearest.time:.3f} s (0 is singular)"
+    if not one.counted:
+        yield (
+            "  joints, flange and base are those of the robot file, which has no [controller]: compare"
+            " with the controller's before use"
+        )

@@ -1,0 +1,115 @@
+"""A sampled motion, of poses or of joint angles, and how far another one is off at the tool."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+class Curve(Protocol):
+    """A motion at its samples."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """What a controller interpolates, (n, k)."""
+        ...
+
+    def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return the values on the straight way from some values to others.
+
+        Args:
+            start, end: Values, (m, k).
+            share: Part of the way, 0 to 1, (m,).
+        """
+        ...
+
+    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+        """Return how far values are off at the tool [m], (m,).
+
+        Args:
+            values: (m, k), in place of the motion's own in these rows.
+            rows: The rows.
+        """
+        ...
+
+
+def continuous(quaternion: np.ndarray) -> np.ndarray:
+    """Return the same rotations, each quaternion on the side of the last one, (n, 4)."""
+    flips = np.sum(quaternion[1:] * quaternion[:-1], axis=1) < 0.0
+    signs = np.cumprod(np.concatenate([[1.0], np.where(flips, -1.0, 1.0)]))
+    return quaternion * signs[:, None]
+
+
+@dataclass(frozen=True)
+class PoseCurve:
+    """Poses of the TCP.
+
+    A rotation counts as what it moves the wrist, which a tool that turns about its TCP carries along.
+
+    Attributes:
+        values: x, y, z [m], qx, qy, qz, qw, (n, 7); quaternions of neighbours on one side.
+        lever: From the TCP to the wrist [m].
+
+    Example:
+        >>> still = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (3, 1))
+        >>> turned = still[1:2] + [0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0]
+        >>> PoseCurve(still, lever=0.5).errors(turned, slice(1, 2)).round(9)
+        array([1.e-06])
+    """
+
+    values: np.ndarray
+    lever: float
+
+    def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return poses on a straight line, turning evenly about one axis."""
+        cosine = np.clip(np.sum(start[:, 3:] * end[:, 3:], axis=1), -1.0, 1.0)
+        far = np.where(cosine[:, None] < 0.0, -end[:, 3:], end[:, 3:])
+        angle = np.arccos(np.abs(cosine))
+        small = angle < _SMALL
+        sine = np.where(small, 1.0, np.sin(angle))
+        first = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
+        second = np.where(small, share, np.sin(share * angle) / sine)
+        turned = first[:, None] * start[:, 3:] + second[:, None] * far
+        turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+        position = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
+        return np.hstack([position, turned])
+
+    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+        """Return the larger of the distance and of what the rotation moves the wrist [m], (m,)."""
+        own = self.values[rows]
+        distance = np.linalg.norm(values[:, :3] - own[:, :3], axis=1)
+        turned = values[:, 3:] / np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
+        side = np.where(np.sum(turned * own[:, 3:], axis=1) < 0.0, -1.0, 1.0)
+        half = np.linalg.norm(side[:, None] * turned - own[:, 3:], axis=1)
+        return np.maximum(distance, 2.0 * self.lever * half)
+
+
+# Angle between quaternions below which sines are taken for their arguments.
+_SMALL = 1e-7
+
+
+@dataclass(frozen=True)
+class JointCurve:
+    """Joint angles.
+
+    Attributes:
+        values: Angles of the robot file's joints [rad], (n, joints).
+        jacobian: Motion of the TCP [m/rad] and rotation [rad/rad] with the angles, (n, 6, joints).
+        lever: From the TCP to the wrist [m].
+    """
+
+    values: np.ndarray
+    jacobian: np.ndarray
+    lever: float
+
+    def between(self, start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return angles that run in proportion."""
+        return start + share[:, None] * (end - start)
+
+    def errors(self, values: np.ndarray, rows: slice) -> np.ndarray:
+        """Return the larger of the TCP's distance and of what its rotation moves the wrist [m], (m,)."""
+        moved = np.einsum("nij,nj->ni", self.jacobian[rows], values - self.values[rows])
+        distance = np.linalg.norm(moved[:, :3], axis=1)
+        return np.maximum(distance, self.lever * np.linalg.norm(moved[:, 3:], axis=1))

@@ -1,0 +1,93 @@
+"""What is to be exported of a run, and what was."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.errors import ProgramError, one_of
+from coupling.export.postures import Nearest
+from coupling.path.deviation import Deviation
+from coupling.programs.languages import Language, Targets
+from coupling.programs.program import Program, ProgramFile
+from coupling.run.drive_motion import DriveMotion
+
+# Largest loss by the export at the tool of the moving robot [m].
+TOLERANCE = 5e-6
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is to be written.
+
+    Attributes:
+        language: Language of the programs.
+        targets: What their targets are.
+        name: Name of the program; None for that of the run folder.
+        tolerance: Largest loss at the tool [m].
+        cycle: Period of the controller's set points [s]; None for the case's.
+    """
+
+    language: Language
+    targets: Targets
+    name: str | None = None
+    tolerance: float = TOLERANCE
+    cycle: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.targets not in self.language.targets:
+            text = one_of(self.language.targets, self.targets)
+            raise ProgramError(f"--targets: {self.language.name}: {text}")
+        if not (np.isfinite(self.tolerance) and self.tolerance > 0.0):
+            raise ProgramError(
+                f"--tolerance: expected a number > 0 [um], got {self.tolerance * 1e6:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Exported:
+    """The program of one robot, and what its files do.
+
+    Attributes:
+        robot: Name of the robot in its case.
+        program: The program, as it was written.
+        files: Its files.
+        points_tolerance: Smallest tolerance of its points along the command [m].
+        candidates: Number of points that a program with one on every cycle has.
+        loss: Largest distance between the tool of the moving robot under the files and under the
+            command [m].
+        command, read_back: Deviation from the desired path under the command, and under the files.
+        drives: What is asked of the drives.
+        nearest: Where the robot comes nearest to a singular posture.
+        counted: Whether the robot file says how the controller counts.
+        remark: What is to be known of the run, or empty.
+    """
+
+    robot: str
+    program: Program
+    files: tuple[ProgramFile, ...]
+    points_tolerance: float
+    candidates: int
+    loss: float
+    command: Deviation
+    read_back: Deviation
+    drives: tuple[DriveMotion, ...]
+    nearest: Nearest
+    counted: bool
+    remark: str = ""
+
+    @property
+    def points(self) -> int:
+        """Number of targets of the path."""
+        return len(self.program.timed)
+
+    @property
+    def bytes(self) -> int:
+        """Size of the files."""
+        return sum(len(file.text.encode()) for file in self.files)
+
+    @property
+    def shortest(self) -> float:
+        """Shortest time between two targets [s]."""
+        return min(move.duration or np.inf for move in self.program.timed[1:])

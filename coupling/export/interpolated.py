@@ -1,0 +1,147 @@
+"""What a controller makes of a program: the motion of the drives, from the text alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from coupling.errors import ProgramError
+from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
+from coupling.export.frames import Placed, with_tool
+from coupling.export.postures import Postures
+from coupling.export.spline_points import spline_values
+from coupling.files.controller_axes import ControllerAxes
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath
+from coupling.programs.program import HERE, Move, Program
+from coupling.robot.inverse_kinematics import InverseKinematics
+from elastic_robot.description import Robot
+
+Smooth = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def drive_motion(
+    program: Program,
+    robot: Robot,
+    axes: ControllerAxes,
+    cycle: float,
+    start: float,
+    near: np.ndarray | None = None,
+    smooth: Smooth = spline_values,
+) -> JointPath:
+    """Return the motion of a robot's drives under the timed motions of a program.
+
+    The controller's interpolator gives set points on a cycle: between the targets straight or on the C2
+    cubic spline through them that rests at both ends, poses with a quaternion that is normalised, and
+    it does not blend.  Poses become joint angles by the rigid robot's inverse kinematics with the tool
+    that the program states.  The drives follow the C2 cubic spline through the set points.
+
+    Args:
+        program: The program, whose timed motions are of one kind.
+        robot: The robot.
+        axes: How its controller counts.
+        cycle: Time between set points [s].
+        start: Time at which the timed motions begin [s].
+        near: Drive angles near those of every set point [rad], (n, joints); saves time, no more.
+        smooth: What is taken for the maker's spline, from times and values of the targets and the times
+            that are asked for.
+
+    Raises:
+        ProgramError: If the program's motions do not make a path.
+        PlanningError: If the robot cannot follow.
+    """
+    timed = program.timed
+    motions = {move.motion for move in timed[1:]}
+    if len(timed) < 2 or len(motions) != 1 or any(move.duration is None for move in timed[1:]):
+        raise ProgramError(
+            f"{program.name}: expected a start and timed motions of one kind behind it, got"
+            f" {len(timed) - 1} of {', '.join(sorted(motions)) or 'none'}"
+        )
+    time = start + np.cumsum([0.0, *(move.duration or 0.0 for move in timed[1:])])
+    at = Controller(cycle).rows(time[0], time[-1])
+    at[-1] = time[-1]
+    if at[-1] - at[-2] < _SHORTEST * cycle:
+        at = np.delete(at, -2)
+    spline = motions == {"spline"}
+    if any(move.pose is None for move in timed):
+        angles = axes.file_angles(np.array([_joints(move, program) for move in timed]))
+        curve = JointCurve(angles, np.empty(0), 0.0)
+        values = smooth(time, angles, at) if spline else _straight(curve, time, at)
+        return JointPath(at, (values,))
+    rows = np.array([move.pose for move in timed])
+    rows[:, 3:] = continuous(rows[:, 3:])
+    values = smooth(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
+    values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
+    path = Placed.of(program.base or HERE).outside(ToolPath(at, values))
+    in_base = ToolPath(at, path.pose + np.append(axes.base_position, np.zeros(4)))
+    carrying = with_tool(robot, Placed.of(program.tool or HERE), axes)
+    home = axes.file_angles(np.array([_home(program)]))[0]
+    planner = InverseKinematics(_unlimited(carrying), home)
+    found = None if near is None else _found_near(planner, carrying, axes, in_base, near)
+    return planner.plan(in_base) if found is None else found
+
+
+def _found_near(
+    planner: InverseKinematics,
+    robot: Robot,
+    axes: ControllerAxes,
+    path: ToolPath,
+    near: np.ndarray,
+) -> JointPath | None:
+    """Return the joint angles of a path by Newton's method from angles near it, None if it fails.
+
+    All set points go on together, with the Jacobians of where they begin.
+    """
+    if near.shape != (len(path.time), 6):
+        return None
+    jacobians = Postures(robot, axes).jacobians(near)
+    if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _REGULAR:
+        return None
+    q, still = near.copy(), np.zeros_like(near)
+    for _ in range(_STEPS):
+        now = planner.forward(JointPath(path.time, (q,), (still,), (still,)), path.time)
+        off = path.deviation_from(now)[0]
+        if np.abs(off).max() < _REACHED:
+            return JointPath(path.time, (q,))
+        q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]
+    return None
+
+
+# Position [m] and rotation [rad] agree to this where a pose is reached; steps at most; smallest singular
+# value of a Jacobian that is solved.
+_REACHED, _STEPS, _REGULAR = 1e-10, 6, 1e-4
+
+
+# A last cycle shorter than this part of one is joined to the one before it.
+_SHORTEST = 0.5
+
+
+def _straight(curve: Curve, time: np.ndarray, at: np.ndarray) -> np.ndarray:
+    after = np.searchsorted(time, at, side="left").clip(1, len(time) - 1)
+    before = after - 1
+    share = ((at - time[before]) / (time[after] - time[before])).clip(0.0, 1.0)
+    return curve.between(curve.values[before], curve.values[after], share)
+
+
+def _joints(move: Move, program: Program) -> tuple[float, ...]:
+    if move.joints is None:
+        raise ProgramError(f"{program.name}: expected poses or joint angles alone, got both")
+    return move.joints
+
+
+def _home(program: Program) -> tuple[float, ...]:
+    """Return the controller's joint angles at the start of the path."""
+    known = [move.joints for move in program.moves if move.joints is not None]
+    known += [m.configuration.angles for m in program.timed[:1] if m.configuration is not None]
+    if not known:
+        raise ProgramError(
+            f"{program.name}: expected a motion to joint angles before the path, got none"
+        )
+    return known[-1]
+
+
+def _unlimited(robot: Robot) -> Robot:
+    """Return a robot whose joints have no limits, which are checked for themselves."""
+    return replace(robot, joints=tuple(replace(joint, limits=None) for joint in robot.joints))

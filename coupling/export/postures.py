@@ -1,0 +1,191 @@
+"""What a posture of a six-joint robot is called, and how near it is to a singular one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from coupling.errors import ProgramError
+from coupling.files.controller_axes import ControllerAxes
+from coupling.programs.program import Configuration
+from elastic_robot.chain import Chain, build_chain
+from elastic_robot.description import Robot
+
+# How far the axes of a wrist may pass each other and still meet in its centre [m].
+_MEETS = 1e-6
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A robot's axes in a posture.
+
+    Attributes:
+        axes: Unit vectors of the joints' axes, base axes, (joints, 3).
+        origins: Points on them [m], (joints, 3).
+        tcp: TCP [m], (3,).
+    """
+
+    axes: np.ndarray
+    origins: np.ndarray
+    tcp: np.ndarray
+
+
+class Postures:
+    """Postures of one robot.
+
+    Args:
+        robot: Its description.
+        axes: How its controller counts.
+    """
+
+    def __init__(self, robot: Robot, axes: ControllerAxes) -> None:
+        self._robot, self._axes = robot, axes
+        self._chain: Chain = build_chain(robot)
+        self._data = self._chain.model.createData()
+
+    def arm(self, q: np.ndarray) -> Arm:
+        """Return the axes at drive angles [rad], (joints,)."""
+        jacobian = self._jacobian(q)
+        tcp = self._data.oMf[self._chain.tcp].translation.copy()
+        axes = jacobian[3:].T
+        # The foot of the TCP on each axis: J_v = z x (p - foot).
+        feet = tcp - np.cross(jacobian[:3].T, axes)
+        return Arm(axes, feet, tcp)
+
+    def jacobians(self, q: np.ndarray) -> np.ndarray:
+        """Return Jacobians of TCP and rotation by the drive angles, (n, 6, joints)."""
+        return np.array([self._jacobian(row) for row in q])
+
+    def configuration(self, q: np.ndarray) -> Configuration:
+        """Return what tells a posture from the others with the same pose.
+
+        Positive turns of joint 2 lean the arm forward, as the makers count them.
+
+        Args:
+            q: Drive angles [rad], (6,).
+
+        Raises:
+            ProgramError: If the robot has not six joints, or no spherical wrist, or its controller does
+                not count joints 1 and 2.
+        """
+        arm = self.arm(q)
+        centre = wrist_centre(arm)
+        angles = self._axes.controller_angles(q[None])[0]
+        signs = np.sign(np.diag(self._axes.matrix))
+        if not signs[:2].all():
+            raise ProgramError(
+                "configuration: expected a joint_matrix that counts joints 1 and 2, got zeros on its"
+                " diagonal: write joint angles with --targets joints"
+            )
+        second = signs[1] * arm.axes[1]
+        forward = np.cross(second, arm.axes[0] * signs[0])
+        shoulder, elbow = (_towards(arm, k, centre) for k in (1, 2))
+        up = np.dot(second, np.cross(elbow - shoulder, centre - shoulder))
+        return Configuration(
+            behind=bool(np.dot(forward, centre - arm.origins[0]) < 0.0),
+            below=bool(up < 0.0),
+            wrist=-1 if angles[4] < 0.0 else 1,
+            angles=tuple(angles.tolist()),
+        )
+
+    def _jacobian(self, q: np.ndarray) -> np.ndarray:
+        theta = self._chain.theta(q)
+        jacobian = pin.computeFrameJacobian(
+            self._chain.model,
+            self._data,
+            theta,
+            self._chain.tcp,
+            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+        )
+        pin.updateFramePlacement(self._chain.model, self._data, self._chain.tcp)
+        found: np.ndarray = jacobian.reshape(6, -1)[:, self._chain.drive].copy()
+        return found
+
+
+def wrist_centre(arm: Arm) -> np.ndarray:
+    """Return the point where the last three of six axes meet [m], (3,).
+
+    Raises:
+        ProgramError: If there are not six, or they do not meet.
+    """
+    if len(arm.axes) != 6:
+        raise ProgramError(
+            "configuration: expected a robot of six joints, got one of"
+            f" {len(arm.axes)}: write joint angles with --targets joints"
+        )
+    # Least squares of the distances to the three axes.
+    across = [np.eye(3) - np.outer(axis, axis) for axis in arm.axes[3:]]
+    right = [plane @ foot for plane, foot in zip(across, arm.origins[3:], strict=True)]
+    centre = np.linalg.lstsq(np.vstack(across), np.concatenate(right), rcond=None)[0]
+    apart = max(
+        float(np.linalg.norm(plane @ (centre - foot)))
+        for plane, foot in zip(across, arm.origins[3:], strict=True)
+    )
+    if apart > _MEETS:
+        raise ProgramError(
+            "configuration: expected a wrist whose three axes meet, got axes that pass each other by"
+            f" {1e3 * apart:.3g} mm: write joint angles with --targets joints"
+        )
+    return centre
+
+
+def _towards(arm: Arm, joint: int, point: np.ndarray) -> np.ndarray:
+    """Return the foot of a point on an axis [m], (3,)."""
+    axis, foot = arm.axes[joint], arm.origins[joint]
+    found: np.ndarray = foot + axis * np.dot(axis, point - foot)
+    return found
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The posture of a path that is nearest to a singular one.
+
+    Attributes:
+        time: When [s].
+        value: Smallest singular value of the Jacobian, lengths in units of the reach; 0 is singular.
+        kind: "wrist", "elbow", "shoulder", or which joint moves most.
+    """
+
+    time: float
+    value: float
+    kind: str
+
+
+def nearest_singular(
+    postures: Postures, time: np.ndarray, q: np.ndarray, jacobians: np.ndarray, reach: float
+) -> Nearest:
+    """Return where a motion comes nearest to a singular posture, and of which kind that is.
+
+    Args:
+        postures: The robot's.
+        time: [s], (n,).
+        q: Drive angles [rad], (n, joints).
+        jacobians: Of them, (n, 6, joints).
+        reach: Sum of the robot's lengths [m].
+    """
+    scaled = jacobians.copy()
+    scaled[:, :3] /= reach
+    values = np.linalg.svd(scaled, compute_uv=False)[:, -1]
+    k = int(values.argmin())
+    return Nearest(float(time[k]), float(values[k]), _kind(postures.arm(q[k]), scaled[k], reach))
+
+
+def _kind(arm: Arm, jacobian: np.ndarray, reach: float) -> str:
+    """Return the name of the singular posture that is nearest, by the smallest of three sines."""
+    try:
+        centre = wrist_centre(arm)
+    except ProgramError:
+        joint = int(np.abs(np.linalg.svd(jacobian)[2][min(jacobian.shape) - 1]).argmax())
+        return f"joint {joint + 1} moves most"
+    shoulder, elbow = (_towards(arm, joint, centre) for joint in (1, 2))
+    upper, fore = elbow - shoulder, centre - elbow
+    lengths = float(np.linalg.norm(upper) * np.linalg.norm(fore))
+    to_axis = np.cross(arm.axes[0], centre - arm.origins[0])
+    sines = {
+        "wrist": float(np.linalg.norm(np.cross(arm.axes[3], arm.axes[5]))),
+        "elbow": float(np.linalg.norm(np.cross(upper, fore))) / lengths if lengths else 0.0,
+        "shoulder": float(np.linalg.norm(to_axis)) / reach,
+    }
+    return min(sines, key=lambda name: sines[name])

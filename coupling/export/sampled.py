@@ -1,0 +1,140 @@
+"""The command of one robot, sampled: what is exported of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.case import PlacedRobot
+from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
+from coupling.export.frames import Placed, part_frame, tool_frame
+from coupling.export.postures import Postures
+from coupling.files.controller_axes import ControllerAxes
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath
+from coupling.programs.languages import Targets
+from coupling.programs.program import Move, Program
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.toolpaths.part import Part
+from elastic_robot.trajectory import Trajectory
+
+# Speed with which the tool goes to where the path begins [m/s].
+_APPROACH = 0.01
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """The command of one robot.
+
+    Attributes:
+        time: Twice on every cycle [s], (n,).
+        q: Drive angles [rad], (n, joints).
+        pose: Poses of the undeflected TCP in the part's frame, (n, 7).
+        points: Rows that may become points, (m,).
+        jacobians: Of TCP and rotation by the angles, (n, 6, joints).
+        lever: From the TCP to the wrist [m].
+        base, tool: Frames of the program.
+        axes: How the controller counts.
+        postures: The robot's.
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    pose: np.ndarray
+    points: np.ndarray
+    jacobians: np.ndarray
+    lever: float
+    base: Placed
+    tool: Placed
+    axes: ControllerAxes
+    postures: Postures
+
+    @classmethod
+    def of(
+        cls, robot: PlacedRobot, axes: ControllerAxes, part: Part, command: JointPath, cycle: float
+    ) -> Sampled:
+        """Sample a command.
+
+        Args:
+            robot: The robot.
+            axes: How its controller counts.
+            part: Whose frame is the base of the program.
+            command: Motion of its drives.
+            cycle: Of the controller [s].
+        """
+        rows = Controller(cycle).rows(command.time[0], command.time[-1])
+        steps = len(rows) - 1
+        time = np.interp(np.arange(2 * steps + 1) / 2, np.arange(steps + 1), rows)
+        rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
+        motion = Trajectory(command.time, command.q[0], rates, accelerations)
+        # A last row behind the command's end holds its end.
+        q = motion.at(time.clip(max=command.time[-1]))[0]
+        description = robot.description
+        planner = InverseKinematics(description, robot.home)
+        still = ToolPath(time, _forward(planner, q, time))
+        base = part_frame(part, robot, axes)
+        in_controller = ToolPath(time, still.pose - np.append(axes.base_position, np.zeros(4)))
+        pose = base.inside(in_controller).pose[0]
+        pose[:, 3:] = continuous(pose[:, 3:])
+        postures = Postures(description, axes)
+        return cls(
+            time=time,
+            q=q,
+            pose=pose,
+            points=2 * np.arange(steps + 1),
+            jacobians=postures.jacobians(q),
+            lever=float(
+                np.linalg.norm(description.joints[-1].origin)
+                + np.linalg.norm(description.tcp_position)
+            ),
+            base=base,
+            tool=tool_frame(description, axes),
+            axes=axes,
+            postures=postures,
+        )
+
+    def curve(self, targets: Targets) -> Curve:
+        """Return the motion that points are chosen of."""
+        if targets == "joints":
+            return JointCurve(self.q, self.jacobians, self.lever)
+        return PoseCurve(self.pose, self.lever)
+
+    def program(
+        self, name: str, rows: np.ndarray, targets: Targets, spline: bool, configured: bool
+    ) -> Program:
+        """Return the program through chosen rows.
+
+        It begins with a motion of the joints to where the command begins.
+
+        Args:
+            name: Its name.
+            rows: The rows, the first and the last among them.
+            targets: What the path's targets are.
+            spline: Whether a spline goes through them.
+            configured: Whether poses state the posture.
+        """
+        angles = self.axes.controller_angles(self.q[rows])
+        durations = np.diff(self.time[rows]).tolist()
+        start = Move("joint", joints=tuple(angles[0].tolist()))
+        if targets == "joints":
+            way = [start]
+            way += [
+                Move("spline" if spline else "joint", joints=tuple(row), duration=duration)
+                for row, duration in zip(angles[1:].tolist(), durations, strict=True)
+            ]
+            return Program(name, tuple(way), self.base.pose, self.tool.pose)
+        poses = [tuple(row) for row in self.pose[rows].tolist()]
+        postures = [self.postures.configuration(q) if configured else None for q in self.q[rows]]
+        moves = [start, Move("linear", poses[0], speed=_APPROACH, configuration=postures[0])]
+        moves += [
+            Move("spline" if spline else "linear", pose, duration=duration, configuration=posture)
+            for pose, duration, posture in zip(poses[1:], durations, postures[1:], strict=True)
+        ]
+        return Program(name, tuple(moves), self.base.pose, self.tool.pose)
+
+
+def _forward(planner: InverseKinematics, q: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return poses of the undeflected TCP at drive angles, (n, 7)."""
+    still = np.zeros_like(q)
+    return planner.forward(JointPath(time, (q,), (still,), (still,)), time).pose[0]

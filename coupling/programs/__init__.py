@@ -1,0 +1,1 @@
+"""Robot programs as text: what the makers' languages say, written and read back."""

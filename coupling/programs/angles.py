@@ -1,0 +1,83 @@
+"""Rotations as the makers write them, and poses of their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.programs.program import Pose
+
+_MM = 1e3
+
+
+def abc_of(poses: np.ndarray) -> np.ndarray:
+    """Return KUKA's A, B, C [deg] of rotations: R = Rz(A) Ry(B) Rx(C), that is Z, Y', X''.
+
+    At B = +-90 deg only a sum or difference of A and C is fixed; C is then chosen as zero.
+
+    Args:
+        poses: Rows of x, y, z, qx, qy, qz, qw, (n, 7).
+
+    Example:
+        >>> import numpy as np
+        >>> abc_of(np.array([[0, 0, 0, 0, 0, 0.5**0.5, 0.5**0.5]])).round(6) + 0.0
+        array([[90.,  0.,  0.]])
+    """
+    return _euler(poses)
+
+
+def wpr_of(poses: np.ndarray) -> np.ndarray:
+    """Return FANUC's W, P, R [deg] of rotations: about the fixed axes x, y, z, so R = Rz(R) Ry(P) Rx(W).
+
+    Args:
+        poses: As for `abc_of`.
+    """
+    return _euler(poses)[:, ::-1]
+
+
+def _euler(poses: np.ndarray) -> np.ndarray:
+    """Return angles about z, y', x'' [deg], the last zero in a gimbal lock, (n, 3)."""
+    x, y, z, w = poses[:, 3:].T
+    sine = np.clip(2.0 * (w * y - z * x), -1.0, 1.0)
+    # atan2 keeps the digits near +-90 deg that an arcsine loses.
+    cosine = np.hypot(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z))
+    about_y = np.arctan2(sine, cosine)
+    locked = cosine < _LOCKED
+    about_z = np.where(
+        locked,
+        np.arctan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z)),
+        np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)),
+    )
+    about_x = np.where(locked, 0.0, np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)))
+    return np.rad2deg(np.column_stack([about_z, about_y, about_x]))
+
+
+# Cosine of an angle about y below which the other two are not told apart.
+_LOCKED = 1e-9
+
+
+def pose_of_abc(numbers: Sequence[float]) -> Pose:
+    """Return the pose of x, y, z [mm] and KUKA's A, B, C [deg]."""
+    x, y, z, a, b, c = numbers
+    return _pose((x, y, z), Rotation.from_euler("ZYX", [a, b, c], degrees=True))
+
+
+def pose_of_wpr(numbers: Sequence[float]) -> Pose:
+    """Return the pose of x, y, z [mm] and FANUC's W, P, R [deg]."""
+    x, y, z, w, p, r = numbers
+    return _pose((x, y, z), Rotation.from_euler("xyz", [w, p, r], degrees=True))
+
+
+def pose_of_quaternion(position: Sequence[float], quaternion: Sequence[float]) -> Pose:
+    """Return the pose of x, y, z [mm] and ABB's quaternion, w first, normalised here."""
+    w, x, y, z = quaternion
+    return _pose(position, Rotation.from_quat([x, y, z, w]))
+
+
+def _pose(position: Sequence[float], rotation: Rotation) -> Pose:
+    quaternion = rotation.as_quat()
+    if quaternion[3] < 0.0:
+        quaternion = -quaternion
+    return (*(value / _MM for value in position), *quaternion.tolist())

@@ -1,0 +1,232 @@
+"""KUKA KRL, read: motions to points, frames, speeds and times; what decides or repeats is refused."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from coupling.errors import ProgramError
+from coupling.programs.angles import pose_of_abc
+from coupling.programs.program import Motion, Move, Pose, Program
+from coupling.programs.text import real, shortened
+
+_RADIANS = 0.017453292519943295
+_MOTIONS: dict[str, Motion] = {
+    "PTP": "joint",
+    "SPTP": "joint",
+    "LIN": "linear",
+    "SLIN": "linear",
+    "SPL": "spline",
+}
+_MOVE = re.compile(
+    r"(PTP|SPTP|LIN|SLIN|SPL)\s+(\{[^{}]*\}|[$A-Z_][\w$]*(?:\s*\[\s*\d+\s*\])?)(.*)", re.IGNORECASE
+)
+_ASSIGNED = re.compile(
+    r"(?:DECL\s+)?(?:GLOBAL\s+)?(?:(?:FRAME|POS|E6POS|AXIS|E6AXIS)\s+)?"
+    r"([$A-Z_][\w$]*(?:\s*\[\s*\d+\s*\])?)\s*=\s*(\{[^{}]*\})",
+    re.IGNORECASE,
+)
+_SPEED = re.compile(r"\$VEL\.CP\s*=\s*([^\s,;]+)", re.IGNORECASE)
+_BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
+# Words that choose or repeat motions, and motions that are not read.
+_REFUSED_WORDS = """
+IF ELSE FOR WHILE LOOP REPEAT SWITCH CASE GOTO CIRC SCIRC PTP_REL LIN_REL SPTP_REL SLIN_REL
+CIRC_REL SCIRC_REL SPL_REL
+"""
+_REFUSED = frozenset(_REFUSED_WORDS.split())
+_FRAME_KEYS, _AXIS_KEYS = "XYZABC", tuple(f"A{i}" for i in range(1, 7))
+
+
+def read(source: str, data: str = "", name: str = "") -> Program:
+    """Return the program of a .src and, where its points stand in one, its .dat.
+
+    Components of a point that are left out stay what they were, as on the controller; status, turn and
+    external axes are not looked at.
+
+    Args:
+        source: Text of the .src.
+        data: Text of the .dat.
+        name: Name of the file, for messages.
+
+    Raises:
+        ProgramError: With the line, what was expected and what was got.
+
+    Example:
+        >>> lines = ["DEF WAY()", "$VEL.CP=0.5", "LIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "END"]
+        >>> move = read(chr(10).join(lines)).moves[0]
+        >>> move.motion, [round(x, 9) for x in move.pose[:3]], move.speed
+        ('linear', [0.001, 0.002, 0.003], 0.5)
+    """
+    reader = _Reader(name or "KRL", _points(data, f"{name or 'KRL'}: points"))
+    for number, line in _lines(source):
+        reader.take(line, f"{reader.name}: line {number}")
+    return reader.program()
+
+
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield statements with the numbers of their lines, without comments and file headers."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        bare = line.split(";", 1)[0].strip()
+        if bare and not bare.startswith("&"):
+            yield number, bare
+
+
+def _points(data: str, where: str) -> dict[str, dict[str, float]]:
+    """Return the fields of the points that a .dat gives values."""
+    found = {}
+    for number, line in _lines(data):
+        given = _ASSIGNED.fullmatch(line)
+        if given:
+            found[_key(given[1])] = _fields(given[2], f"{where}: line {number}")
+    return found
+
+
+def _key(name: str) -> str:
+    return re.sub(r"\s", "", name).upper()
+
+
+def _fields(aggregate: str, where: str) -> dict[str, float]:
+    """Return the numbers of {X 1, Y 2, ..}, with or without the name of its type before a colon."""
+    inner = aggregate.strip("{} \t")
+    fields = {}
+    for part in inner.split(":", 1)[-1].split(","):
+        words = part.split()
+        if len(words) != 2:
+            raise ProgramError(
+                f"{where}: expected a letter and a number, got {shortened(part.strip())!r}"
+            )
+        if re.fullmatch(r"[XYZABC]|A[1-6]", words[0], re.IGNORECASE):
+            fields[words[0].upper()] = real(words[1], where)
+    return fields
+
+
+@dataclass
+class _Reader:
+    """State of a controller while it goes through a program."""
+
+    name: str
+    points: dict[str, dict[str, float]]
+    title: str = ""
+    frames: dict[str, Pose | None] = field(default_factory=dict)
+    moves: list[Move] = field(default_factory=list)
+    last: dict[str, float] = field(default_factory=dict)
+    speed: float | None = None
+    spline: bool = False
+    block: list[tuple[int, float]] | None = None
+
+    def take(self, line: str, where: str) -> None:
+        """Go on by one statement."""
+        word = re.split(r"[\s(\[=]", line, maxsplit=1)[0].upper()
+        if word in _REFUSED:
+            raise ProgramError(
+                f"{where}: expected motions to points one after the other, PTP, LIN, SPL and their like,"
+                f" got {word}"
+            )
+        if word == "DEF" and not self.title:
+            self.title = line[3:].split("(")[0].strip()
+        if word == "DEF" and self.moves:
+            raise ProgramError(f"{where}: expected one program in the file, got another one")
+        if word in ("$BASE", "$TOOL"):
+            self._frame(word, line, where)
+        elif word in _MOTIONS:
+            self._move(line, where)
+        elif word == "TIME_BLOCK":
+            self._time(line, where)
+        elif word in ("SPLINE", "PTP_SPLINE", "ENDSPLINE"):
+            if self.block is not None:
+                raise ProgramError(f"{where}: expected TIME_BLOCK END, got {word}")
+            self.spline = word != "ENDSPLINE"
+        elif (speed := _SPEED.match(line)) is not None:
+            self.speed = real(speed[1], where)
+        elif (given := _ASSIGNED.fullmatch(line)) is not None:
+            self.points[_key(given[1])] = _fields(given[2], where)
+
+    def _frame(self, word: str, line: str, where: str) -> None:
+        if self.moves and any(move.pose for move in self.moves):
+            raise ProgramError(f"{where}: expected one {word} for all poses, got another one")
+        given = _ASSIGNED.fullmatch(line)
+        if given is None:  # a number of a frame that the controller holds
+            self.frames[word] = None
+            return
+        self.frames[word] = self._pose(_fields(given[2], where), where)
+
+    def _pose(self, fields: dict[str, float], where: str) -> Pose:
+        missing = [key for key in _FRAME_KEYS if key not in fields]
+        if missing:
+            raise ProgramError(
+                f"{where}: expected X, Y, Z, A, B, C, got none of {', '.join(missing)}"
+            )
+        return pose_of_abc([fields[key] for key in _FRAME_KEYS])
+
+    def _move(self, line: str, where: str) -> None:
+        given = _MOVE.fullmatch(line)
+        if given is None:
+            raise ProgramError(f"{where}: expected a motion to a point, got {shortened(line)!r}")
+        word, target, rest = given.groups()
+        if target.startswith("{"):
+            fields = _fields(target, where)
+        elif (key := _key(target)) in self.points:
+            fields = self.points[key]
+        else:
+            raise ProgramError(
+                f"{where}: expected a point that has a value, got {shortened(target)!r}: give the .dat"
+            )
+        motion, own = _MOTIONS[word.upper()], _SPEED.search(rest)
+        if self.spline and word.upper() == "SPTP":
+            motion = "spline"
+        speed = self.speed if own is None else real(own[1], where)
+        if any(key in fields for key in _AXIS_KEYS):
+            angles = tuple(_RADIANS * fields[key] for key in _AXIS_KEYS if key in fields)
+            self.moves.append(Move(motion, joints=angles, speed=None))
+            self.last = {}
+            return
+        self.last = {**self.last, **fields}
+        self.moves.append(Move(motion, self._pose(self.last, where), speed=speed))
+
+    def _time(self, line: str, where: str) -> None:
+        given = _BLOCK.fullmatch(line)
+        if given is None:
+            raise ProgramError(f"{where}: expected START, PART or END, got {shortened(line)!r}")
+        kind = given[1].split("=")[0].strip().upper()
+        if (kind == "START") != (self.block is None):
+            raise ProgramError(f"{where}: expected START, then PART and END, got {kind}")
+        if kind == "START":
+            self.block = [(len(self.moves), 0.0)]
+            return
+        assert self.block is not None
+        value = real(given[2], where)
+        if value <= 0.0:
+            raise ProgramError(f"{where}: expected a time > 0, got {value:g}")
+        if kind == "PART":
+            if len(self.moves) != self.block[-1][0] + 1:
+                raise ProgramError(
+                    f"{where}: expected a TIME_BLOCK PART behind every segment, got"
+                    f" {len(self.moves) - self.block[-1][0]} segments since the last one"
+                )
+            self.block.append((len(self.moves), value))
+            return
+        self._end(value, where)
+
+    def _end(self, total: float, where: str) -> None:
+        """Give the block's segments their shares of its time."""
+        assert self.block is not None
+        shares = self.block[1:]
+        if not shares or shares[-1][0] != len(self.moves):
+            raise ProgramError(f"{where}: expected segments, each with its PART, got others")
+        whole = sum(share for _, share in shares)
+        for count, share in shares:
+            move = self.moves[count - 1]
+            self.moves[count - 1] = Move(
+                move.motion, move.pose, move.joints, duration=total * share / whole
+            )
+        self.block = None
+
+    def program(self) -> Program:
+        """Return what was read."""
+        if self.block is not None:
+            raise ProgramError(f"{self.name}: expected TIME_BLOCK END, got the end of the file")
+        if not self.moves:
+            raise ProgramError(f"{self.name}: expected motions, got none")
+        base, tool = self.frames.get("$BASE"), self.frames.get("$TOOL")
+        return Program(self.title or self.name, tuple(self.moves), base, tool)

@@ -1,0 +1,122 @@
+"""What a robot program says, in no maker's words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import Literal
+
+# "joint": all joints run from target to target in proportion; "linear": the TCP goes straight and its
+# rotation turns about one axis; "spline": a smooth curve, of poses or of joint angles, goes through this
+# target and its neighbours.
+Motion = Literal["joint", "linear", "spline"]
+
+# x, y, z [m], qx, qy, qz, qw.
+Pose = tuple[float, ...]
+HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Which of the postures that put the tool in one place is meant.
+
+    Attributes:
+        behind: The wrist's centre is behind axis 1.
+        below: The wrist's centre is below the line from axis 2 to axis 3: the elbow points down.
+        wrist: Sign of joint 5's angle, 1 or -1.
+        angles: Angles of the controller's joints, from which its turns follow [rad].
+
+    Example:
+        >>> Configuration(False, False, -1, (1.7, 0.0, 0.0, -0.1, -1.0, 7.0)).quadrants
+        (1, -1, 4)
+        >>> Configuration(False, False, -1, (0.0, 0.0, 0.0, -4.0, -1.0, 7.0)).turns
+        (0, -1, 1)
+    """
+
+    behind: bool
+    below: bool
+    wrist: int
+    angles: tuple[float, ...]
+
+    @property
+    def quadrants(self) -> tuple[int, int, int]:
+        """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
+        one, four, six = (int(self.angles[i] // (0.5 * pi)) for i in (0, 3, 5))
+        return one, four, six
+
+    @property
+    def turns(self) -> tuple[int, int, int]:
+        """Whole turn in which joints 1, 4 and 6 are, 0 from -180 to 180 deg."""
+        one, four, six = (int((self.angles[i] + pi) // (2.0 * pi)) for i in (0, 3, 5))
+        return one, four, six
+
+
+@dataclass(frozen=True)
+class Move:
+    """One motion of a program, to a target.
+
+    Attributes:
+        motion: How the robot comes there.
+        pose: Target of the TCP in the program's base frame; None where the target is joint angles.
+        joints: Target as angles of the controller's joints [rad]; None where it is a pose.
+        duration: Time from the last target [s]; None where a speed is programmed instead.
+        speed: Programmed speed of the TCP [m/s]; None where there is none.
+        configuration: Posture at a pose, where it is written.
+
+    Raises:
+        ValueError: If there is not one target.
+    """
+
+    motion: Motion
+    pose: Pose | None = None
+    joints: tuple[float, ...] | None = None
+    duration: float | None = None
+    speed: float | None = None
+    configuration: Configuration | None = None
+
+    def __post_init__(self) -> None:
+        if (self.pose is None) == (self.joints is None):
+            raise ValueError("move: expected either a pose or joint angles")
+
+
+@dataclass(frozen=True)
+class Program:
+    """A robot program: frames and motions.
+
+    Attributes:
+        name: Name by which a controller calls it.
+        moves: Motions in their order.  The first ones lead to the path and have no duration.
+        base: Base frame of the poses in that of the robot, as the program sets it; None where it
+            does not, or names one that the controller holds.
+        tool: TCP in the frame of the robot's flange, likewise.
+
+    Example:
+        >>> start = Move("joint", joints=(0.0, 0.1))
+        >>> program = Program("way", (start, Move("joint", joints=(0.0, 0.2), duration=0.5)))
+        >>> len(program.timed), program.timed[0] is start
+        (2, True)
+    """
+
+    name: str
+    moves: tuple[Move, ...]
+    base: Pose | None = None
+    tool: Pose | None = None
+
+    @property
+    def timed(self) -> tuple[Move, ...]:
+        """The motions whose time is set, and before them the one that leads to their start."""
+        untimed = [k for k, move in enumerate(self.moves) if move.duration is None]
+        return self.moves[untimed[-1] :] if untimed else self.moves
+
+
+@dataclass(frozen=True)
+class ProgramFile:
+    """A file of a program.
+
+    Attributes:
+        name: File name with its ending.
+        text: Content.
+    """
+
+    name: str
+    text: str

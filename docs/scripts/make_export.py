@@ -1,0 +1,140 @@
+"""Write the tables of docs/export.md from runs of three cases: make export."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import BPoly
+
+from coupling.case import Case
+from coupling.export.exported import Exported, Options
+from coupling.export.exporting import export_run
+from coupling.export.interpolated import drive_motion
+from coupling.files.controller_axes import controller_axes
+from coupling.files.robot_file import find_robot
+from coupling.path.histories import JointPath
+from coupling.programs.languages import LANGUAGES
+from coupling.run.folder import write_run
+from coupling.run.models import Models, cell_of
+from coupling.run.stored_run import read_run
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.runs import compensated, example
+
+CASES = ("cone", "milling_20000", "iso9283")
+# Points from which a derivative is taken.
+_NEIGHBOURS = 5
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory()
+
+
+@cache
+def _run(name: str) -> tuple[Path, Case]:
+    """Return the run folder of a case."""
+    case, folder = example(name), Path(_folder().name, name)
+    folder.mkdir()
+    write_run(folder, case, compensated(case))
+    return folder, case
+
+
+@cache
+def _exported(name: str, language: str) -> Exported:
+    own = LANGUAGES[language]
+    (found,) = export_run(_run(name)[0], Options(own, own.targets[0]))
+    return found
+
+
+def programs() -> str:
+    """Return points, bytes and loss of every case in every language."""
+
+    def rows() -> Iterator[tuple[str, ...]]:
+        for name in CASES:
+            for language in LANGUAGES:
+                one = _exported(name, language)
+                yield (
+                    f"`{name}`",
+                    language,
+                    f"{one.points} of {one.candidates}",
+                    f"{1e-3 * one.bytes:.0f}",
+                    _um(one.command.maximum),
+                    _um(one.read_back.maximum),
+                    _um(one.loss),
+                )
+
+    head = ("case", "language", "points", "kB", "command [um]", "file [um]", "loss [um]")
+    return table(head, rows())
+
+
+def splines() -> str:
+    """Return what KRL's files do if the controller's spline is another one than is assumed."""
+    return table(
+        ("case", "loss, C2 cubic [um]", "loss, quintic by five points [um]"),
+        [(f"`{name}`", _um(_exported(name, "krl").loss), _um(_with_other(name))) for name in CASES],
+    )
+
+
+def _with_other(name: str) -> float:
+    """Return the loss of a KRL program under `five_point_quintic` [m]."""
+    folder, case = _run(name)
+    stored = read_run(folder).first
+    program = LANGUAGES["krl"].read(_exported(name, "krl").files)
+    joints, end = controller_axes(find_robot("icme2008"), 6), stored.wrench.time[-1]
+    found = drive_motion(
+        program,
+        case.robots[0].description,
+        joints,
+        case.controller.cycle,
+        0.0,
+        None,
+        five_point_quintic,
+    )
+    motion = JointPath(np.append(found.time[:-1], max(found.time[-1], end)), found.q)
+    with Models(case.fmu) as models:
+        cell, _ = cell_of(case.robots, models)
+        command = cell.simulate(stored.joints, stored.wrench, "dynamic")
+        path = cell.simulate(motion, stored.wrench, "dynamic")
+    return float(path.distance_to(command).max())
+
+
+def five_point_quintic(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return quintic pieces whose rates and accelerations are those of quartics through five points.
+
+    At both ends it rests.
+
+    Args:
+        time: Of the points, rising [s], (n,).
+        values: (n, k).
+        at: Times that are asked for [s], (m,).
+    """
+    rate, acceleration = np.zeros_like(values), np.zeros_like(values)
+    size = min(_NEIGHBOURS, len(time))
+    for k in range(1, len(time) - 1):
+        first = int(np.clip(k - size // 2, 0, len(time) - size))
+        rows = slice(first, first + size)
+        scale = time[rows][-1] - time[rows][0]
+        powers = np.vander((time[rows] - time[k]) / scale, increasing=True)
+        found = np.linalg.solve(powers, values[rows])
+        rate[k] = found[1] / scale
+        if size > 2:
+            acceleration[k] = 2.0 * found[2] / scale**2
+    whole: np.ndarray = BPoly.from_derivatives(
+        time, np.stack([values, rate, acceleration], axis=1)
+    )(at)
+    return whole
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.2f}"
+
+
+PARTS = {"programs": programs, "splines": splines}
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("export", PARTS, sys.argv[1:])))

@@ -1,0 +1,324 @@
+"""elastic-robot export, as a user types it: files, what they do to the moving robot, refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.case import load_case
+from coupling.cli.runs import conduct
+from coupling.events import unwatched
+from coupling.export import exporting
+from coupling.export.exported import Options
+from coupling.export.exporting import export_run
+from coupling.export.interpolated import drive_motion
+from coupling.files.controller_axes import ControllerAxes, controller_axes
+from coupling.files.csv_table import read_table
+from coupling.files.robot_file import find_robot
+from coupling.programs.languages import LANGUAGES, read_program
+from coupling.run.models import Models, cell_of
+from coupling.run.stored_run import read_run
+from coupling.run.study import run_compensation, run_coupling
+
+CASE = """
+[robot]
+description = "{robot}"
+home_deg    = {home}
+
+[part]
+position_m = {part}
+
+[tool_path]
+kind     = "line"
+points_m = [[0.0, 0.0, 0.0], [0.03, 0.0, -0.002], [0.03, 0.02, -0.002]]
+feed_m_s = 0.1
+blend_s  = 0.1
+
+[process]
+model         = "elastic-wall"
+stiffness_N_m = 2.0e5
+"""
+# Robot, home, part.
+ROBOTS = {
+    "icme2008": ([0.0, 10.0, 20.0, 0.0, 60.0, 0.0], [1.6, 0.1, 0.8]),
+    "abb_irb7600": ([0.0, 10.0, 20.0, 0.0, 60.0, 0.0], [1.6, 0.1, 0.9]),
+    "fanuc_r2000ic": ([0.0, 10.0, -10.0, 0.0, -70.0, 0.0], [1.6, 0.1, 0.8]),
+}
+
+
+def ran(folder: Path, text: str, kind: str = "compensate") -> Path:
+    """Return the run folder of a case."""
+    work = {"compensate": run_compensation, "couple": run_coupling}[kind]
+    (folder / "case.toml").write_text(text)
+    done = conduct(folder / "case.toml", folder / "pair", False, None, kind, work, unwatched)
+    assert done.run.correction.converged
+    return folder / "pair"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> dict[str, Path]:
+    return {
+        name: ran(tmp_path_factory.mktemp(name), CASE.format(robot=name, home=home, part=part))
+        for name, (home, part) in ROBOTS.items()
+    }
+
+
+@pytest.fixture
+def run(runs, tmp_path) -> Path:
+    """A copy of the example robot's run."""
+    shutil.copytree(runs["icme2008"], tmp_path / "stroke")
+    return tmp_path / "stroke"
+
+
+def simulated(run: Path, files: Path, name: str) -> tuple[float, float]:
+    """Return loss and deviation of files [m], from their text and the robot of the run alone."""
+    case, stored = load_case(run / "case.toml"), read_run(run).first
+    program = read_program(files)
+    file = find_robot(name)
+    joints = controller_axes(file, 6)
+    motion = drive_motion(program, case.robots[0].description, joints, 0.004, 0.0)
+    time = np.append(motion.time[:-1], max(motion.time[-1], stored.wrench.time[-1]))
+    with Models(case.fmu) as models:
+        cell, _ = cell_of(case.robots, models)
+        command = cell.simulate(stored.joints, stored.wrench, "dynamic")
+        path = cell.simulate(type(motion)(time, motion.q), stored.wrench, "dynamic")
+    return float(path.distance_to(command).max()), float(path.distance_to(stored.desired).max())
+
+
+@pytest.mark.parametrize(
+    ("robot", "language", "targets"),
+    [
+        ("icme2008", "krl", "cartesian"),
+        ("icme2008", "krl", "joints"),
+        ("icme2008", "csv", "joints"),
+        ("abb_irb7600", "rapid", "cartesian"),
+        ("abb_irb7600", "rapid", "joints"),
+        ("fanuc_r2000ic", "fanuc", "cartesian"),
+        ("fanuc_r2000ic", "fanuc", "joints"),
+    ],
+)
+def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, language, targets):
+    """Read again without knowing the command, and simulated: the loss is at most 5 um."""
+    place = tmp_path / "programs"
+    done = command(
+        "export", runs[robot], "--to", language, "--targets", targets, "-o", place, "--name", "WAY"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    (robot_says,) = json.loads((place / "export.json").read_text())["robots"]
+    loss, deviation = simulated(runs[robot], place / f"WAY{LANGUAGES[language].ending}", robot)
+    assert loss <= 5e-6
+    assert loss == pytest.approx(robot_says["loss_m"], abs=1e-9)
+    assert deviation == pytest.approx(robot_says["deviation_of_file_m"]["maximum"], abs=1e-9)
+    assert robot_says["counted_as_controller"] is (robot != "icme2008")
+    assert ("has no [controller]" in done.stdout) is (robot == "icme2008")
+    for file in robot_says["files"]:
+        assert (place / file["name"]).stat().st_size == file["bytes"]
+    points = len(read_program(place / f"WAY{LANGUAGES[language].ending}").timed)
+    assert points == robot_says["points"]
+    assert points < robot_says["points_on_every_cycle"] or language == "csv"
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_timing_is_that_of_the_command(runs, language):
+    robot = {"rapid": "abb_irb7600", "fanuc": "fanuc_r2000ic"}.get(language, "icme2008")
+    own = LANGUAGES[language]
+    (found,) = export_run(runs[robot], Options(own, own.targets[0]))
+    read = own.read(found.files)
+    times = np.cumsum([move.duration for move in read.timed[1:]])
+    command = read_table(runs[robot] / "command.csv", ("time",), AssertionError)[:, 0]
+    assert times[-1] == pytest.approx(command[-1], abs=1e-6)
+    cycles = times / 0.004
+    np.testing.assert_allclose(cycles, np.round(cycles), atol=1e-3)
+
+
+def test_csv_rows_are_on_the_cycle_exactly(run, command):
+    done = command("export", run, "--to", "csv", "--cycle-ms", "12")
+    assert done.returncode in (0, 1), done.stderr
+    rows = np.loadtxt(run / "csv" / "stroke.csv", delimiter=",", skiprows=1)
+    assert rows[:, 0].tolist() == [round(0.012 * k, 9) for k in range(len(rows))]
+    command_rows = read_table(run / "command.csv", ("q1", "q2"), AssertionError)
+    np.testing.assert_array_equal(rows[:10, 1:3], command_rows[:30:3])
+
+
+def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
+    krl = LANGUAGES["krl"]
+    (loose,) = export_run(runs["icme2008"], Options(krl, "cartesian", tolerance=50e-6))
+    (tight,) = export_run(runs["icme2008"], Options(krl, "cartesian", tolerance=1e-6))
+    assert tight.loss <= 1e-6 < loose.loss <= 50e-6
+    assert loose.points < tight.points
+
+
+def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
+    monkeypatch.setattr(exporting, "_TRIES", 1)
+    done = command("export", run, "--to", "krl", "--tolerance", "0.01")
+    assert done.returncode == 1
+    assert "Warning: expected a loss of at most 0.01 um" in done.stdout
+    assert (run / "krl" / "stroke.src").exists()
+
+
+def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
+    case = (Path(__file__).parents[2] / "examples" / "cases" / "two_robots.toml").read_text()
+    quick = case.replace("depth_m        = 0.005", "depth_m        = 0.0005").replace(
+        "0.06", "0.01"
+    )
+    out = ran(tmp_path, quick)
+    done = command("export", out, "--to", "rapid")
+    assert done.returncode == 0, done.stderr
+    names = {file.name for file in (out / "rapid").iterdir()}
+    assert names == {"pair_forming.mod", "pair_support.mod", "export.json"}
+    robots = json.loads((out / "rapid" / "export.json").read_text())["robots"]
+    assert [robot["robot"] for robot in robots] == ["forming", "support"]
+    assert max(robot["loss_m"] for robot in robots) <= 5e-6
+
+
+# What is typed, and what must be said.
+REFUSED = {
+    "language": (
+        ["--to", "krk"],
+        "--to: expected one of krl, rapid, fanuc, csv, got 'krk': did you",
+    ),
+    "targets": (["--to", "csv", "--targets", "cartesian"], "csv: expected joints, got 'cartesian'"),
+    "tolerance": (["--to", "krl", "--tolerance", "-1"], "expected a number > 0 [um], got -1"),
+    "not a number": (["--to", "krl", "--tolerance", "nan"], "expected a number > 0 [um], got nan"),
+    "cycle": (["--to", "fanuc", "--cycle-ms", "2.5"], "whole multiples of 1 ms, got 2.5 ms"),
+    "letters": (["--to", "krl", "--name", "2nd cut"], "expected a letter, then letters, digits"),
+    "long": (["--to", "krl", "--name", "A" * 25], "at most 24 for KRL"),
+    "word": (["--to", "krl", "--name", "Spline"], "expected none of KRL's own words, got 'Spline'"),
+    "way out": (["--to", "rapid", "--name", "../../x"], "expected a letter, then letters, digits"),
+    "task": (["--to", "rapid", "--name", "main"], "expected none of RAPID's own words"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_mistake_is_refused_in_one_sentence_and_nothing_is_written(run, command, name):
+    options, message = REFUSED[name]
+    before = sorted(run.rglob("*"))
+    done = command("export", run, *options)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert sorted(run.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("limits    = [-0.2, 0.2]", "joint 2: expected angles of -11.46 to 11.46 deg, got"),
+        ("max_rate  = 0.001", "joint 2: expected at most 0.001 rad/s, got"),
+        ("max_acceleration = 0.01", "joint 2: expected at most 0.01 rad/s^2, got"),
+    ],
+)
+def test_what_the_drives_cannot_do_is_not_written(run, command, tmp_path, key, message):
+    """The robot's file has got limits since the run."""
+    robot = tmp_path / "robot.toml"
+    text = find_robot("icme2008").read_text()
+    second = "[[joint]]                  # 2\n"
+    robot.write_text(text.replace(second, f"{second}{key}\n"))
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
+    done = command("export", run, "--to", "krl")
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "nothing was written" in done.stderr
+    assert not (run / "krl").exists()
+
+
+def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, command, tmp_path):
+    place = tmp_path / "p"
+    assert command("export", run, "--to", "krl", "-o", place).returncode == 0
+    first = (place / "stroke.src").read_bytes()
+    again = command("export", run, "--to", "krl", "-o", place)
+    assert again.returncode == 2
+    assert "holds programs already: add --overwrite" in again.stderr
+    done = command("export", run, "--to", "rapid", "-o", place, "--overwrite")
+    assert done.returncode == 0
+    assert {file.name for file in place.iterdir()} == {"stroke.mod", "export.json"}
+    assert command("export", run, "--to", "krl", "-o", place, "--overwrite").returncode == 0
+    assert (place / "stroke.src").read_bytes() == first  # byte for byte
+    other = tmp_path / "mine"
+    other.mkdir()
+    (other / "photo.jpg").write_text("x")
+    done = command("export", run, "--to", "krl", "-o", other, "--overwrite")
+    assert "holds files that are no export" in done.stderr
+    assert [file.name for file in other.iterdir()] == ["photo.jpg"]
+    file = tmp_path / "file"
+    file.write_text("x")
+    done = command("export", run, "--to", "krl", "-o", file)
+    assert "expected the name of a folder, got a file" in done.stderr
+    assert not [name for name in os.listdir(tmp_path) if name.startswith(".")]
+
+
+def test_a_robot_file_that_has_changed_since_the_run_is_refused(run, command, tmp_path):
+    robot = tmp_path / "robot.toml"
+    text = find_robot("icme2008").read_text()
+    robot.write_text(text.replace("position = [0.30, 0.0, 0.0]", "position = [0.31, 0.0, 0.0]"))
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
+    done = command("export", run, "--to", "krl")
+    assert done.returncode == 2
+    assert "1e+04 um off: the file has changed since the run" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("kind", "couple", "coupled, not compensated: its command is not corrected"),
+        ("converged", False, "the run has not converged"),
+    ],
+)
+def test_a_command_that_is_not_corrected_is_named(run, command, key, value, message):
+    figures = json.loads((run / "result.json").read_text())
+    (run / "result.json").write_text(json.dumps({**figures, key: value}))
+    done = command("export", run, "--to", "csv")
+    assert done.returncode == 0
+    assert "Warning: the run" in done.stdout
+    assert message in done.stdout
+
+
+def test_a_robot_of_other_joints_gets_a_table_only(tmp_path, command):
+    """An arm of three joints: no maker's language, but rows of angles."""
+    text = find_robot("icme2008").read_text()
+    joints = text.split("[[joint]]")
+    (tmp_path / "arm.toml").write_text(
+        "[[joint]]".join(joints[:4]).replace("0.30, 0.0", "0.9, 0.0")
+    )
+    rows = ["time,x,y,z,qx,qy,qz,qw", *(f"{0.01 * k},1.25,0,2.0,0,0,0,1" for k in range(60))]
+    (tmp_path / "still.csv").write_text("\n".join(rows))
+    case = CASE.format(robot="arm.toml", home=[0.0, 0.0, 0.0], part=[0.0, 0.0, 0.0])
+    head, _, tail = case.partition("[tool_path]")
+    process = tail[tail.index("[process]") :].replace("2.0e5", "0.0")
+    path = '[tool_path]\nkind = "csv"\nfile = "still.csv"\n\n'
+    out = ran(tmp_path, head + path + process, "couple")
+    done = command("export", out, "--to", "krl")
+    assert done.returncode == 2
+    assert "expected a robot of 6 joints, got one of 3: csv takes any number" in done.stderr
+    assert command("export", out, "--to", "csv").returncode == 0
+    assert np.loadtxt(out / "csv" / "pair.csv", delimiter=",", skiprows=1).shape[1] == 4
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
+    done = command("export", tmp_path, "--to", "krl")
+    assert done.returncode == 2
+    assert "name a run folder" in done.stderr
+
+
+def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):
+    """FANUC's count, base and flange against the robot file's: other numbers, the same motion."""
+    fanuc = LANGUAGES["fanuc"]
+    (found,) = export_run(runs["fanuc_r2000ic"], Options(fanuc, "cartesian"))
+    case = load_case(runs["fanuc_r2000ic"] / "case.toml")
+    robot = case.robots[0].description
+    counted = drive_motion(
+        fanuc.read(found.files), robot, controller_axes(find_robot("fanuc_r2000ic"), 6), 0.004, 0.0
+    )
+    command = read_run(runs["fanuc_r2000ic"]).first.joints
+    np.testing.assert_allclose(counted.q[0][0], command.q[0][0], atol=1e-6)
+    start = np.rad2deg(fanuc.read(found.files).moves[0].joints)
+    q = np.rad2deg(command.q[0][0])
+    np.testing.assert_allclose(start, [q[0], q[1], q[2] - q[1], *q[3:]], atol=2e-5)
+    assert not ControllerAxes.as_described(6).stated
