@@ -21,6 +21,8 @@ _STEPS = ((0.1, 30), (0.01, 9))
 _PASSES = 15
 # What is nearer to the base's axis has no direction outward [m].
 _ON_AXIS = 0.02
+# Joints of a robot whose Jacobian has a determinant.
+_SQUARE = 6
 # As near to a singular posture as inverse kinematics goes (`Following.regularity`).
 _SINGULAR = 1e-3
 # What a path is moved along, base axes.
@@ -100,7 +102,7 @@ class _Walk:
         lanes = position.shape[1]
         turned = rotations.as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
-        way, q = np.zeros(lanes), q.copy()
+        way, q, side = np.zeros(lanes), q.copy(), self._side(q)
         for step, most in _STEPS:
             live = np.arange(lanes)
             for _ in range(most):
@@ -108,6 +110,7 @@ class _Walk:
                 wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))
                 there, came = reached(self.serial, wanted, q[:, live], _PASSES)
                 held = came & (self._regularity(there) > _SINGULAR) & self._within(there)
+                held &= self._side(there) == side[live]  # no step leads across a singular posture
                 live = live[held]
                 q[:, live] = there[:, held]
                 way[live] += step
@@ -134,6 +137,14 @@ class _Walk:
         still = np.zeros((3, q.shape[1]))
         at = following(self.serial, q, still, TipMotion(still, still, still, still))
         return at.regularity
+
+    def _side(self, q: np.ndarray) -> np.ndarray:
+        """Return on which side of the singular postures a robot of six joints is, 1 or -1, (n,)."""
+        posture = self.serial.posture(q, np.zeros((3, q.shape[1])))
+        if len(q) != _SQUARE:
+            return np.ones(q.shape[1])
+        jacobian = np.concatenate([posture.lever, posture.axis], axis=1).transpose(2, 1, 0)
+        return np.sign(np.linalg.det(jacobian))
 
     def _within(self, q: np.ndarray) -> np.ndarray:
         above, below = q >= self._limits.lower[:, None], q <= self._limits.upper[:, None]
