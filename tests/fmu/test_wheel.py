@@ -17,6 +17,7 @@ import elastic_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
 from coupling.fmu_export.core_library import library_name
+from coupling.start.starts import STARTS
 
 SHIPPED = "coupling/fmu_export/fmu_src/"
 LIBRARIES = "coupling/fmu_export/libraries/"
@@ -67,6 +68,18 @@ def test_what_goes_into_fmus_is_there_once(names):
     assert {name for name in names if name.startswith(SHIPPED)} == {
         SHIPPED + name for name in sources - model
     }
+
+
+def test_a_first_case_can_be_made_and_checked_from_it(wheel, tmp_path):
+    """Without the checkout: the examples are in it, for every process."""
+    for process in STARTS:
+        said = run_installed(
+            wheel, tmp_path, ["-m", "coupling.cli", "init", process, "--process", process], ""
+        )
+        assert f"Next: elastic-robot check {process}/case.toml" in said
+    said = run_installed(wheel, tmp_path, ["-m", "coupling.cli", "check", "external/case.toml"], "")
+    assert "external" not in said
+    assert "of path in" in said
 
 
 def test_it_is_for_every_machine_and_python(wheel):
