@@ -1,4 +1,4 @@
-"""The tutorial as a newcomer follows it, and every command of every page as the command line reads it."""
+"""The tutorial as a newcomer follows it, and every command of every page as it is read."""
 
 from __future__ import annotations
 
@@ -66,11 +66,6 @@ def test_the_notebook_holds_the_steps_of_the_tutorial():
     lines = [line[1:] for cell in code for line in cell.splitlines() if line.startswith("!")]
     assert lines == re.findall(r"^elastic-robot .*$", TUTORIAL, re.M)
     files = {block["file"]: block["text"] for block in _BLOCK.finditer(TUTORIAL) if block["file"]}
-    written = dict(
-        re.fullmatch(r"%%writefile (\S+)\n(.*)", cell, re.S).groups()
-        for cell in code
-        if cell.startswith("%%")
-    )
-    assert {name: text.rstrip("\n") for name, text in files.items()} == {
-        name: text.rstrip("\n") for name, text in written.items()
-    }
+    cells = [cell.partition("\n") for cell in code if cell.startswith("%%writefile ")]
+    written = {first.removeprefix("%%writefile "): f"{text}\n" for first, _, text in cells}
+    assert written == files
