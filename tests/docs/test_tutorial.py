@@ -17,7 +17,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
 TUTORIAL = (DOCS / "tutorial.md").read_text()
 # Fenced blocks: the language, the file that they are where a name follows, the content.
 _BLOCK = re.compile(r"^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$", re.M | re.S)
-_COMMAND = re.compile(r"^(?:\$ )?(elastic-robot .*?)(?:\s+#.*)?$", re.M)
+_COMMAND = re.compile(r"^(?:\$ )?(elastic-robot .*?)(?:\s+[#>].*)?$", re.M)
 _FENCED = re.compile(r"^ *```.*?^ *```$", re.M | re.S)
 
 
