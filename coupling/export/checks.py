@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from coupling.case import Case
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath
 from coupling.programs.languages import Language
 from coupling.robot.cell import Member
 from coupling.run.drive_motion import DriveMotion, drive_motions
-from coupling.run.stored_run import StoredRobot
+from coupling.run.stored_run import StoredRobot, StoredRun
 
 # By how much a limit may be passed for rounding.
 _ROUNDING = 1e-6
@@ -67,6 +68,19 @@ def remark_on(stored: StoredRobot) -> str:
     if not stored.figures.get("converged", True):
         return f"the run has not converged: {stored.figures.get('reason', '')}"
     return ""
+
+
+def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
+    """Refuse a run folder whose tables are not of the robots of its case."""
+    for placed in case.robots:
+        count = len(placed.description.joints)
+        stored = run.robots.get(placed.name)
+        found = 0 if stored is None else stored.joints.q[0].shape[1]
+        if found != count:
+            raise ProgramError(
+                f"{folder}: expected a command of {count} joints for the {placed.name} robot of"
+                f" case.toml, got one of {found}"
+            )
 
 
 def require_same_robot(folder: Path, member: Member, stored: StoredRobot) -> None:

@@ -14,6 +14,7 @@ from coupling.export.checks import (
     remark_on,
     require_joints,
     require_limits,
+    require_robots,
     require_same_robot,
     require_step,
 )
@@ -56,6 +57,7 @@ def export_run(folder: Path, options: Options, watch: Watch = unwatched) -> tupl
             say it.
     """
     run, case = read_run(folder), load_case(folder / "case.toml")
+    require_robots(folder, case, run)
     cycle = options.cycle or case.controller.cycle
     require_step(options.language, cycle)
     limits = [JointLimits.of(r.description, case.controller.max_acceleration) for r in case.robots]

@@ -42,7 +42,8 @@ def read(source: str, data: str = "", name: str = "") -> Program:
     """Return the program of a .src and, where its points stand in one, its .dat.
 
     Components of a point that are left out stay what they were, as on the controller; status, turn and
-    external axes are not looked at.
+    external axes are not looked at.  PTP to a point without a value, as HOME, may stand before and
+    behind the path.
 
     Args:
         source: Text of the .src.
@@ -113,6 +114,7 @@ class _Reader:
     last: dict[str, float] = field(default_factory=dict)
     speed: float | None = None
     spline: bool = False
+    left: str = ""
     block: list[tuple[int, float]] | None = None
 
     def take(self, line: str, where: str) -> None:
@@ -168,6 +170,8 @@ class _Reader:
             fields = _fields(target, where)
         elif (key := _key(target)) in self.points:
             fields = self.points[key]
+        elif self._leaves(word, target):
+            return
         else:
             raise ProgramError(
                 f"{where}: expected a point that has a value, got {shortened(target)!r}: give the .dat"
@@ -181,8 +185,20 @@ class _Reader:
             self.moves.append(Move(motion, joints=angles, speed=None))
             self.last = {}
             return
+        if self.left:
+            raise ProgramError(
+                f"{where}: expected no motion behind PTP {self.left}, which has no value, got one"
+            )
         self.last = {**self.last, **fields}
         self.moves.append(Move(motion, self._pose(self.last, where), speed=speed))
+
+    def _leaves(self, word: str, target: str) -> bool:
+        """Tell whether a motion only leads to or from the path, to where the controller knows."""
+        if word.upper() not in ("PTP", "SPTP") or self.block is not None:
+            return False
+        if any(move.pose for move in self.moves):
+            self.left = shortened(target)
+        return True
 
     def _time(self, line: str, where: str) -> None:
         given = _BLOCK.fullmatch(line)

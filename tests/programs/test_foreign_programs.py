@@ -16,6 +16,7 @@ KRL = """&ACCESS RVP
 DEF CAM ( )
 ;FOLD INI;%{PE}
   BAS (#INITMOV,0 )
+  PTP $AXIS_ACT
 ;ENDFOLD (INI)
 $BASE = {X 1000.0,Y 0.0,Z 500.0,A 90.0,B 0.0,C 0.0}
 $TOOL=TOOL_DATA[3]
@@ -28,6 +29,7 @@ SPLINE WITH $ACC={CP 1.0}
   SPL XP1
   SLIN {X 12} WITH $VEL.CP = 0.05
 ENDSPLINE
+PTP HOME C_PTP
 END
 """
 KRL_POINTS = """DEFDAT CAM PUBLIC
@@ -140,15 +142,20 @@ def moved(language: str, line: str) -> tuple[str, str]:
 
 # What stands in a program, and what the message must say.
 REFUSED = {
-    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 14", "got FOR"]),
-    "krl arc": (*moved("krl", "CIRC {X 1},{X 2}"), ["line 14", "got CIRC"]),
+    "krl loop": (*moved("krl", "FOR I=1 TO 3"), ["line 15", "got FOR"]),
+    "krl arc": (*moved("krl", "CIRC {X 1},{X 2}"), ["line 15", "got CIRC"]),
     "krl unknown point": ("krl", KRL, ["expected a point that has a value", "'XP1'", ".dat"]),
-    "krl word": (*moved("krl", "LIN {X ten}"), ["line 14", "expected a number", "'ten'"]),
-    "krl huge": (*moved("krl", "LIN {X 1e300}"), ["line 14", "at most 1e+08"]),
+    "krl home in between": (
+        "krl",
+        "LIN {X 1,Y 1,Z 1,A 0,B 0,C 0}\nPTP HOME\nLIN {X 2}",
+        ["line 3", "PTP HOME, which has no value"],
+    ),
+    "krl word": (*moved("krl", "LIN {X ten}"), ["line 15", "expected a number", "'ten'"]),
+    "krl huge": (*moved("krl", "LIN {X 1e300}"), ["line 15", "at most 1e+08"]),
     "krl infinite": (*moved("krl", "LIN {X inf}"), ["expected a number", "'inf'"]),
     "krl another base": (*moved("krl", "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}"), ["one $BASE"]),
     "krl half a point": ("krl", "DEF A()\nLIN {X 1}\nEND", ["X, Y, Z, A, B, C", "Y, Z"]),
-    "krl no target": (*moved("krl", "LIN"), ["line 14", "expected a motion to a point"]),
+    "krl no target": (*moved("krl", "LIN"), ["line 15", "expected a motion to a point"]),
     "krl no motion": ("krl", "DEF A()\nEND", ["expected motions, got none"]),
     "krl block without end": (
         "krl",
