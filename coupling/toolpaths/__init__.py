@@ -5,6 +5,7 @@ from coupling.toolpaths.csv import CsvPath
 from coupling.toolpaths.gcode import GcodePath
 from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
+from coupling.toolpaths.robot_program import ProgramPath
 from coupling.toolpaths.task import Task, ToolPathTable
 
 TOOL_PATHS: dict[str, type[ToolPathTable]] = {
@@ -14,6 +15,7 @@ TOOL_PATHS: dict[str, type[ToolPathTable]] = {
     "iso9283": Iso9283,
     "csv": CsvPath,
     "gcode": GcodePath,
+    "program": ProgramPath,
 }
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "GcodePath",
     "Iso9283",
     "Line",
+    "ProgramPath",
     "Pyramid",
     "Task",
     "ToolPathTable",
