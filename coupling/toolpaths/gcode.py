@@ -14,12 +14,9 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
-from coupling.toolpaths.motion import chain, drive
+from coupling.toolpaths.motion import chain, drive, require_few
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task, ToolPathTable
-
-# More would fill the memory; a feed in the wrong unit is found so.
-_MOST_SAMPLES = 2_000_000
 
 
 class GcodePath(ToolPathTable):
@@ -79,11 +76,10 @@ class GcodePath(ToolPathTable):
             yield points
 
     def _require_few(self, count: float) -> None:
-        if count > _MOST_SAMPLES:
-            raise CaseError(
-                f"{self.file}: expected a path of at most {_MOST_SAMPLES} samples, got more: look at"
-                " its feeds and at sample_s"
-            )
+        try:
+            require_few(count)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
 
     def _stretches(self) -> Iterator[list[Move] | Dwell]:
         """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""

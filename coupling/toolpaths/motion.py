@@ -14,6 +14,9 @@ from coupling.path.histories import ToolPath
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import ToolPathTable
 
+# Samples of a path from a file at most.
+_MOST_SAMPLES = 2_000_000
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -68,6 +71,19 @@ class Driven(ToolPathTable):
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
         """Return the segments in the part frame, joined end to end."""
+
+
+def require_few(samples: float) -> None:
+    """Refuse a path of more samples than fit into memory: its feed or period is in a wrong unit.
+
+    Raises:
+        ValueError: If there are more.
+    """
+    if not samples <= _MOST_SAMPLES:
+        raise ValueError(
+            f"expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds and at"
+            " sample_s"
+        )
 
 
 def follow(

@@ -15,7 +15,7 @@ from coupling.files.toml_file import FilePath, Positive
 from coupling.path.histories import ToolPath, poses
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
-from coupling.toolpaths.motion import Segment, drive
+from coupling.toolpaths.motion import Segment, drive, require_few
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import ToolPathTable
 
@@ -48,6 +48,11 @@ class ProgramPath(ToolPathTable):
         except ProgramError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         stretches = self._stretches(_points(self.file, moves, self.feed_m_s))
+        count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
+        try:
+            require_few(count / self.sample_s)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
         positions, rotations = [], []
         for k, stretch in enumerate(stretches):
             samples = drive(stretch.segment(), stretch.feed, self.blend_s, self.sample_s)
@@ -98,6 +103,10 @@ class _Stretch:
         steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
         arc: np.ndarray = np.append(0.0, np.cumsum(steps))
         return arc
+
+    @property
+    def length(self) -> float:
+        return float(self._arc[-1])
 
     def segment(self) -> Segment:
         """Return it as a curve of x, y, z and arc length."""

@@ -25,10 +25,8 @@ def krl(points=POINTS, extra: str = "", speed: str = "$VEL.CP=0.05") -> str:
 
 def rapid(points=POINTS) -> str:
     half = "0.70710678118654757"
-    targets = [
-        f"[[{x},{y},{z}],[{half},0,{half},0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-        for x, y, z in points
-    ]
+    rest = f"[{half},0,{half},0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    targets = [f"[[{x},{y},{z}],{rest}" for x, y, z in points]
     first, *others = targets
     moves = [f"MoveL {target},[50,500,5000,1000],fine,tool0;" for target in others]
     lines = [f"MoveJ {first},[50,500,5000,1000],fine,tool0;", *moves]
@@ -76,6 +74,7 @@ def test_the_tool_turns_evenly_with_the_way(tmp_path):
             "motion 6",
         ),
         (krl(speed=""), "expected a speed, or feed_m_s"),
+        (krl(speed="$VEL.CP=0.0000001"), "at most 2000000 samples"),
         (krl(POINTS[:1]), "expected linear moves from one point"),
         (krl(extra="LIN {X 80,Y 50,Z -1,A 0,B 60,C 0}"), "got a turn in place"),
         (krl(extra="CIRC {X 1},{X 2}"), "line"),

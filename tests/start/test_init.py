@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +43,18 @@ def test_every_robot_follows_the_path_of_every_process(robot, process, two_robot
             placed.placement.path_in_base(seldom)
         )
     assert (tmp_path / f"{robot}.toml").read_text() == shipped_robots()[robot].read_text()
+
+
+@pytest.mark.parametrize("process", ["external", "measured"])
+def test_a_first_case_is_compensated_as_it_stands(process, tmp_path, monkeypatch, capsys):
+    """The quick ones; those of force law, sheet and milling are examples that other tests run."""
+    monkeypatch.chdir(tmp_path)
+    write_case(new_case("icme2008", process, False, Path("new")), Path("new"))
+    with pytest.raises(SystemExit) as done:
+        main(["compensate", "new/case.toml", "-o", "done"])
+    assert done.value.code in (0, None), capsys.readouterr().out
+    found = json.loads(Path("done/result.json").read_text())
+    assert found["deviation_after_m"]["maximum"] < 1e-5 < found["deviation_before_m"]["maximum"]
 
 
 def test_nothing_that_is_there_is_replaced(tmp_path):
