@@ -14,7 +14,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: run test fuzz emulators docs $(PAGES) masters clean
+.PHONY: notebooks run test fuzz emulators docs $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -49,6 +49,13 @@ masters: .venv/masters
 .venv/masters: .venv/installed requirements-masters.lock requirements-cofmupy.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-masters.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target .venv/cofmupy -r requirements-cofmupy.lock
+	touch $@
+
+# What the test of the notebook needs; skipped without.
+notebooks: .venv/notebooks
+
+.venv/notebooks: .venv/installed requirements-notebook.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-notebook.lock
 	touch $@
 
 .venv/installed: pyproject.toml requirements.lock
