@@ -1,4 +1,4 @@
-"""The notebook of the tutorial, run cell by cell; CI installs what it needs: requirements-notebook.lock."""
+"""The notebook of the tutorial, run cell by cell; `make notebooks` installs what that needs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ nbformat = pytest.importorskip("nbformat")
 
 
 def test_the_notebook_runs_to_the_end(tmp_path, monkeypatch):
-    """Its commands are those of this Python's environment; a failed one prints what CLI errors begin with."""
+    """Its commands are those of the environment of this Python; one that fails prints an error."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     book = nbformat.read(EXAMPLES / "tutorial.ipynb", as_version=4)
     nbformat.validate(book)
