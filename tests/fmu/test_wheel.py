@@ -70,16 +70,17 @@ def test_what_goes_into_fmus_is_there_once(names):
     }
 
 
-def test_a_first_case_can_be_made_and_checked_from_it(wheel, tmp_path):
+def test_a_first_case_can_be_made_from_it(wheel, names, tmp_path):
     """Without the checkout: the examples are in it, for every process."""
-    for process in STARTS:
-        said = run_installed(
-            wheel, tmp_path, ["-m", "coupling.cli", "init", process, "--process", process], ""
-        )
-        assert f"Next: elastic-robot check {process}/case.toml" in said
-    said = run_installed(wheel, tmp_path, ["-m", "coupling.cli", "check", "external/case.toml"], "")
-    assert "external" not in said
-    assert "of path in" in said
+    folder = "coupling/files/examples"
+    for start in STARTS.values():
+        cases = [name for name in (start.case, start.cell) if name]
+        assert {f"{folder}/cases/{name}.toml" for name in cases} <= names
+        assert {f"{folder}/{own.example}" for own in start.files} <= names
+    command = ["-m", "coupling.cli", "init", "first", "--process", "external"]
+    assert "Next: elastic-robot check first/case.toml" in run_installed(
+        wheel, tmp_path, command, ""
+    )
 
 
 def test_it_is_for_every_machine_and_python(wheel):
