@@ -33,7 +33,8 @@ from coupling.solve import METHODS
 from coupling.solve.correction import Method
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
@@ -87,6 +88,7 @@ class Case:
         robots: One robot, or forming and supporting robot of a cell.
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
+        tool_path: Table [tool_path].
         task: Task that the tools are to do.
         process: Process model.
         process_table: Table [process] that it is made of.
@@ -103,6 +105,7 @@ class Case:
     robots: tuple[PlacedRobot, ...]
     mode: Mode
     fmu: str
+    tool_path: ToolPathTable
     task: Task
     process: Process
     process_table: ProcessTable
@@ -172,6 +175,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         robots=tuple(robots),
         mode=file.robot.mode,
         fmu=file.robot.fmu,
+        tool_path=tool_path,
         task=task,
         process=process,
         process_table=process_table,
@@ -221,14 +225,12 @@ def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessTable) -> 
     task = tool_path.task(part)
     if process_table.forming_tool_diameter is None:
         return task
-    try:
-        return replace(task, contact=tool_path.tilt.contact(part, tool_path.upright(part)))
-    except ValueError as cause:
-        raise CaseError(f"tool_path: lead_deg, lean_deg: {cause}") from cause
+    radius = 0.5 * process_table.forming_tool_diameter
+    return tool_path.upright(part).on_sphere(task, tool_path.tilt, radius)
 
 
 def _tcp_shift(task: Task, process_table: ProcessTable) -> np.ndarray:
-    """Return from the tip of the tool to the lowest point of its sphere, tool axes [m], (3,)."""
+    """Return from the tip of the tool to the TCP on or in its sphere, tool axes [m], (3,)."""
     diameter = process_table.forming_tool_diameter or 0.0
     return 0.5 * diameter * (task.contact - APPROACH)
 

@@ -141,7 +141,7 @@ class SupportTable(_MemberTable):
         pinch = Pinch(
             task.wall_angle or 0.0, self.gap_m, forming_tool_diameter, self.tool_diameter_m
         )
-        return support_along(self.strategy, task.part, task.forming, pinch)
+        return support_along(self.strategy, task.part, task.forming, task.height, pinch)
 
 
 class PartTable(Schema):

@@ -24,7 +24,8 @@ def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
     yield f"  {room_words(robot)}"
     yield f"  distance from singular postures {robot.room.regularity:.3f} (1/|J^-1|; place asks 0.03)"
     at_risk = gear_lines(robot.gears)
-    yield f"  under {loads}:" if at_risk else f"  under {loads} no gear changes its flank"
+    none = "a wrong backlash would show of no gear at the tool"
+    yield f"  under {loads}:" if at_risk else f"  under {loads} {none}"
     yield from at_risk
 
 

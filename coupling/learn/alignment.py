@@ -20,6 +20,8 @@ _SHORTEST, _SMALLEST = 2.0, 1e-3
 # What a measuring frame that is said to be the robot's may be off [m], and what a pass of this command
 # may be off behind that.
 _FRAME_OFF, _LEFT = 0.05, 0.01
+# What orientations of the pass may be off [rad].
+_TURNED = 0.02
 # Smallest extent of the path across its longest that tells a frame, as a part.
 _PLANE = 0.02
 
@@ -63,7 +65,28 @@ def aligned(seen: Seen, model: ToolPath, own_frame: bool) -> Seen:
             f" {1e3 * _LEFT:g} mm, got one that is {1e3 * left:.3g} mm off (rms): is it another"
             " command's, another clock's by seconds, or in other axes (--own-frame)?"
         )
-    return seen
+    return _mounted(seen, path)
+
+
+def _mounted(seen: Seen, path: Simulated) -> Seen:
+    """Return what was seen with orientations told of the tool, not of the probe that is mounted on it.
+
+    Raises:
+        LearnError: If orientations do not turn as the tool does.
+    """
+    if seen.rotation is None:
+        return seen
+    there = path.rotation(seen.time)
+    on_tool = there.inv() * seen.rotation
+    held = seen.rotation * on_tool.mean().inv()
+    left = float(np.sqrt(np.mean((held * there.inv()).magnitude() ** 2)))
+    if left > _TURNED:
+        raise LearnError(
+            f"{seen.name}: expected orientations that follow the tool's to {1e3 * _TURNED:g} mrad behind"
+            f" a turn of the probe on the tool, got ones that are {1e3 * left:.3g} mrad off (rms): leave"
+            " qx, qy, qz, qw out, or tell them in the frame of x, y, z"
+        )
+    return replace(seen, rotation=held)
 
 
 def _require_length_unit(seen: Seen, model: ToolPath) -> None:

@@ -24,7 +24,7 @@ _SELDOM = 4
 
 
 class Effect:
-    """Derivatives of the tool's position by log factors of the parameters, along one pass.
+    """Derivatives of the tool's pose by log factors of the parameters, along one pass.
 
     Args:
         robot: The robot.
@@ -46,11 +46,11 @@ class Effect:
         at = self.theta.at(self.theta.nodes[::_SELDOM])
         rest = np.zeros_like(at)
         _, by = moving.model.linearised(at, rest, rest, np.zeros((len(at), 6)))
-        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian[:, :3])
+        self._jacobian = CubicSpline(self.theta.nodes[::_SELDOM], by.jacobian)
         self._model = moving.model
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] of the tool by log factors, (n, 3, P).
+        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
 
         Args:
             x: Log factors around which, (P,).
@@ -61,7 +61,7 @@ class Effect:
         jacobian = self._jacobian(inside)
         theta = self.theta.at(inside)
         twists = self._twists(x)
-        columns = np.empty((len(time), 3, len(x)))
+        columns = np.empty((len(time), 6, len(x)))
         for k, parameter in enumerate(self._parameters):
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from coupling.learn.learning import Learned
-from coupling.learn.problem import FRAME
+from coupling.learn.residual import Residual
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 from coupling.run.figures import gear_figures
 
@@ -50,8 +50,8 @@ def figures(found: Learned) -> dict[str, Any]:
 
 def _pass(found: Learned, number: int) -> dict[str, Any]:
     one, source = found.passes[number], found.sources[number]
-    count = len(found.parameters)
-    own = found.fit.z[count + FRAME * number : count + FRAME * (number + 1)]
+    size = (len(found.fit.z) - len(found.parameters)) // len(found.passes)
+    own = found.fit.z[len(found.parameters) + size * number :][:size]
     rest, slow = found.before[number], found.fit.slow[number]
     return {
         "run": str(source.folder),
@@ -62,7 +62,8 @@ def _pass(found: Learned, number: int) -> dict[str, Any]:
         "frame_shift_m": own[:3].tolist(),
         "frame_turn_rad": own[3:6].tolist(),
         "clock_s": float(own[6]),
+        "orientation_noise_rad": Residual(one).noise[1] if one.held is not None else None,
         "time": SlowPart.of(one.seen.time).time.tolist(),
-        "left_robot_file_m": np.linalg.norm(rest, axis=1).tolist(),
-        "left_learned_m": np.linalg.norm(slow, axis=1).tolist(),
+        "left_robot_file_m": np.linalg.norm(rest[:, :3], axis=1).tolist(),
+        "left_learned_m": np.linalg.norm(slow[:, :3], axis=1).tolist(),
     }

@@ -11,10 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from coupling.learn.parameters import changed, prior_of
 from coupling.learn.passes import Simulated
-from coupling.learn.problem import FRAME, Columns, Problem
+from coupling.learn.problem import Columns, Problem
+from coupling.learn.residual import Residual, noise_of
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
@@ -29,6 +31,8 @@ _SETTLED = 0.3
 _RESTARTS, _NEAR_NOISE, _ASIDE, _SEED = 3, 1.12, 0.25, 1
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
+# Median length of a row of noise of size 1, by the number of its coordinates.
+_LENGTHS = {count: float(np.sqrt(chi2.median(count))) for count in (3, 6)}
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,9 @@ class Fit:
 
     Attributes:
         z: Log factors of the parameters, then frame and clock of every pass.
-        residuals: Measured less simulated positions of every pass [m], (n, 3).
-        slow: Their slow parts [m], (k, 3).
+        residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
+            measured with these in three more coordinates, as in `coupling.learn.residual`.
+        slow: Their slow parts [m], (k, 3) or (k, 6).
         covariance: Of all unknowns, as if residuals were noise and the derivatives right.
         converged: Whether the last step explained next to nothing.
     """
@@ -63,15 +68,9 @@ class _At:
 
 
 def size_of(parts: Sequence[np.ndarray]) -> float:
-    """Return the rms length of rows of several passes [m]."""
-    return float(np.sqrt(np.mean(np.concatenate([np.sum(rows**2, axis=1) for rows in parts]))))
-
-
-def noise_of(residuals: Sequence[np.ndarray]) -> float:
-    """Return the standard deviation of a coordinate's noise [m]: of what is fast in residuals."""
-    # Second differences of white noise have six times its variance; a motion hardly has any.
-    bends = np.concatenate([np.diff(rest, 2, axis=0).ravel() for rest in residuals])
-    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6.0))
+    """Return the rms length of the positions in rows of several passes [m]."""
+    squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 
 class Fitter:
@@ -84,6 +83,7 @@ class Fitter:
 
     def __init__(self, problem: Problem, cut_off: float = CUT_OFF) -> None:
         self.problem = problem
+        self._residuals = tuple(map(Residual, problem.passes))
         self._slow = tuple(SlowPart.of(one.seen.time, cut_off) for one in problem.passes)
 
     def fit(self, start: np.ndarray) -> Fit:
@@ -113,7 +113,7 @@ class Fitter:
 
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
         """Return what the slow parts of residuals would be of their noise alone [m], rms."""
-        noise = noise_of(residuals)
+        noise = noise_of([rest[:, :3] for rest in residuals])
         return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self._slow])))
 
     def _descend(self, now: _At, effects: Sequence[Columns]) -> tuple[_At, bool]:
@@ -158,10 +158,7 @@ class Fitter:
         simulated, residuals, slow = [], [], []
         for number, one in enumerate(problem.passes):
             path = one.simulated(problem.fmu, values)
-            own, seen = problem.own(z, number), one.seen
-            position = path.position(seen.time + own[6])
-            arm = position - seen.position.mean(axis=0)
-            rest = seen.position - position - own[:3] - np.cross(own[3:6], arm)
+            rest = self._residuals[number].rows(path, problem.own(z, number))
             simulated.append(path)
             residuals.append(rest)
             slow.append(self._slow[number](rest))
@@ -174,7 +171,12 @@ class Fitter:
         """Return the scale of the residual, unless given, and the robust cost with it."""
         sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
         if scale is None:
-            scale = max(_FLOOR, _SCALE * float(np.median(np.concatenate(sizes))))
+            # Rows of more coordinates are longer for the same noise.
+            alike = [
+                size * _LENGTHS[3] / _LENGTHS[rest.shape[1]]
+                for size, rest in zip(sizes, slow, strict=True)
+            ]
+            scale = max(_FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
         cost = sum(
             mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
             for mean, size in zip(self._slow, sizes, strict=True)
@@ -192,15 +194,10 @@ class Fitter:
             time = mean.time + own[6]
             columns = effects[number].columns(now.z[:count], one.seen.time + own[6])
             path = now.simulated[number]
-            frame = np.zeros((len(time), 3, FRAME))
-            arm = path.position(time) - one.seen.position.mean(axis=0)
-            for axis in range(3):
-                frame[:, axis, axis] = 1.0
-                frame[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
-            frame[:, :, 6] = path.position(time, 1)
-            full = np.concatenate([mean(columns), frame], axis=2)
-            first = count + FRAME * number
-            where = np.r_[:count, first : first + FRAME]
+            residual = self._residuals[number]
+            frame = residual.by_frame(path, time, problem.frame_size)
+            full = np.concatenate([mean(residual.columns(columns)), frame], axis=2)
+            where = np.r_[:count, problem.rows_of(number)]
             rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
             weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
             matrix[np.ix_(where, where)] += np.einsum(

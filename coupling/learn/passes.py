@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -21,7 +22,7 @@ class Seen:
         name: Name of the file.
         time: Rising [s], (n,).
         position: Of the TCP [m], (n, 3).
-        rotation: Of the tool; None where not measured.
+        rotation: Of the tool, behind a turn on it that is the same all along; None where not measured.
     """
 
     name: str
@@ -54,10 +55,17 @@ class Pass:
     wanted: Wanted
     seen: Seen
 
+    @cached_property
+    def held(self) -> RotationSpline | None:
+        """Orientation that the path asks for at any time; None where orientations were not measured."""
+        if self.seen.rotation is None:
+            return None
+        return RotationSpline(self.desired.time, self.desired.rotations[0])
+
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
         """Return where the tool is on a robot with other parameters."""
         path = fmu.simulate(self.command, self.wrench, "dynamic", changed, "learned parameters")
-        return Simulated(path)
+        return Simulated(path, None if self.held is None else self.desired)
 
 
 class Simulated:
@@ -65,19 +73,39 @@ class Simulated:
 
     Args:
         path: The path of one tool.
+        reference: Path at the same times whose orientations its own are told from; None where they do
+            not count.
     """
 
-    def __init__(self, path: ToolPath) -> None:
-        self._path = path
+    def __init__(self, path: ToolPath, reference: ToolPath | None = None) -> None:
+        self._path, self._reference = path, reference
         self._position = CubicSpline(path.time, path.position[0])
 
     def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
         """Return positions [m] or their rates at times that may lie a little outside, (n, 3)."""
-        inside = np.clip(time, self._path.time[0], self._path.time[-1])
-        values: np.ndarray = self._position(inside, order)
+        values: np.ndarray = self._position(self._inside(time), order)
         return values
+
+    def turn(self, time: np.ndarray) -> np.ndarray:
+        """Return rotation vectors from the reference's orientations [rad], (n, 3); 0 without one."""
+        if self._reference is None:
+            return np.zeros((len(time), 3))
+        values: np.ndarray = self._turn(self._inside(time))
+        return values
+
+    def pose(self, time: np.ndarray) -> np.ndarray:
+        """Return positions [m] and turns from the reference [rad], (n, 6)."""
+        return np.hstack([self.position(time), self.turn(time)])
 
     def rotation(self, time: np.ndarray) -> Rotation:
         """Return rotations base_from_tool."""
-        inside = np.clip(time, self._path.time[0], self._path.time[-1])
-        return RotationSpline(self._path.time, self._path.rotations[0])(inside)
+        return RotationSpline(self._path.time, self._path.rotations[0])(self._inside(time))
+
+    @cached_property
+    def _turn(self) -> CubicSpline:
+        assert self._reference is not None
+        turns = self._path.deviation_from(self._reference)[0, :, 3:]
+        return CubicSpline(self._path.time, turns)
+
+    def _inside(self, time: np.ndarray) -> np.ndarray:
+        return np.clip(time, self._path.time[0], self._path.time[-1])

@@ -13,8 +13,9 @@ from coupling.learn.passes import Pass
 from coupling.learn.secant import Secant
 from coupling.robot.robot_fmu import RobotFmu
 
-# Of the measuring frame and clock beside the parameters: shift, turn, time.
-FRAME = 7
+# Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
+# probe's turn on the tool.
+_FRAME, _WITH_PROBE = 7, 10
 
 
 @dataclass(frozen=True)
@@ -25,23 +26,25 @@ class Frame:
         shift: [m].
         turn: [rad].
         time: [s].
+        probe: Turn of the probe on the tool, of which the mean is known [rad].
     """
 
     shift: float = 1e-3
     turn: float = 1e-3
     time: float = 0.1
+    probe: float = 1e-2
 
     @property
     def prior(self) -> np.ndarray:
-        """As many as a frame has numbers, (7,)."""
-        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time])
+        """As many as a frame has numbers, (10,)."""
+        return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time] + [self.probe] * 3)
 
 
 class Columns(Protocol):
-    """Derivatives of the tool's position by log factors."""
+    """Derivatives of the tool's pose by log factors."""
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return them around x (P,) at times (n,), (n, 3, P)."""
+        """Return them around x (P,) at times (n,): [m] and, base axes, [rad], (n, 6, P)."""
         ...
 
 
@@ -71,12 +74,18 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return len(self.parameters) + FRAME * len(self.passes)
+        return len(self.parameters) + self.frame_size * len(self.passes)
+
+    @property
+    def frame_size(self) -> int:
+        """Number of unknowns of each pass beside the parameters, 7, or 10 with orientations."""
+        return _FRAME if all(one.held is None for one in self.passes) else _WITH_PROBE
 
     @property
     def prior(self) -> np.ndarray:
         """Standard deviations of all unknowns before anything is measured."""
-        return np.concatenate([prior_of(self.parameters), *[self.frame.prior] * len(self.passes)])
+        own = self.frame.prior[: self.frame_size]
+        return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
 
     def secants(self) -> tuple[Secant, ...]:
         """What the parameters do in each pass, by differences of simulations."""
@@ -87,6 +96,10 @@ class Problem:
         )
 
     def own(self, z: np.ndarray, number: int) -> np.ndarray:
-        """Return frame and clock of a pass, (7,)."""
-        first = len(self.parameters) + FRAME * number
-        return z[first : first + FRAME]
+        """Return frame, clock and, with orientations, probe of a pass, (7,) or (10,)."""
+        return z[self.rows_of(number)]
+
+    def rows_of(self, number: int) -> slice:
+        """Return where a pass's own unknowns are."""
+        first = len(self.parameters) + self.frame_size * number
+        return slice(first, first + self.frame_size)

@@ -19,12 +19,13 @@ from coupling.robot.robot_fmu import RobotFmu
 
 # Change of a log factor for a difference: large beside where a floating gear forgets its past.
 _CHANGE = 0.05
-# Parameters whose standard deviation before moves the tool by less are left to the gears' equation [m].
-_NEGLIGIBLE = 3e-7
+# Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
+# is measured [rad], are left to the gears' equation.
+_NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
 
 
 class Secant:
-    """Derivatives of the tool's position by log factors along one pass, by simulation.
+    """Derivatives of the tool's pose by log factors along one pass, by simulation.
 
     Args:
         fmus: What simulates the robot of the file, side by side.
@@ -47,11 +48,15 @@ class Secant:
         # What is left to the equation is left as it is for the parameters of the file.
         self._plain = effect.columns(np.zeros(len(parameters)), self._time)
         moved = self._plain - self._plain.mean(axis=0)
-        size = prior * np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))
-        self._looked_at = np.flatnonzero(size > _NEGLIGIBLE)
+        shifts, turns = (
+            prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
+            for own in (moved[:, :3], moved[:, 3:])
+        )
+        shown = turns > _NEGLIGIBLE_TURN if one.held is not None else False
+        self._looked_at = np.flatnonzero((shifts > _NEGLIGIBLE) | shown)
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return displacement [m] of the tool by log factors, (n, 3, P).
+        """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
 
         Args:
             x: Log factors around which, (P,).
@@ -60,19 +65,19 @@ class Secant:
         columns = self._plain.copy()
         # Towards what was known before, where the robot is better known.
         steps = np.diag(np.where(x > 0.0, -_CHANGE, _CHANGE))[self._looked_at]
-        here, *aside = self._positions([x, *(x + steps)], time)
+        here, *aside = self._poses([x, *(x + steps)], time)
         for k, there in zip(self._looked_at, aside, strict=True):
             columns[:, :, k] = (there - here) / (-_CHANGE if x[k] > 0.0 else _CHANGE)
         return columns
 
-    def _positions(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
-        """Return where the tool is for several log factors, each FMU with a share of them."""
+    def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
+        """Return how the tool stands for several log factors, each FMU with a share of them."""
         count = len(self._fmus)
 
         def share(number: int) -> list[np.ndarray]:
             values = [changed(self._parameters, x) for x in points[number::count]]
             fmu = self._fmus[number]
-            return [self._pass.simulated(fmu, own).position(time) for own in values]
+            return [self._pass.simulated(fmu, own).pose(time) for own in values]
 
         found: list[np.ndarray] = [time] * len(points)
         with ThreadPoolExecutor(count) as pool:

@@ -13,12 +13,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
-from coupling.learn.fit import Fit, Fitter, noise_of
+from coupling.learn.fit import Fit, Fitter
 from coupling.learn.parameters import changed, prior_of
 from coupling.learn.passes import Seen
 from coupling.learn.problem import Problem
+from coupling.learn.residual import Residual, noise_of
 
 CONFIDENCE = 0.95
 # Over hidden robots, the errors of what is told by the fit's own deviations are up to twice what they
@@ -54,7 +56,11 @@ def spread_of_fit(problem: Problem, found: Fit, over_noise: float) -> Spread:
     count = len(problem.parameters)
     deviation = WIDER * max(1.0, over_noise) * np.sqrt(np.diag(found.covariance)[:count])
     deviation = np.minimum(deviation, prior_of(problem.parameters))
-    return Spread(deviation, _quantile(np.inf) * deviation, noise_of(found.residuals))
+    return Spread(
+        deviation,
+        _quantile(np.inf) * deviation,
+        noise_of([rest[:, :3] for rest in found.residuals]),
+    )
 
 
 def _quantile(freedom: float) -> float:
@@ -80,7 +86,7 @@ def spread_of(
         told: Told how many are done.
     """
     rng, count = np.random.default_rng(seed), len(problem.parameters)
-    noise = noise_of(found.residuals)
+    noise = noise_of([rest[:, :3] for rest in found.residuals])
     covariance = found.covariance[:count, :count]
     robots = rng.multivariate_normal(found.z[:count], 0.5 * (covariance + covariance.T), draws)
     errors = []
@@ -90,7 +96,11 @@ def spread_of(
             path = one.simulated(problem.fmu, changed(problem.parameters, x))
             position = path.position(one.seen.time)
             position = position + noise * rng.standard_normal(position.shape)
-            passes.append(replace(one, seen=Seen(one.seen.name, one.seen.time, position)))
+            rotation = None
+            if one.held is not None:
+                turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
+                rotation = Rotation.from_rotvec(turns) * path.rotation(one.seen.time)
+            passes.append(replace(one, seen=Seen(one.seen.name, one.seen.time, position, rotation)))
         again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
         errors.append(again.z[:count] - x)
         told(number + 1, draws)

@@ -11,9 +11,9 @@ import numpy as np
 import tomli_w
 
 from coupling.case import Case, load_case
-from coupling.errors import PlanningError
+from coupling.errors import CaseError, PlanningError
 from coupling.inverse.diagnosis import GearDiagnosis
-from coupling.place.placing import Placing, tilt_of, turned_wrench
+from coupling.place.placing import Placing, turned_wrench
 from coupling.place.screen import Figures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
@@ -67,11 +67,15 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"{placing.case.name}.toml")
         file.write_text(content, encoding="utf-8")
-        case = load_case(file)
+        try:
+            case = load_case(file)
+        except CaseError as cause:  # its path would turn the tool too fast
+            raise PlanningError(str(cause)) from cause
     wrench = turned_wrench(case.task.part.rotation, placing.wrench)
     if np.any(setting[_TOOL] != placing.present[_TOOL]):
         wrench = process_of(case).evaluate(case.desired).wrench
-    stations = stations_along(case.task.part, case.desired, tilt_of(setting), wrench).strongest()
+    upright = case.tool_path.upright(case.task.part)
+    stations = stations_along(upright, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.place.following import Targets
-from coupling.place.lanes import Columns
+from coupling.place.lanes import Columns, cross
 from coupling.place.serial_robot import TipMotion
 from coupling.place.settings import Placed
 from coupling.place.stations import Stations
 from coupling.toolpaths.tilt import APPROACH
-
-# Largest difference of the orientations of a tool that keeps it [rad].
-_SAME = 1e-9
+from coupling.toolpaths.upright import keeps
 
 
 class Moved:
@@ -27,10 +24,9 @@ class Moved:
 
     def __init__(self, placed: Placed, sphere_radius: float, stations: Stations) -> None:
         self._placed, self._radius, self._stations = placed, sphere_radius, stations
-        self._part = placed.part.as_matrix()
-        self._tilted = (placed.part * placed.tilt).as_matrix()
-        turns = stations.tool * stations.tool[0].inv()
-        self._one = self._held(0) if turns.magnitude().max() < _SAME else None
+        self._part, self._tilt = placed.part.as_matrix(), placed.tilt.as_matrix()
+        keep = keeps(stations.tool) and keeps(stations.axes)
+        self._one = self._held(0) if keep else None
 
     def targets(self, places: np.ndarray, settings: np.ndarray) -> Targets:
         """Return the poses of the tool at some places in some settings."""
@@ -43,13 +39,27 @@ class Moved:
 
     def motion(self, places: np.ndarray, settings: np.ndarray) -> TipMotion:
         """Return how the tool moves there."""
-        own = self._stations
-        part, tilted = self._part[settings], self._tilted[settings]
+        own, part = self._stations, self._part[settings]
+        axes = own.axes[places].as_matrix()
+
+        def tilted(vectors: np.ndarray) -> np.ndarray:
+            """W v in base axes, (3, p, n), W = A M A^-1 the turn by a tilt M measured in axes A."""
+            seen = np.einsum("pji,pj->pi", axes, vectors)
+            turned = np.einsum("pij,njk,pk->pni", axes, self._tilt[settings], seen, optimize=True)
+            in_base: np.ndarray = np.einsum("nij,pnj->ipn", part, turned, optimize=True)
+            return in_base
+
+        # The tool is R = W Q: it turns with the axes by g, and by W (w_Q - g) on them.
+        turn, turn_rate = own.turn[places], own.turn_rate[places]
+        with_axes, on_axes = _turned(part, turn), tilted(own.spin[places] - turn)
+        of_tilt = with_axes - tilted(turn)
+        spin_rate = _turned(part, turn_rate) + tilted(own.spin_rate[places] - turn_rate)
+        spin_rate += cross(of_tilt, on_axes)
         return TipMotion(
             _turned(part, own.velocity[places]).reshape(3, -1),
             _turned(part, own.acceleration[places]).reshape(3, -1),
-            _turned(tilted, own.spin[places]).reshape(3, -1),
-            _turned(tilted, own.spin_rate[places]).reshape(3, -1),
+            (with_axes + on_axes).reshape(3, -1),
+            spin_rate.reshape(3, -1),
         )
 
     def wrench(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
@@ -64,11 +74,13 @@ class Moved:
 
     def _held(self, place: int) -> tuple[Columns, np.ndarray]:
         """Return base_from_tool by its columns, and the TCP's shift, in all settings."""
-        along_path: Rotation = self._stations.tool[place]
-        part_from_tool = self._placed.tilt * along_path * self._placed.spin
+        along_path, axes = self._stations.tool[place], self._stations.axes[place]
+        part_from_tool = axes * self._placed.tilt * axes.inv() * along_path * self._placed.spin
         matrix = (self._placed.part * part_from_tool).as_matrix()
         columns = [np.ascontiguousarray(matrix[:, :, k].T) for k in range(3)]
         contact = part_from_tool.inv().apply(along_path.apply(APPROACH))
+        if self._stations.centered:
+            contact = np.zeros_like(contact)
         return columns, self._radius * (contact - APPROACH).T
 
 
@@ -82,7 +94,7 @@ def order_of(position: np.ndarray) -> list[tuple[int, int | None]]:
     """Return places, each with a neighbour that comes before it: the middle one first, then the nearest.
 
     Args:
-        position: [m], (k, 3).
+        position: Where they are [m], (k, d).
     """
     first = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
     order: list[tuple[int, int | None]] = [(first, None)]

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.case import Case
-from coupling.case_place import Objective, PlaceTable
+from coupling.case_place import Objective
 from coupling.case_tables import described
 from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
@@ -22,11 +22,12 @@ from coupling.place.screen import Screen
 from coupling.place.settings import LENGTHS, NAMES, Cell, Ranges
 from coupling.place.stations import Stations, stations_along
 from coupling.process.base import Process
-from coupling.toolpaths.tilt import ToolTilt
 from elastic_robot.description import Robot
 
 # How far the part may be moved to each side where the case does not say [m], and the tool tilted [deg].
 _ASIDE, _TILTED = 0.5, 30.0
+# How far a tool may be tilted at most [deg].
+_MOST = 89.0
 _JOINTS = 6
 
 
@@ -129,7 +130,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     robot = described(resolved["robot"]["description"], Path())
     present = _present(resolved)
     diameter = case.process_table.forming_tool_diameter
-    ranges = _ranges(table, present, diameter is not None)
+    ranges = _ranges(case, present, diameter is not None)
     if len(ranges.free) == 0:
         raise CaseError(
             f"{case.name}: place: expected a range that is one, got nothing that is free"
@@ -146,9 +147,10 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         np.deg2rad(resolved[table_name][key])
         for table_name, key in (("robot", "base_rpy_deg"), ("part", "rpy_deg"))
     )
-    cell = Cell(part_rpy, base_rpy, 0.5 * (diameter or 0.0), gravity)
+    radius, upright_lean = 0.5 * (diameter or 0.0), np.deg2rad(case.tool_path.upright_lean_deg)
+    cell = Cell(part_rpy, base_rpy, radius, float(upright_lean), gravity)
     wrench = process.evaluate(case.desired).wrench
-    stations = stations_along(case.task.part, case.desired, tilt_of(present), wrench)
+    stations = stations_along(case.tool_path.upright(case.task.part), radius, wrench)
     in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
     demands = Demands(
         float(np.deg2rad(table.joint_margin_deg)), table.least_regularity, table.clear_share
@@ -163,12 +165,6 @@ def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:
     return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape))
 
 
-def tilt_of(setting: np.ndarray) -> ToolTilt:
-    """Return how a setting turns the tool."""
-    lead, lean, rotation = (float(setting[NAMES.index(n)]) for n in ("lead", "lean", "rotation"))
-    return ToolTilt(lead, lean, rotation)
-
-
 def _present(resolved: Mapping[str, Any]) -> np.ndarray:
     """Return the setting that a case is in, (8,)."""
     tool_path = resolved["tool_path"]
@@ -180,16 +176,27 @@ def _present(resolved: Mapping[str, Any]) -> np.ndarray:
     return np.concatenate([resolved["part"]["position_m"], np.deg2rad(angles)])
 
 
-def _ranges(table: PlaceTable, present: np.ndarray, has_sphere: bool) -> Ranges:
+def _ranges(case: Case, present: np.ndarray, has_sphere: bool) -> Ranges:
     """Return what is free, as the case says or by default."""
     low, high = present.copy(), present.copy()
+    upright = case.tool_path.upright_lean_deg
+    tilts = {
+        "lead": [-_TILTED, _TILTED],
+        "lean": [upright - _TILTED, min(upright + _TILTED, _MOST)],
+    }
     for k, name in enumerate(NAMES):
         length = name in LENGTHS
-        given = getattr(table, f"{name}_m" if length else f"{name}_deg")
+        given = getattr(case.place, f"{name}_m" if length else f"{name}_deg")
         if given is None and length:
             given = [present[k] - _ASIDE, present[k] + _ASIDE]
-        elif given is None and name in ("lead", "lean") and has_sphere:
-            given = [-_TILTED, _TILTED]
+        elif given is None and has_sphere:
+            given = tilts.get(name)
         if given is not None:
             low[k], high[k] = given if length else np.deg2rad(given)
+    least = np.deg2rad(upright - _MOST)
+    if low[NAMES.index("lean")] < least:
+        raise CaseError(
+            f"{case.name}: place: lean_deg: expected at least {np.rad2deg(least):g} from the wall's"
+            f" normal, got {np.rad2deg(low[NAMES.index('lean')]):g}"
+        )
     return Ranges(low, high)

@@ -20,6 +20,8 @@ from elastic_robot.parameters import Parameters
 
 # Settings computed at once: their arrays stay in the processor's cache.
 _AT_ONCE = 2048
+# Places solved at once from earlier ones, which are then near on a path that turns the tool, too.
+_PLACES_AT_ONCE = 32
 # Passes from one place of a path to the next.
 _PASSES = 12
 
@@ -134,7 +136,7 @@ class Screen:
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
         self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
         self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
-        self._order = order_of(stations.position)
+        self._order = order_of(stations.poses)
 
     def figures(
         self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
@@ -158,7 +160,9 @@ class Screen:
         found = Lanes.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = Moved(placed, self._cell.sphere_radius, self.stations)
         alive = np.arange(count)
-        for places, before in waves_of(self._order, max(1, _AT_ONCE // count)):
+        for places, before in waves_of(
+            self._order, min(_PLACES_AT_ONCE, max(1, _AT_ONCE // count))
+        ):
             targets = moved.targets(places, alive)
             if before is None:
                 q, came = led(self._serial, targets, self._home)

@@ -91,12 +91,14 @@ class Cell:
         part_rpy, base_rpy: Roll, pitch, yaw of part and base [rad], (3,); yaw of the part and roll of
             the base are those of a setting.
         sphere_radius: Of the tool's end [m]; 0 where the tool has none.
+        upright_lean: The lean of a tool that stands upright [rad].
         gravity: In the world [m/s^2], (3,).
     """
 
     part_rpy: np.ndarray
     base_rpy: np.ndarray
     sphere_radius: float
+    upright_lean: float
     gravity: np.ndarray
 
     def placed(self, settings: np.ndarray) -> Placed:
@@ -112,7 +114,7 @@ class Cell:
         return Placed(
             base_from_world.apply(np.column_stack([x, y, z])),
             base_from_world * Rotation.from_euler("xyz", part),
-            Rotation.from_euler("yx", np.column_stack([lead, lean])),
+            Rotation.from_euler("yx", np.column_stack([lead, lean - self.upright_lean])),
             Rotation.from_rotvec(about_approach),
             base_from_world.apply(self.gravity),
         )
@@ -125,7 +127,7 @@ class Placed:
     Attributes:
         position: Origin of the part [m], (n, 3).
         part: base_from_part.
-        tilt: How the tool is turned about the part's axes.
+        tilt: How the tool is turned in the axes that its tilt is measured in.
         spin: How it is turned about its own.
         gravity: In base axes [m/s^2], (n, 3).
     """

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.inverse.loads import SmoothWrench
-from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
-from coupling.toolpaths.part import Part
-from coupling.toolpaths.tilt import ToolTilt
+from coupling.toolpaths.upright import UprightPath
 
 # Distance of nodes that links can follow a wrench on, as in the inverse [s].
 _SPACING = 0.004
 # A path is seen at the strongest places of so many parts of its duration.
 _PARTS = 400
+# A radian is as far as so much [m].
+_ARM = 0.2
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,11 @@ class Stations:
         position, velocity, acceleration: Of the TCP [m], [m/s], [m/s^2], (k, 3).
         tool: part_from_tool before a setting turns the tool.
         spin, spin_rate: Angular velocity and acceleration of the tool [rad/s], [rad/s^2], (k, 3).
+        axes: Axes that lead and lean are measured in.
+        turn, turn_rate: Their angular velocity and acceleration [rad/s], [rad/s^2], (k, 3).
         wrench: On the tool at the TCP, as slow as links can follow [N, N m], (k, 6).
+        centered: Whether the TCP is the centre of the tool's sphere, because the tool may turn along the
+            path; else it is the sphere's lowest point.
     """
 
     time: np.ndarray
@@ -38,25 +43,28 @@ class Stations:
     tool: Rotation
     spin: np.ndarray
     spin_rate: np.ndarray
+    axes: Rotation
+    turn: np.ndarray
+    turn_rate: np.ndarray
     wrench: np.ndarray
+    centered: bool
 
     @property
     def count(self) -> int:
         """Number k of places."""
         return len(self.time)
 
+    @property
+    def poses(self) -> np.ndarray:
+        """Positions and, by what the tool's directions are off, orientations as lengths [m], (k, 9)."""
+        turned = [own.apply([1.0, 0.0, 0.0]) for own in (self.tool, self.axes)]
+        return np.hstack([self.position, *(_ARM * directions for directions in turned)])
+
     def chosen(self, rows: np.ndarray) -> Stations:
         """Return some of them, by their numbers."""
-        return Stations(
-            self.time[rows],
-            self.position[rows],
-            self.velocity[rows],
-            self.acceleration[rows],
-            self.tool[rows],
-            self.spin[rows],
-            self.spin_rate[rows],
-            self.wrench[rows],
-        )
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        centered = own.pop("centered")
+        return Stations(**{name: values[rows] for name, values in own.items()}, centered=centered)
 
     def strongest(self, parts: int = _PARTS) -> Stations:
         """Return the places where acceleration, force or speed is largest in each part of the time."""
@@ -71,30 +79,40 @@ class Stations:
         return self.chosen(np.unique(np.concatenate(rows)))
 
 
-def stations_along(part: Part, path: ToolPath, tilt: ToolTilt, wrench: WrenchHistory) -> Stations:
+def stations_along(upright: UprightPath, sphere_radius: float, wrench: WrenchHistory) -> Stations:
     """Return all places of a path, one tool.
 
     Args:
-        part: Placement of the part.
-        path: Path of the tool, in the world.
-        tilt: How the tool is turned on it.
-        wrench: Wrench on it at the same times, world axes.
+        upright: The path.
+        sphere_radius: Of the tool's end [m].
+        wrench: Wrench on the tool at the same times, world axes.
     """
-    time, part_from_world = path.time, part.rotation.inv()
+    centered = upright.turns
+    along = upright.centered(sphere_radius) if centered else upright
+    path, time, part_from_world = along.path, along.path.time, along.part.rotation.inv()
     between = InterpolatedPath(path)
     velocity, acceleration = (
         part_from_world.apply(between.position(time, order)) for order in (1, 2)
     )
-    tool = tilt.along_path(part_from_world * path.rotations[0])
-    turns = RotationSpline(time, tool)
+    tool = upright.along_path
+    axes = Rotation.identity(len(time)) if upright.axes is None else upright.axes
     smooth = SmoothWrench(wrench, _SPACING)(time)
     return Stations(
         time,
-        part.coordinates(path.position[0]),
+        along.part.coordinates(path.position[0]),
         velocity,
         acceleration,
         tool,
-        turns(time, 1),
-        turns(time, 2),
+        *_turning(time, tool),
+        axes,
+        *_turning(time, axes),
         np.hstack([part_from_world.apply(smooth[:, :3]), part_from_world.apply(smooth[:, 3:])]),
+        centered,
     )
+
+
+def _turning(time: np.ndarray, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
+    """Return angular velocities [rad/s] and accelerations [rad/s^2] of what turns, part axes, (k, 3)."""
+    spline = RotationSpline(time, rotations)
+    # SciPy tells them in axes that turn along.
+    return rotations.apply(spline(time, 1)), rotations.apply(spline(time, 2))

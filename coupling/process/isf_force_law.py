@@ -98,6 +98,7 @@ class IsfForceLaw(MemorylessProcess):
         axial, radial: Steady force [N].
         penetration_stiffness: k_p [N/m].
         ramp_depth: Depth at which the force is steady [m].
+        height: How far the TCP is above the lowest point of the tool, along the part's z axis [m].
     """
 
     part: Part
@@ -106,11 +107,13 @@ class IsfForceLaw(MemorylessProcess):
     radial: float
     penetration_stiffness: float
     ramp_depth: float
+    height: float = 0.0
 
     def law(self) -> ForceLaw:
         """Return the law; its force is zero in air moves."""
+        raised = self.height * self.part.rotation.apply([0.0, 0.0, 1.0])
         constants = {
-            "part_position": self.part.position,
+            "part_position": self.part.position + raised,
             "base_from_part": self.part.rotation.as_matrix(),
             "axial": self.axial,
             "radial": self.radial,
@@ -191,5 +194,6 @@ class IsfForceLawTable(ProcessTable):
             radial=radial,
             penetration_stiffness=self.penetration_stiffness_N_m,
             ramp_depth=self.ramp_depth_m or 4.0 * step_down,
+            height=task.height,
             identity=self.identity(task),
         )

@@ -28,8 +28,8 @@ class SheetFem(Identified):
     Attributes:
         part: Placement of the part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
-        tips: From the centres of the spheres to the TCPs on them, tool axes [m]; one for each tool of
-            the path, (3,).
+        radii: Of the spheres [m]; one for each tool of the path.
+        tips: From their centres to the TCPs, tool axes [m], (3,) each.
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
         force_factor: Measured over computed force, see docs/sheet_fem.md.
@@ -38,6 +38,7 @@ class SheetFem(Identified):
 
     part: Part
     model: SheetModel
+    radii: tuple[float, ...]
     tips: tuple[np.ndarray, ...]
     schedule: Schedule
     desired: ToolPath
@@ -123,6 +124,6 @@ class SheetFem(Identified):
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""
         lift = np.array([0.0, 0.0, 0.5 * self.model.mesh.thickness])
         return tuple(
-            self.model.sphere(center + lift, float(np.linalg.norm(tip)))
-            for center, tip in zip(centers, self.tips, strict=True)
+            self.model.sphere(center + lift, radius)
+            for center, radius in zip(centers, self.radii, strict=True)
         )

@@ -100,6 +100,7 @@ class SheetFemTable(ProcessTable):
         from coupling.sheet_fem.schedule import schedule
 
         points = [task.part.coordinates(positions) for positions in task.desired.position]
+        points[0] = points[0] - [0.0, 0.0, task.height]
         reach = np.max(np.abs(np.vstack(points)[:, :2]), axis=0)
         if np.any(reach > 0.5 * np.array(self.sheet_size_m)):
             raise CaseError(
@@ -115,15 +116,18 @@ class SheetFemTable(ProcessTable):
             self.backing_edge_radius_m,
             self.friction_coefficient,
         )
-        tips = [0.5 * self.tool_diameter_m * task.contact]
+        radii = [0.5 * self.tool_diameter_m]
+        contacts = [task.contact]
         if task.support is not None:
-            tips.append(0.5 * task.support.tool_diameter * APPROACH)
+            radii.append(0.5 * task.support.tool_diameter)
+            contacts.append(APPROACH)
         return SheetFem(
             part=task.part,
             model=SheetModel(
                 SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
             ),
-            tips=tuple(tips),
+            radii=tuple(radii),
+            tips=tuple(radius * at for radius, at in zip(radii, contacts, strict=True)),
             schedule=schedule(points[0], self.position_m, self.global_every),
             desired=task.desired,
             force_factor=self.force_factor,

@@ -8,9 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+from coupling.report.intervals import Interval, interval_figure
 
 _MM = 1e3
-_KEPT = "#999999"
 
 
 def amplification(found: dict[str, Any]) -> int:
@@ -116,28 +116,13 @@ def residuals(found: dict[str, Any]) -> go.Figure:
 
 def intervals(found: dict[str, Any]) -> go.Figure:
     """Fitted values with their intervals, beside the start values."""
-    figure = go.Figure()
-    entries = found["parameters"][::-1]
-    for words, chosen, color in (
-        ("identified, 95 % interval", True, AFTER),
-        ("not identified", False, _KEPT),
-    ):
-        own = [entry for entry in entries if entry["identified"] is chosen]
-        values = [entry["value"] or _far(entry) for entry in own]
-        figure.add_scatter(
-            x=values,
-            y=[label(entry) for entry in own],
-            mode="markers",
-            name=words,
-            marker={"color": color, "size": 9},
-            error_x={
-                "type": "data",
-                "symmetric": False,
-                "array": [(e["high"] or _far(e)) - v for e, v in zip(own, values, strict=True)],
-                "arrayminus": [v - (e["low"] or 0.1 * v) for e, v in zip(own, values, strict=True)],
-                "color": color,
-            },
-        )
+    entries = found["parameters"]
+    rows = []
+    for entry in entries:
+        value = entry["value"] or _far(entry)
+        low, high = entry["low"] or 0.1 * value, entry["high"] or _far(entry)
+        rows.append(Interval(label(entry), value, low, high, entry["identified"]))
+    figure = interval_figure(rows, "identified, 95 % interval", "not identified", 34)
     figure.add_scatter(
         x=[entry["start"] for entry in entries if not entry["added"]],
         y=[label(entry) for entry in entries if not entry["added"]],
@@ -145,11 +130,8 @@ def intervals(found: dict[str, Any]) -> go.Figure:
         name="start file",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": DESIRED}},
     )
-    figure.update_xaxes(title="N m/rad (backlash: rad)", type="log", exponentformat="power")
-    figure.update_yaxes(
-        categoryorder="array", categoryarray=[label(entry) for entry in entries], automargin=True
-    )
-    return style(figure, 170 + 34 * len(entries))
+    figure.update_xaxes(title="N m/rad (backlash: rad)", exponentformat="power")
+    return figure
 
 
 def _far(entry: dict[str, Any]) -> float:

@@ -8,11 +8,11 @@ from typing import Any
 import plotly.graph_objects as go
 
 from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+from coupling.report.intervals import Interval, interval_figure
 from coupling.report.page import document
 from coupling.report.tables import gear_loads, table
 
 _UM = 1e6
-_NOT_TOLD = "#999999"
 
 
 def learn_page(title: str, found: dict[str, Any]) -> str:
@@ -112,32 +112,14 @@ def _left(one: dict[str, Any]) -> go.Figure:
 
 
 def _intervals(found: dict[str, Any]) -> go.Figure:
-    figure = go.Figure()
-    entries = found["parameters"][::-1]
-    for words, told, color in (
-        ("told, 95 % interval", True, AFTER),
-        ("not told", False, _NOT_TOLD),
-    ):
-        own = [entry for entry in entries if entry["told"] is told]
-        figure.add_scatter(
-            x=[entry["factor"] for entry in own],
-            y=[entry["name"] for entry in own],
-            mode="markers",
-            name=words,
-            marker={"color": color, "size": 9},
-            error_x={
-                "type": "data",
-                "symmetric": False,
-                "array": [entry["factor_high"] - entry["factor"] for entry in own],
-                "arrayminus": [entry["factor"] - entry["factor_low"] for entry in own],
-                "color": color,
-            },
-        )
+    rows = [
+        Interval(own["name"], own["factor"], own["factor_low"], own["factor_high"], own["told"])
+        for own in found["parameters"]
+    ]
+    figure = interval_figure(rows, "told, 95 % interval", "not told", 24)
     figure.add_vline(x=1.0, line={"color": DESIRED, "width": 1})
-    figure.update_xaxes(title="factor of the robot file's value", type="log")
-    names = [entry["name"] for entry in entries]
-    figure.update_yaxes(categoryorder="array", categoryarray=names, automargin=True)
-    return style(figure, 170 + 24 * len(entries))
+    figure.update_xaxes(title="factor of the robot file's value")
+    return figure
 
 
 _LEFT_TEXT = (

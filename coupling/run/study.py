@@ -139,22 +139,33 @@ def run_compensation(case: Case, watch: Watch = unwatched) -> Run:
     return _run(case, "compensate", case.method, watch)
 
 
+def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
+    """Return the loop of a case's robots and its process, as its tables say.
+
+    Args:
+        case: The case.
+        cell: Its robots.
+        watch: Function that is told what happens.
+    """
+    return Loop(
+        cell,
+        case.process,
+        case.mode,
+        case.coupling.new_scheme(),
+        case.coupling.tolerance(),
+        case.coupling.max_evaluations,
+        case.controller,
+        watch,
+    )
+
+
 def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
     with Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        loop = Loop(
-            cell,
-            case.process,
-            case.mode,
-            case.coupling.new_scheme(),
-            case.coupling.tolerance(),
-            case.coupling.max_evaluations,
-            case.controller,
-            watch,
-        )
+        loop = loop_of(case, cell, watch)
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
         dynamic: ToolPath | None = None

@@ -6,7 +6,8 @@ from coupling.toolpaths.gcode import GcodePath
 from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
 from coupling.toolpaths.robot_program import ProgramPath
-from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
 
 TOOL_PATHS: dict[str, type[ToolPathTable]] = {
     "cone": Cone,

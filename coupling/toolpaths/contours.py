@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive
-from coupling.toolpaths.motion import Driven, Segment, circle, polyline, straight
+from coupling.toolpaths.motion import Driven, Segment, circle, link, polyline
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
@@ -36,6 +36,21 @@ class _Contours(Driven):
             )
         return self
 
+    @model_validator(mode="after")
+    def _tool_comes_from_above(self) -> _Contours:
+        least = self.upright_lean_deg - 90.0
+        if self.lean_deg <= least:
+            raise ValueError(
+                f"lean_deg: expected more than {least:g} from the wall's normal, as the tool comes from"
+                f" above the sheet, got {self.lean_deg}"
+            )
+        return self
+
+    @property
+    def upright_lean_deg(self) -> float:
+        """The wall's angle where leans are measured from its normal: the wall is right of the feed."""
+        return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
+
     def task(self, part: Part) -> Task:
         """Return what is to be made: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
@@ -44,15 +59,15 @@ class _Contours(Driven):
     def _segments(self) -> Iterator[Segment]:
         at = np.array([self._radius(0.0), 0.0, self.clearance_m])
         count = int(np.ceil(self.depth_m / self.step_down_m - 1e-9))
-        yield straight(at, start := np.array([at[0], 0.0, 0.0]))
+        yield link(at, start := np.array([at[0], 0.0, 0.0]))
         at = start
         for k in range(1, count + 1):
             depth = min(k * self.step_down_m, self.depth_m)
             start = np.array([self._radius(depth), 0.0, -depth])
-            yield straight(at, start)
+            yield link(at, start)
             yield from self._contour(start)
             at = start
-        yield straight(at, np.array([at[0], 0.0, self.clearance_m]))
+        yield link(at, np.array([at[0], 0.0, self.clearance_m]))
 
     def _radius(self, depth: float) -> float:
         return self.radius_m - depth / float(np.tan(np.deg2rad(self.wall_angle_deg)))

@@ -12,7 +12,8 @@ from coupling.files.csv_table import POSE_COLUMNS, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, poses
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.upright import UprightPath
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
@@ -22,13 +23,14 @@ class CsvPath(ToolPathTable):
     """Poses of the TCP in the part frame, from a CSV file.
 
     Keys: file, with the columns time, x, y, z, qx, qy, qz, qw (s, m, unit quaternion of
-    part_from_tool).  The path must begin and end at rest, because the drives do.
+    part_from_tool).  The path must begin and end at rest, because the drives do.  Where the tilt is
+    measured from the path, the normal is each row's own: opposite to its axis of approach.
     """
 
     kind: Literal["csv"]
     file: FilePath
 
-    def upright(self, part: Part) -> ToolPath:
+    def upright(self, part: Part) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -45,6 +47,7 @@ class CsvPath(ToolPathTable):
         position = part.position + part.rotation.apply(table[:, 1:4])
         pose = poses(position, part.rotation * Rotation.from_quat(table[:, 4:]))
         try:
-            return ToolPath(table[:, 0], pose)
+            path = ToolPath(table[:, 0], pose)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
+        return self._of_file(part, path)

@@ -12,11 +12,12 @@ from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
-from coupling.path.histories import ToolPath
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
 from coupling.toolpaths.motion import chain, drive, require_few
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import Task, ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
+from coupling.toolpaths.upright import UprightPath
 
 
 class GcodePath(ToolPathTable):
@@ -46,7 +47,7 @@ class GcodePath(ToolPathTable):
         remarks = (f"{self.file.name}: read and left out: {words}",) if words else ()
         return replace(super().task(part), remarks=remarks)
 
-    def upright(self, part: Part) -> ToolPath:
+    def upright(self, part: Part) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -54,7 +55,8 @@ class GcodePath(ToolPathTable):
         """
         parts = list(self._driven())
         samples = np.vstack([parts[0], *(points[1:] for points in parts[1:])])
-        return part.tool_path(np.arange(len(samples)) * self.sample_s, samples)
+        path = part.tool_path(np.arange(len(samples)) * self.sample_s, samples)
+        return self._of_file(part, path)
 
     def _driven(self) -> Iterator[np.ndarray]:
         """Yield the samples of each stretch between two rests, both ends among them, (k, 3)."""

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.path.histories import ToolPath
 
-# Tool axes in the part frame: x = -z (approach), y = y, z = x.
-_PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+# Axes of an upright tool in the part frame: x = -z (approach), y = y, z = x.
+PART_FROM_TOOL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 # Axes of a tool at the sheet's back: x = z (approach), y = -y, z = x.
 _PART_FROM_SUPPORT = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -33,7 +33,7 @@ class Part:
 
         The tool keeps its orientation: its x axis points into the sheet.
         """
-        return self._path(time, points, _PART_FROM_TOOL)
+        return self._path(time, points, PART_FROM_TOOL)
 
     def support_path(self, time: np.ndarray, points: np.ndarray) -> ToolPath:
         """Return the path of a tool at the sheet's back: its x axis points the other way."""

@@ -17,7 +17,8 @@ from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
 from coupling.toolpaths.motion import Segment, drive, require_few
 from coupling.toolpaths.part import Part
-from coupling.toolpaths.task import ToolPathTable
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.upright import UprightPath
 
 # Points this close are one [m].
 _ONE = 1e-9
@@ -37,7 +38,7 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
-    def upright(self, part: Part) -> ToolPath:
+    def upright(self, part: Part) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -62,7 +63,7 @@ class ProgramPath(ToolPathTable):
         position, turned = np.vstack(positions), Rotation.concatenate(rotations)
         time = np.arange(len(position)) * self.sample_s
         in_world = part.position + part.rotation.apply(position)
-        return ToolPath(time, poses(in_world, part.rotation * turned))
+        return self._of_file(part, ToolPath(time, poses(in_world, part.rotation * turned)))
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:
         """Return what is driven without a rest: at one speed, without a corner."""

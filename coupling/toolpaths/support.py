@@ -106,16 +106,19 @@ Strategy = Callable[[np.ndarray, np.ndarray, Pinch], tuple[np.ndarray, np.ndarra
 STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed_height}
 
 
-def support_along(strategy: str, part: Part, forming: ToolPath, pinch: Pinch) -> Support:
+def support_along(
+    strategy: str, part: Part, forming: ToolPath, height: float, pinch: Pinch
+) -> Support:
     """Return what a supporting tool is to do along a forming path.
 
     Args:
         strategy: A name in STRATEGIES.
         part: Placement of the part.
         forming: Desired path of the forming tool.
+        height: How far its TCP is above the lowest point of its sphere, along the part's z axis [m].
         pinch: The tools.
     """
-    points = part.coordinates(forming.position[0])
+    points = part.coordinates(forming.position[0]) - [0.0, 0.0, height]
     # The sheet stays formed when the forming tool leaves it.
     depth = np.maximum.accumulate(np.maximum(-points[:, 2], 0.0))
     tips, direction = STRATEGIES[strategy](points, depth, pinch)

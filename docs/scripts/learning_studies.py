@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import tomli_w
+from scipy.spatial.transform import Rotation
 
 from coupling.case import Case, load_case
 from coupling.learn.alignment import aligned
@@ -22,7 +23,7 @@ from coupling.learn.next_case import next_case_text
 from coupling.learn.passes import Seen
 from coupling.learn.robot_file import learned_text
 from coupling.learn.source import Source, read_source
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.run.folder import write_run
 from coupling.run.models import Models
 from coupling.run.study import run_compensation
@@ -84,6 +85,7 @@ class Trial:
 
     Attributes:
         noise: Standard deviation of a coordinate [m].
+        turn_noise: Standard deviation of an orientation [rad]; 0: positions only.
         seconds: How much of a pass is measured [s].
         every: Every so many samples of 4 ms.
         passes: Number of passes that are learned from.
@@ -91,6 +93,7 @@ class Trial:
     """
 
     noise: float = 1e-5
+    turn_noise: float = 0.0
     seconds: float = np.inf
     every: int = 1
     passes: int = 2
@@ -190,8 +193,8 @@ class Shop:
         write_run(folder, case, run_compensation(case))
         return folder
 
-    def moved(self, run: Path, truth: Truth, command: JointPath | None = None) -> np.ndarray:
-        """Return where the tool really is under a run's command, in axes of the base [m], (n, 3)."""
+    def moved(self, run: Path, truth: Truth, command: JointPath | None = None) -> ToolPath:
+        """Return the path that the tool really takes under a run's command, in axes of the base."""
         source = _unseen(run)
         placed = self._case(self._first).robots[0]
         nominal, chain = Parameters.of(placed.description), build_chain(placed.description)
@@ -203,33 +206,36 @@ class Shop:
         curve = truth.torque_curve or placed.torque_curve
         fmu = self._models.of(placed.description, curve).fmu
         wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
-        path = fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
-        return path.position[0]
+        return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
 
-    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, where: np.ndarray) -> Seen:
-        """Return what is measured of where the tool really is."""
+    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath) -> Seen:
+        """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
         time, at = source.stored.desired.time, source.placement
         rows = np.flatnonzero(time <= min(time[-1] - CUT, trial.seconds))[:: trial.every]
         noise = trial.noise * rng.standard_normal((len(rows), 3))
-        seen = at.position + at.rotation.apply(where[rows] + noise)
-        return Seen("measured.csv", time[rows], seen)
+        seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
+        held = None
+        if trial.turn_noise > 0.0:
+            turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
+            held = at.rotation * turns * path.rotations[0][rows]
+        return Seen("measured.csv", time[rows], seen, held)
 
-    def off(self, run: Path, where: np.ndarray) -> np.ndarray:
+    def off(self, run: Path, path: ToolPath) -> np.ndarray:
         """Return how far the tool really is from its desired path [m], (n, 3)."""
         desired = _unseen(run).stored.desired
         judged = desired.time <= desired.time[-1] - CUT
-        off: np.ndarray = (where - desired.position[0])[judged]
+        off: np.ndarray = (path.position[0] - desired.position[0])[judged]
         return off
 
     def learned(self, truth: Truth, trial: Trial = _PLAIN, seed: int = 1) -> Learning:
         """Measure, learn, command and measure again."""
         run, sources = self._first, []
-        where = self.moved(run, truth)
-        off, found, seconds = [self.off(run, where)], [], []
+        path = self.moved(run, truth)
+        off, found, seconds = [self.off(run, path)], [], []
         for number in range(trial.passes):
-            seen = self.seen(run, truth, trial, seed + number, where)
+            seen = self.seen(run, truth, trial, seed + number, path)
             sources.append(read_source(run, seen))
             begin = clock.perf_counter()
             told = learn(sources, Options(draws=trial.draws), self._models)
@@ -237,8 +243,8 @@ class Shop:
             found.append(told)
             if not told.refusal:
                 run = self.commanded(run, told)
-                where = self.moved(run, truth)
-            off.append(self.off(run, where))
+                path = self.moved(run, truth)
+            off.append(self.off(run, path))
             print(truth.name, *map(Left.of, off), *(f"{s:.1f} s" for s in seconds), flush=True)
         return Learning(tuple(map(Left.of, off)), tuple(found), tuple(seconds), tuple(off))
 
@@ -255,9 +261,9 @@ class Shop:
         source = _unseen(self._first)
         command, found = source.stored.joints, []
         for number in range(trial.passes + 1):
-            where = self.moved(self._first, truth, command)
-            found.append(Left.of(self.off(self._first, where)))
-            seen = self.seen(self._first, truth, trial, seed + number, where)
+            path = self.moved(self._first, truth, command)
+            found.append(Left.of(self.off(self._first, path)))
+            seen = self.seen(self._first, truth, trial, seed + number, path)
             seen = read_source(self._first, seen).seen
             seen = aligned(seen, source.stored.desired, own_frame=False)
             deviation, offset = measured_deviation(seen, source.stored.desired)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import plotly.graph_objects as go
 import tomli_w
 
 from coupling.files.robot_file import find_robot
+from coupling.learn.learning import Learned
 from docs.scripts.learning_studies import (
     DEPTH,
     Learning,
@@ -39,6 +40,8 @@ SEEDS = (11, 12, 13, 14, 15)
 CUT_OFFS = (1.0, 2.0, 3.0, 5.0)
 # Half width of the play that the second robot is given [rad].
 PLAY = 1e-4
+# Noise of measured orientations [rad].
+TURN_NOISE = 2e-5
 
 
 @cache
@@ -67,14 +70,28 @@ def robots() -> str:
 
 
 def intervals() -> str:
-    """Return how far what is told was off, and how often its interval held the truth."""
+    """Return how far what one pass tells was off, and how often its interval held the truth."""
+    return _of_intervals([own.found[0] for own in _hidden()])
+
+
+def orientations() -> str:
+    """Return the same with orientations beside the positions."""
+    shop, trial = cone(), Trial(passes=1, turn_noise=TURN_NOISE)
+    found = [shop.learned(hidden(shop.robot, seed), trial, seed) for seed in SEEDS]
+    return _of_intervals([own.found[0] for own in found])
+
+
+def _of_intervals(found: Sequence[Learned]) -> str:
     errors: dict[str, list[tuple[float, float, float]]] = {}
-    for seed, found in zip(SEEDS, _hidden(), strict=True):
+    for seed, one in zip(SEEDS, found, strict=True):
         truth = hidden(cone().robot, seed)
-        for kind, own in of_kinds(found.found[0], truth).items():
+        for kind, own in of_kinds(one, truth).items():
             errors.setdefault(kind, []).extend(own)
     rows = []
     for kind, own in errors.items():
+        if not own:
+            rows.append((kind, "0", "", "", "", ""))
+            continue
         error, half, held = np.array(own).T
         rows.append(
             (
@@ -99,6 +116,7 @@ def trials() -> str:
         ("noise 30 um", truth, Trial(noise=3e-5, passes=1)),
         ("noise 100 um", truth, Trial(noise=1e-4, passes=1)),
         ("noise 30 um, 50 Hz", truth, Trial(noise=3e-5, every=5, passes=1)),
+        ("orientations, 20 urad", truth, Trial(turn_noise=TURN_NOISE, passes=1)),
         ("12 s measured", truth, Trial(seconds=12.0, passes=1)),
         ("the wrench is 5 % more", changed(truth, force=1.05), one),
         ("its gaps have round edges", changed(truth, torque_curve="spline"), one),
@@ -174,6 +192,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "picture": picture,
     "hidden": robots,
     "intervals": intervals,
+    "orientations": orientations,
     "trials": trials,
     "mirror": mirror,
 }

@@ -29,7 +29,7 @@ from coupling.report.place_page import map_figure
 from coupling.robot.difference import Difference
 from coupling.run.models import Models, cell_of
 from coupling.run.robustness import differing
-from coupling.solve.fixed_point import Loop
+from coupling.run.study import loop_of
 from docs.scripts.learning_studies import DEPTH, Shop, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
@@ -112,16 +112,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
     found = []
     with Models(case.fmu) as fmus:
         cell, models = cell_of(case.robots, fmus)
-        loop = Loop(
-            cell,
-            case.process,
-            case.mode,
-            case.coupling.new_scheme(),
-            case.coupling.tolerance(),
-            case.coupling.max_evaluations,
-            case.controller,
-        )
-        correction = case.method.correct(loop, case.desired)
+        correction = case.method.correct(loop_of(case, cell), case.desired)
         for factor in FACTORS:
             other = differing(cell, models, [Difference(backlash=(factor,))], "another backlash")
             path = other.simulate(correction.joints, correction.answer.wrench, "dynamic")

@@ -166,7 +166,7 @@ R_FORMING, R_SUPPORT, GAP = 5e-3, 6e-3, 1.2e-3
 def supported(strategy: str) -> tuple[np.ndarray, np.ndarray, Support]:
     part, desired = cone_task()
     pinch = Pinch(np.deg2rad(40.0), GAP, 2 * R_FORMING, 2 * R_SUPPORT)
-    found = support_along(strategy, part, desired, pinch)
+    found = support_along(strategy, part, desired, 0.0, pinch)
     forming, behind = (part.coordinates(path.position[0]) for path in (desired, found.desired))
     return forming, behind, found
 

@@ -65,8 +65,16 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert status == 0, said
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "process, at most" in forced
-    assert "no gear changes its flank" in forced
+    assert "N a wrong backlash would show of no gear at the tool" in forced
+
+
+def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path, checked):
+    """All that is known of them is that a wrong backlash would not show."""
+    curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
+    status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")
+    assert status == 0, said
+    assert "a wrong backlash would show of no gear" in said
+    assert "flank" not in said
 
 
 def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path, checked):

@@ -40,7 +40,7 @@ def path(folder: Path, *lines: str, **keys: float):
     file = folder / "program.ngc"
     file.write_text("\n".join(lines))
     data = {"kind": "gcode", "file": str(file), **keys}
-    return validate(data, GcodePath, CaseError, "tool_path").upright(PART)
+    return validate(data, GcodePath, CaseError, "tool_path").path(PART)
 
 
 def number(value: float) -> str:

@@ -43,7 +43,7 @@ def path(folder, name: str, text: str, **keys: object):
     table = GcodePath if name.endswith(".ngc") else ProgramPath
     kind = "gcode" if table is GcodePath else "program"
     data = {"kind": kind, "file": str(folder / name), **keys}
-    return validate(data, table, CaseError, "tool_path").upright(PART)
+    return validate(data, table, CaseError, "tool_path").path(PART)
 
 
 def test_the_same_points_are_the_same_path_in_every_language(tmp_path):

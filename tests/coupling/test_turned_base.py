@@ -19,7 +19,7 @@ from coupling.errors import CaseError
 from coupling.path.deviation import measure
 from coupling.run.ssp import write_ssp
 from coupling.run.study import run_coupling
-from coupling.toolpaths.tilt import APPROACH, ToolTilt
+from coupling.toolpaths.tilt import APPROACH
 
 BASE = [7.0, -4.0, 20.0]
 
@@ -121,9 +121,6 @@ def test_a_tilted_tool_is_turned_about_the_parts_axes_and_its_own(tmp_path):
     expected = part.rotation * turn * upright * Rotation.from_euler("x", 40.0, degrees=True)
     assert (expected * tilted.desired.rotations[0][3].inv()).magnitude() < 1e-12
     np.testing.assert_array_equal(tilted.desired.position, plain.desired.position)
-    tilt = ToolTilt(*np.deg2rad([12.0, -25.0, 40.0]).tolist())
-    back = tilt.along_path(tilt.part_from_tool(upright))
-    assert (back * upright.inv()).magnitude() < 1e-12
 
 
 def test_the_tcp_stays_the_lowest_point_of_the_tools_sphere(tmp_path):
@@ -158,26 +155,27 @@ def test_forces_do_not_know_how_the_tool_is_held_by_its_sphere(tmp_path):
         np.testing.assert_allclose(forces[1], forces[0], rtol=0, atol=1e-5)
 
 
-def test_a_sphere_on_a_tool_that_is_turned_along_its_path_is_refused(tmp_path):
+def test_a_sphere_on_a_tool_that_is_turned_along_its_path_is_led_by_its_centre(tmp_path):
+    """Tilted, its centre stays where the rows alone have it; with other processes the tip stays."""
     rows = ["time,x,y,z,qx,qy,qz,qw"]
     for k in range(12):
-        x, y, z, w = Rotation.from_euler("z", 0.01 * k).as_quat()
+        about = Rotation.from_euler("yz", [90.0 + 2.0 * k, 3.0 * k], degrees=True)
+        x, y, z, w = about.as_quat()
         rows.append(f"{0.1 * k},{0.001 * k},0,0,{x},{y},{z},{w}")
     (tmp_path / "path.csv").write_text("\n".join(rows))
     path = {"kind": "csv", "file": str(tmp_path / "path.csv")}
     data = tomllib.loads((CASES / "cone.toml").read_text())
-    data["process"] |= {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
-    file = tmp_path / "case.toml"
-    data["tool_path"] = path | {"rotation_deg": 30.0}
-    file.write_text(tomli_w.dumps(data))
-    load_case(file)
-    data["tool_path"] = path | {"lead_deg": 5.0}
-    file.write_text(tomli_w.dumps(data))
-    with pytest.raises(CaseError, match="lead_deg, lean_deg: expected a path along which the tool"):
-        load_case(file)
-    data["process"] = {"model": "elastic-wall", "stiffness_N_m": 1e4}
-    file.write_text(tomli_w.dumps(data))
-    load_case(file)
+    wall = data["process"] | {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
+    file, found = tmp_path / "case.toml", []
+    for process in (wall, {"model": "elastic-wall", "stiffness_N_m": 1e4}):
+        for tilt in ({"rotation_deg": 30.0}, {"lead_deg": 5.0}):
+            file.write_text(tomli_w.dumps(data | {"process": process, "tool_path": path | tilt}))
+            found.append(load_case(file))
+    plain, tilted, tip, tilted_tip = (case.desired for case in found)
+    centre = plain.position[0] - 0.005 * plain.rotations[0].apply(APPROACH)
+    np.testing.assert_allclose(tilted.position[0], centre, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(tilted_tip.position, tip.position)
+    np.testing.assert_array_equal(found[1].task.contact, np.zeros(3))
 
 
 @pytest.mark.parametrize(

@@ -8,95 +8,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from circling_robots import HOME, NOISE, Robots
 from places import CASES
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
-from coupling.events import unwatched
 from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import MovingRobot
 from coupling.learn.effect import Effect
-from coupling.learn.fit import Fitter
 from coupling.learn.judge import floating
 from coupling.learn.mirrored import mirrored
 from coupling.learn.next_case import next_case_text
 from coupling.learn.parameters import changed, factors_between, learnables, robot_with
-from coupling.learn.passes import Pass, Seen
-from coupling.learn.problem import Problem
+from coupling.learn.passes import Seen
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
 from coupling.learn.spread import spread_of, spread_of_fit
-from coupling.path.controller import Controller
-from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.interpolation import InterpolatedPath
+from coupling.path.histories import WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.moving import Inverter
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
-from elastic_robot.description import Robot
-
-HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
-NOISE = 1e-5
-
-
-def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
-    """Horizontal circles from rest to rest, under a force that turns with them."""
-    time = np.linspace(0.0, seconds, round(seconds / 0.02) + 1)
-    part = time / seconds
-    turn = 2.0 * np.pi * turns * (part - np.sin(2.0 * np.pi * part) / (2.0 * np.pi))
-    position = np.stack(
-        [1.6 + 0.05 * np.cos(turn), 0.05 * np.sin(turn), np.full(len(time), 0.8)], axis=1
-    )
-    turned = np.tile(Rotation.from_euler("y", 90.0, degrees=True).as_quat(), (len(time), 1))
-    path = ToolPath(time, np.hstack([position, turned]))
-    pressed = 4.0 * part * (1.0 - part) * 250.0
-    force = pressed[:, None] * np.stack([-np.cos(turn), -np.sin(turn), np.ones(len(time))], axis=1)
-    rigid = InverseKinematics(robot, HOME).plan(path)
-    return Wanted(path, rigid, WrenchHistory.of_forces(time, [force]))
-
-
-class Robots:
-    """The example robot, its command for the circles, and robots that differ from it."""
-
-    def __init__(self, robot: Robot, models: Models) -> None:
-        self.robot, self.models = robot, models
-        self.wanted = circles(robot)
-        self.parameters = learnables(robot, "backlash")
-        self.fmu = models.of(robot, "backlash").fmu
-        self.time = np.arange(0.0, 9.0 + 1e-9, 0.004)
-        self.wrench = self.wanted.wrench.held(self.time)
-        self.desired = InterpolatedPath(self.wanted.path).position(self.time)
-        self.command = self.commanded(np.zeros(len(self.parameters)))
-
-    def commanded(self, x: np.ndarray):
-        """The command for the robot with log factors x."""
-        robot = robot_with(self.robot, self.parameters, x)
-        inverter = Inverter(MovingRobot(robot, "backlash"), self.models.of(robot, "backlash").fmu)
-        return inverter.invert(self.wanted, Controller(), 1e-6, unwatched).joints
-
-    def moved(self, x: np.ndarray, command=None) -> np.ndarray:
-        """Where the tool of the robot with log factors x is."""
-        values = changed(self.parameters, x)
-        path = self.fmu.simulate(command or self.command, self.wrench, "dynamic", values)
-        return path.position[0]
-
-    def measured(self, where: np.ndarray, every: int = 1) -> Pass:
-        rows = np.arange(0, len(self.time), every)
-        noise = NOISE * np.random.default_rng(4).standard_normal((len(rows), 3))
-        seen = Seen("measured.csv", self.time[rows], where[rows] + noise)
-        desired = ToolPath(self.time, np.tile([0, 0, 0, 0, 0, 0, 1.0], (len(self.time), 1)))
-        return Pass(self.command, self.wrench, desired, self.wanted, seen)
-
-    def fitter(self, one: Pass) -> Fitter:
-        effect = Effect(self.robot, "backlash", self.parameters, one)
-        return Fitter(Problem((self.fmu,), self.parameters, (one,), (effect,)))
-
-    def factors(self, **kinds: float) -> np.ndarray:
-        """Log factors of the parameters of all gears, by kind; tilts as they are."""
-        return np.array(
-            [0.0 if p.gear is None else np.log(kinds.get(p.kind, 1.0)) for p in self.parameters]
-        )
 
 
 @pytest.fixture(scope="module")
@@ -159,13 +91,16 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
     inner = (mean.time > 1.0) & (mean.time < 8.0)
     effect = Effect(tight.robot, "backlash", tight.parameters, one)
     columns = mean(effect.columns(zero, time))[inner]
-    here = one.simulated(tight.fmu, {}).position(time)
+    turned = replace(one, seen=replace(one.seen, rotation=Rotation.identity(len(time))))
+    here = turned.simulated(tight.fmu, {}).pose(time)
     for k, parameter in enumerate(tight.parameters):
         if parameter.kind == "damping":  # nanometres
             continue
         values = changed(tight.parameters, np.where(np.arange(len(zero)) == k, 0.01, 0.0))
-        moved = mean(one.simulated(tight.fmu, values).position(time) - here)[inner]
-        assert np.abs(0.01 * columns[:, :, k] - moved).max() < 0.01 * np.abs(moved).max()
+        moved = mean(turned.simulated(tight.fmu, values).pose(time) - here)[inner]
+        for part in (slice(3), slice(3, 6)):
+            off = 0.01 * columns[:, part, k] - moved[:, part]
+            assert np.abs(off).max() < 0.01 * np.abs(moved[:, part]).max()
 
 
 def test_a_correction_moves_the_undeflected_tool_by_the_slow_part(robots):

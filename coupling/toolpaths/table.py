@@ -1,0 +1,88 @@
+"""What every tool path of the case file has in common."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from coupling.errors import CaseError
+from coupling.files.toml_file import Schema
+from coupling.path.histories import ToolPath
+from coupling.toolpaths.feed import headings_along
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.task import Task
+from coupling.toolpaths.tilt import ToolTilt
+from coupling.toolpaths.upright import UprightPath
+
+# A tool's tilt: it comes from above.
+Tilt = Annotated[float, Field(gt=-90.0, lt=90.0)]
+# Highest rate at which a path may turn its tool [rad/s].
+FASTEST = np.pi
+
+
+class ToolPathTable(Schema, ABC):
+    """Base of the case file's tool paths; a table answers `upright(part)`, and all else follows.
+
+    Keys: lead_deg and lean_deg tilt the tool, rotation_deg turns it about its own axis before.
+    tilt_frame tells what the tilt is measured from: "part", the part's axes, lead about y and lean
+    about x, or "path", feed and normal of the path, lead forward and lean to the right.
+    """
+
+    tilt_frame: Literal["part", "path"] = "part"
+    lead_deg: Tilt = 0.0
+    lean_deg: Tilt = 0.0
+    rotation_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+
+    @abstractmethod
+    def upright(self, part: Part) -> UprightPath:
+        """Return the tool path in the world before the tool is turned.
+
+        Raises:
+            CaseError: If there is none, or tilts are measured from a feed that it does not have.
+        """
+
+    def _of_file(self, part: Part, path: ToolPath) -> UprightPath:
+        """Return a path as a file tells it, with its feed where the tilt is measured from it."""
+        upright = UprightPath(part, path)
+        return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
+
+    @property
+    def upright_lean_deg(self) -> float:
+        """The lean of a tool without lead that stands upright; other than 0 along an inclined wall."""
+        return 0.0
+
+    @property
+    def tilt(self) -> ToolTilt:
+        """How the tool is turned."""
+        lean = self.lean_deg - self.upright_lean_deg
+        return ToolTilt(*np.deg2rad([self.lead_deg, lean, self.rotation_deg]).tolist())
+
+    def path(self, part: Part) -> ToolPath:
+        """Return the path of the tool's tip in the world.
+
+        Raises:
+            CaseError: As for `upright`, or if the tool is turned too fast along it.
+        """
+        path = self.upright(part).tilted(self.tilt)
+        if self.tilt_frame == "path":
+            _require_slow_turns(path)
+        return path
+
+    def task(self, part: Part) -> Task:
+        """Return what is to be made along the path, its TCP being the tool's tip."""
+        return Task(part, self.path(part))
+
+
+def _require_slow_turns(path: ToolPath) -> None:
+    (held,) = path.rotations
+    rate = (held[1:] * held[:-1].inv()).magnitude() / np.diff(path.time)
+    if rate.max() > FASTEST:
+        k = int(np.argmax(rate))
+        raise CaseError(
+            "tool_path: tilt_frame: expected a path that turns its tool by at most"
+            f" {np.rad2deg(FASTEST):.0f} deg/s, got {np.rad2deg(rate[k]):.4g} deg/s at"
+            f" {path.time[k]:.4g} s: let it rest in its corners for longer, or tilt it less"
+        )

@@ -1,0 +1,88 @@
+"""The example robot on circles, and robots that differ from it in what is learned."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.events import unwatched
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.learn.effect import Effect
+from coupling.learn.fit import Fitter
+from coupling.learn.parameters import changed, learnables, robot_with
+from coupling.learn.passes import Pass, Seen
+from coupling.learn.problem import Problem
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import InterpolatedPath
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.robot.moving import Inverter
+from coupling.run.models import Models
+from elastic_robot.description import Robot
+
+HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+NOISE = 1e-5
+
+
+def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
+    """Horizontal circles from rest to rest, under a force that turns with them."""
+    time = np.linspace(0.0, seconds, round(seconds / 0.02) + 1)
+    part = time / seconds
+    turn = 2.0 * np.pi * turns * (part - np.sin(2.0 * np.pi * part) / (2.0 * np.pi))
+    position = np.stack(
+        [1.6 + 0.05 * np.cos(turn), 0.05 * np.sin(turn), np.full(len(time), 0.8)], axis=1
+    )
+    turned = np.tile(Rotation.from_euler("y", 90.0, degrees=True).as_quat(), (len(time), 1))
+    path = ToolPath(time, np.hstack([position, turned]))
+    pressed = 4.0 * part * (1.0 - part) * 250.0
+    force = pressed[:, None] * np.stack([-np.cos(turn), -np.sin(turn), np.ones(len(time))], axis=1)
+    rigid = InverseKinematics(robot, HOME).plan(path)
+    return Wanted(path, rigid, WrenchHistory.of_forces(time, [force]))
+
+
+class Robots:
+    """The example robot, its command for the circles, and robots that differ from it."""
+
+    def __init__(self, robot: Robot, models: Models) -> None:
+        self.robot, self.models = robot, models
+        self.wanted = circles(robot)
+        self.parameters = learnables(robot, "backlash")
+        self.fmu = models.of(robot, "backlash").fmu
+        self.time = np.arange(0.0, 9.0 + 1e-9, 0.004)
+        self.wrench = self.wanted.wrench.held(self.time)
+        self.path = InterpolatedPath(self.wanted.path).at(self.time)
+        self.desired = self.path.position[0]
+        self.command = self.commanded(np.zeros(len(self.parameters)))
+
+    def commanded(self, x: np.ndarray) -> JointPath:
+        """The command for the robot with log factors x."""
+        robot = robot_with(self.robot, self.parameters, x)
+        inverter = Inverter(MovingRobot(robot, "backlash"), self.models.of(robot, "backlash").fmu)
+        return inverter.invert(self.wanted, Controller(), 1e-6, unwatched).joints
+
+    def moved(self, x: np.ndarray, command: JointPath | None = None) -> np.ndarray:
+        """Where the tool of the robot with log factors x is."""
+        return self.taken(x, command).position[0]
+
+    def taken(self, x: np.ndarray, command: JointPath | None = None) -> ToolPath:
+        """Path of the tool of the robot with log factors x."""
+        values = changed(self.parameters, x)
+        return self.fmu.simulate(command or self.command, self.wrench, "dynamic", values)
+
+    def measured(self, where: np.ndarray, every: int = 1) -> Pass:
+        """What is measured of where the tool is, every so many samples of 4 ms."""
+        rows = np.arange(0, len(self.time), every)
+        noise = NOISE * np.random.default_rng(4).standard_normal((len(rows), 3))
+        seen = Seen("measured.csv", self.time[rows], where[rows] + noise)
+        return Pass(self.command, self.wrench, self.path, self.wanted, seen)
+
+    def fitter(self, one: Pass) -> Fitter:
+        """What fits a pass."""
+        effect = Effect(self.robot, "backlash", self.parameters, one)
+        return Fitter(Problem((self.fmu,), self.parameters, (one,), (effect,)))
+
+    def factors(self, **kinds: float) -> np.ndarray:
+        """Log factors of the parameters of all gears, by kind; tilts as they are."""
+        return np.array(
+            [0.0 if p.gear is None else np.log(kinds.get(p.kind, 1.0)) for p in self.parameters]
+        )

@@ -1,0 +1,166 @@
+"""Placing a case whose tool's tilt is measured from its path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.errors import CaseError, PlanningError
+from coupling.files.csv_table import POSE_COLUMNS, write_table
+from coupling.path.deviation import measure
+from coupling.place.moved import Moved
+from coupling.place.place import best_of
+from coupling.place.placing import placing
+from coupling.place.settings import NAMES
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.study import run_compensation
+from docs.scripts.runs import example
+
+FREE = {"settings": 128, "cases": 1, "optimise": "stiffness"}
+KINDS = {
+    "cone": {"depth_m": 0.0005, "radius_m": 0.02},
+    "pyramid": {"kind": "pyramid", "depth_m": 0.0005, "radius_m": 0.01, "turn_s": 2.0},
+}
+
+
+def task_of(name: str, tool_path: dict | None = None, **place_keys: object):
+    path = KINDS[name] | {"tilt_frame": "path", "lean_deg": 45.0} | (tool_path or {})
+    case = example("cone", tool_path=path, place=FREE | place_keys)
+    return placing(case, case.process)
+
+
+def written(task, setting: np.ndarray, folder: Path):
+    file = folder / "case.toml"
+    file.write_text(tomli_w.dumps(task.content(setting, task.case.robots[0].home)))
+    return load_case(file)
+
+
+def require_as_in_cases(task, folder: Path) -> None:
+    """Poses to rounding, angular rates and accelerations to differences of the cases' own paths."""
+    rows = np.linspace(5, task.stations.count - 6, 40).astype(int)
+    settings = task.ranges.sampled(4, seed=3)
+    placed = task.cell.placed(settings)
+    moved = Moved(placed, task.cell.sphere_radius, task.stations.chosen(rows))
+    places, all_ = np.arange(len(rows)), np.arange(len(settings))
+    targets, motion = moved.targets(places, all_), moved.motion(places, all_)
+    shape = (3, len(rows), len(settings))
+    for k, setting in enumerate(settings):
+        case = written(task, setting, folder)
+        base_from_world = case.robots[0].placement.rotation.inv()
+        held = base_from_world * case.desired.rotations[0]
+        matrix = held[rows].as_matrix()
+        for column in range(3):
+            own = targets.tool[column].reshape(shape)[:, :, k].T
+            np.testing.assert_allclose(own, matrix[:, :, column], atol=1e-9)
+        at = base_from_world.apply(case.desired.position[0][rows])
+        np.testing.assert_allclose(targets.position.reshape(shape)[:, :, k].T, at, atol=1e-9)
+        step = case.desired.time[1] - case.desired.time[0]
+        forth, back = (held[rows + sign] * held[rows].inv() for sign in (1, -1))
+        spin = (forth.as_rotvec() - back.as_rotvec()) / (2.0 * step)
+        rate = (forth.as_rotvec() + back.as_rotvec()) / step**2
+        for got, expected, allowed in ((motion.spin, spin, 2e-3), (motion.spin_rate, rate, 5e-3)):
+            own = got.reshape(shape)[:, :, k].T
+            np.testing.assert_allclose(own, expected, atol=allowed * np.abs(expected).max())
+        shift = task.cell.sphere_radius * np.array([-1.0, 0.0, 0.0])
+        np.testing.assert_array_equal(targets.tcp_shift, np.repeat(shift[:, None], shape[1] * 4, 1))
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
+    require_as_in_cases(task_of(name, tool_path={"sample_s": 0.005}), tmp_path)
+
+
+def test_where_the_tool_goes_round_every_place_is_reached_from_one_near_it():
+    """One setting at all places at once, as it is judged: wherever a few places are reached."""
+    task = task_of("cone", lean_deg=[0.0, 25.0])
+    every = task.stations.strongest()
+    few = every.chosen(np.arange(0, every.count, 12))
+    tried = task.ranges.sampled(8, seed=2)
+    near = task.screen(few).figures(tried)
+    well = tried[near.reached & (near.regularity > 0.03)]
+    assert len(well) >= 4
+    screen = task.screen(every)
+    for setting in well:
+        assert np.isfinite(screen.lanes(setting[None]).q).all()
+
+
+def test_ranges_of_a_lean_from_the_wall_are_about_the_upright_tool():
+    low, high = (np.rad2deg(ends) for ends in vars(task_of("cone").ranges).values())
+    lean = NAMES.index("lean")
+    assert (low[lean], high[lean]) == (pytest.approx(15.0), pytest.approx(75.0))
+    with pytest.raises(CaseError, match="place: lean_deg: expected at least -44 from the wall's"):
+        task_of("cone", lean_deg=[-60.0, 0.0])
+
+
+def test_a_case_that_is_placed_so_is_an_ordinary_one(tmp_path):
+    """Its command takes the tool along its path; a process of a tool held otherwise is asked anew."""
+    task = task_of("cone")
+    setting = task.present.copy()
+    setting[NAMES.index("lean")] = np.deg2rad(30.0)
+    asked = []
+
+    def process_of(case):
+        asked.append(case.tool_path.lean_deg)
+        return case.process
+
+    (best,) = best_of(task, setting[None], process_of)
+    assert asked == [30.0]
+    file = tmp_path / "placed.toml"
+    file.write_text(best.content)
+    case = load_case(file)
+    assert case.tool_path.tilt_frame == "path"
+    again = placing(case, case.process)
+    np.testing.assert_allclose(again.present, setting, atol=1e-9)
+    figures = again.screen(again.stations.strongest()).figures(setting[None])
+    np.testing.assert_allclose(figures.deviation, best.figures.deviation, rtol=1e-6)
+    run = run_compensation(case)
+    assert run.correction.converged
+    assert measure(run.correction.achieved, run.desired).maximum < 1e-5
+
+
+def test_a_setting_that_turns_the_tool_too_fast_is_none():
+    task = task_of("pyramid", tool_path={"turn_s": 0.4})
+    setting = task.present.copy()
+    setting[NAMES.index("lean")] = np.deg2rad(16.0)
+    with pytest.raises(PlanningError, match="turns its tool by at most 180 deg/s"):
+        best_of(task, setting[None], lambda case: case.process)
+
+
+@pytest.mark.parametrize("frame", ["path", "part"])
+def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path):
+    """With tilts from its path or from the part: the TCP is the centre of the sphere."""
+    u = np.linspace(0.0, 1.0, 401)
+    part = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    upright = Rotation.from_euler("y", 90.0, degrees=True)
+    turns = Rotation.from_rotvec(part[:, None] * [0.3, -0.4, 0.5])
+    held = Rotation.from_rotvec(0.3 * np.outer(np.sin(3.0 * part), [1, 0, 0])) * turns * upright
+    position = 0.1 * np.column_stack([part, 0.3 * part**2, -0.1 * part])
+    file = tmp_path / "line.csv"
+    rows = np.column_stack([2.0 * u, position, held.as_quat()])
+    write_table(file, ("time", *POSE_COLUMNS), rows)
+    own = dict(example("cone").resolved)
+    own["tool_path"] = {"kind": "csv", "file": str(file), "tilt_frame": frame}
+    own["process"] = own["process"] | {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
+    own["place"] = FREE
+    text = tmp_path / "placed.toml"
+    text.write_text(tomli_w.dumps(own))
+    case = load_case(text)
+    task = placing(case, case.process)
+    assert task.stations.centered
+    require_as_in_cases(task, tmp_path)
+    # And the robot's joints are those of the planned case.
+    tried = task.ranges.sampled(6, seed=2)
+    lanes = task.screen(task.stations.chosen(np.arange(0, 401, 40))).lanes(tried)
+    reached = np.flatnonzero(np.isfinite(lanes.q[0, 0]))
+    assert len(reached)
+    for k in reached:
+        placed = written(task, tried[k], tmp_path)
+        robot = placed.robots[0]
+        planner = InverseKinematics(robot.description, lanes.q[0, :, k])
+        (exact,) = planner.plan(robot.placement.path_in_base(placed.desired)).q
+        np.testing.assert_allclose(lanes.q[:, :, k], exact[::40], atol=1e-6)
