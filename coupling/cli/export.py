@@ -35,7 +35,7 @@ def export(
         str | None, typer.Option(help="Name of the program; that of the run folder unless given.")
     ] = None,
     tolerance: Annotated[
-        float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool [um].")
+        float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool, in um.")
     ] = 1e6 * TOLERANCE,
     cycle_ms: Annotated[
         float | None,

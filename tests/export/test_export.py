@@ -35,7 +35,7 @@ position_m = {part}
 
 [tool_path]
 kind     = "line"
-points_m = [[0.0, 0.0, 0.0], [0.03, 0.0, -0.002], [0.03, 0.02, -0.002]]
+points_m = [[0.0, 0.0, 0.0], [0.02, 0.01, -0.002]]
 feed_m_s = 0.1
 blend_s  = 0.1
 
@@ -164,7 +164,7 @@ def test_a_loss_that_cannot_be_kept_is_said(run, command, monkeypatch):
 def test_a_cell_has_a_program_for_each_robot(tmp_path, command):
     case = (Path(__file__).parents[2] / "examples" / "cases" / "two_robots.toml").read_text()
     quick = case.replace("depth_m        = 0.005", "depth_m        = 0.0005").replace(
-        "0.06", "0.01"
+        "0.06", "0.002"
     )
     out = ran(tmp_path, quick)
     done = command("export", out, "--to", "rapid")
