@@ -8,13 +8,13 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour, one is make milling.
-PAGES = figures inverse robin study identify learn comparison milling two-robots place export sheet-fem measured-sheet commands masters-table performance real-time inverse-time trust
+PAGES = figures inverse robin study identify learn comparison milling two-robots place export notebook sheet-fem measured-sheet commands masters-table performance real-time inverse-time trust
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: run test fuzz emulators docs $(PAGES) masters clean
+.PHONY: notebooks run test fuzz emulators docs $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -49,6 +49,13 @@ masters: .venv/masters
 .venv/masters: .venv/installed requirements-masters.lock requirements-cofmupy.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-masters.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade --target .venv/cofmupy -r requirements-cofmupy.lock
+	touch $@
+
+# What the test of the notebook needs; skipped without.
+notebooks: .venv/notebooks
+
+.venv/notebooks: .venv/installed requirements-notebook.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-notebook.lock
 	touch $@
 
 .venv/installed: pyproject.toml requirements.lock

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from rich.console import Console
 
 from coupling.case import Case, load_case
+from coupling.check.checked import checked
+from coupling.check.estimate import estimated, timed
+from coupling.check.words import robot_lines
 from coupling.cli.arguments import CaseFile
 from coupling.events import Progress
 from coupling.path.histories import WrenchHistory
-from coupling.process import Answer
-from coupling.run.console import RunView, gear_lines
-from coupling.run.gear_loads import diagnose_robot, wanted_of
+from coupling.report.check_page import write_check_page
+from coupling.run.console import RunView
+from coupling.solve.inverse import Inverse
 
 
 def check(
     case: CaseFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Page; results/<case>_check.html unless given."),
+    ] = None,
     evaluate: Annotated[
         bool,
         typer.Option(
@@ -28,34 +34,31 @@ def check(
         ),
     ] = False,
 ) -> None:
-    """Say whether a case can be run, and which gears a wrong backlash would show of; run nothing."""
+    """Say whether a case can be run, draw its path before the robot, estimate the time; run nothing."""
     console = Console()
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
-        answer = loaded.process.evaluate(loaded.desired) if evaluate else None
+        desired = loaded.desired
+        wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
+        loads = "the robot's own weight"
+        if evaluate:
+            answer, each = timed(loaded.process, desired)
+            wrench = answer.wrench
+            loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
-        lines = list(_lines(loaded, answer))
-    for line in lines:
+        robots = checked(loaded, wrench)
+    lines = [line for robot in robots for line in robot_lines(robot, loads)]
+    lines += [*loaded.task.remarks, *_time(loaded, each)]
+    file = output or Path("results", f"{case.stem}_check.html")
+    write_check_page(file, f"{loaded.name}: check", robots, lines)
+    for line in (*lines, f"Picture: {file}"):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def _lines(case: Case, answer: Answer | None) -> Iterator[str]:
-    """Yield what there is to say of a case, robot by robot."""
-    desired = case.desired
-    wrench = WrenchHistory(desired.time, np.zeros((*desired.pose.shape[:2], 6)))
-    loads = "the robot's own weight"
-    if answer is not None:
-        wrench = answer.wrench
-        loads = f"weight and process, at most {wrench.peak_force:.0f} N"
-    for placed, wanted in zip(case.robots, wanted_of(case.robots, desired, wrench), strict=True):
-        way = np.linalg.norm(np.diff(wanted.path.position[0], axis=0), axis=1).sum()
-        yield f"{placed.description.name}: {way:.3f} m of path in {desired.time[-1]:.1f} s"
-        angles = np.rad2deg(wanted.rigid.q[0])
-        for number, (low, high) in enumerate(
-            zip(angles.min(axis=0), angles.max(axis=0), strict=True), start=1
-        ):
-            yield f"  joint {number}: {low:.1f} to {high:.1f} deg"
-        at_risk = gear_lines(diagnose_robot(placed, wanted))
-        none = "a wrong backlash would show of no gear at the tool"
-        yield f"  under {loads}:" if at_risk else f"  under {loads} {none}"
-        yield from at_risk
+def _time(case: Case, each: float | None) -> list[str]:
+    """Return what there is to say of the time that a compensation would take."""
+    if each is None and case.process_table.FORMULA:
+        _, each = timed(case.process, case.desired)
+    if isinstance(case.method, Inverse):
+        return estimated(case.desired, case.method.max_rounds, each).lines()
+    return ["compensate: no estimate of the time for this method, which iterates robot and process"]

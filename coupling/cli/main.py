@@ -6,17 +6,20 @@ import signal
 import sys
 from collections.abc import Sequence
 from types import FrameType
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
+import elastic_robot
 from coupling.cli import (
     build,
     check,
+    completion,
     export,
     identify,
+    init,
     learn,
     mirror,
     place,
@@ -45,15 +48,15 @@ class _Commands(TyperGroup):
 
 app = typer.Typer(
     cls=_Commands,
-    help="Elastic robot: build its FMU, couple it with a process, compensate its path.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 _COMMANDS = (
+    init.init,
+    check.check,
     build.build,
     build.ssp,
-    check.check,
     runs.couple,
     runs.compensate,
     export.export,
@@ -65,9 +68,28 @@ _COMMANDS = (
     learn.learn,
     mirror.mirror,
     robots.robots,
+    completion.completion,
 )
 for _command in _COMMANDS:
     app.command()(_command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"elastic-robot {elastic_robot.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    """Elastic robot: build its FMU, couple it with a process, compensate its path."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -117,9 +117,11 @@ class ProcessTable(Schema, ABC):
 
     Attributes:
         WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
+        FORMULA: Whether an answer is that of a formula, which takes a moment only.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
+    FORMULA: ClassVar[bool] = False
 
     model: str
 

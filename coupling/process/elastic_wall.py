@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -47,6 +47,8 @@ class ElasticWall(MemorylessProcess):
 
 class ElasticWallTable(ProcessTable):
     """Keys: stiffness_N_m; point_m and normal (unit vector out of the wall) in the part frame."""
+
+    FORMULA: ClassVar[bool] = True
 
     model: Literal["elastic-wall"]
     stiffness_N_m: Annotated[float, Field(ge=0.0)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -131,6 +131,8 @@ class IsfForceLawTable(ProcessTable):
     four step-downs unless given.  In a cell support_share is the share of the forming force that the
     supporting tool takes, and pinch_stiffness_N_m that of the sheet between both tools.
     """
+
+    FORMULA: ClassVar[bool] = True
 
     model: Literal["isf-force-law"]
     sheet_thickness_m: Positive

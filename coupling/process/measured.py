@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -49,6 +49,8 @@ class MeasuredTable(ProcessTable):
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
     on the tool, and mx, my, mz [N m] about the TCP where they were measured.
     """
+
+    FORMULA: ClassVar[bool] = True
 
     model: Literal["measured"]
     file: FilePath

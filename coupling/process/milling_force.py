@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -183,6 +183,8 @@ class MillingForceTable(ProcessTable):
     "up" or "down", the latter two with radial_depth_m.  The axial depth is how far the tool's tip
     is below surface_z_m.
     """
+
+    FORMULA: ClassVar[bool] = True
 
     model: Literal["milling-force"]
     force: Literal["tooth-passing", "mean"] = "tooth-passing"

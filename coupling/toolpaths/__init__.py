@@ -2,8 +2,10 @@
 
 from coupling.toolpaths.contours import Cone, Pyramid
 from coupling.toolpaths.csv import CsvPath
+from coupling.toolpaths.gcode import GcodePath
 from coupling.toolpaths.iso9283 import Iso9283
 from coupling.toolpaths.line import Line
+from coupling.toolpaths.robot_program import ProgramPath
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 
@@ -13,6 +15,19 @@ TOOL_PATHS: dict[str, type[ToolPathTable]] = {
     "line": Line,
     "iso9283": Iso9283,
     "csv": CsvPath,
+    "gcode": GcodePath,
+    "program": ProgramPath,
 }
 
-__all__ = ["TOOL_PATHS", "Cone", "CsvPath", "Iso9283", "Line", "Pyramid", "Task", "ToolPathTable"]
+__all__ = [
+    "TOOL_PATHS",
+    "Cone",
+    "CsvPath",
+    "GcodePath",
+    "Iso9283",
+    "Line",
+    "ProgramPath",
+    "Pyramid",
+    "Task",
+    "ToolPathTable",
+]

@@ -11,7 +11,6 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, poses
-from coupling.toolpaths.feed import headings_along
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
@@ -51,6 +50,4 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], pose)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        if self.tilt_frame == "part":
-            return UprightPath(part, path)
-        return UprightPath(part, path).headed(headings_along(path))
+        return self._of_file(part, path)

@@ -21,6 +21,9 @@ _ALONG = 1e-9
 # Headings are one if they differ by less [rad].
 _SAME = 1e-9
 
+# Samples of a path from a file at most.
+_MOST_SAMPLES = 2_000_000
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -35,7 +38,7 @@ class Segment:
 
     length: float
     point: Callable[[np.ndarray], np.ndarray]
-    heading: Callable[[np.ndarray], np.ndarray] | None
+    heading: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 def straight(start: np.ndarray, end: np.ndarray) -> Segment:
@@ -102,6 +105,19 @@ class Driven(ToolPathTable):
         """Return the segments in the part frame, joined end to end."""
 
 
+def require_few(samples: float) -> None:
+    """Refuse a path of more samples than fit into memory: its feed or period is in a wrong unit.
+
+    Raises:
+        ValueError: If there are more.
+    """
+    if not samples <= _MOST_SAMPLES:
+        raise ValueError(
+            f"expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds and at"
+            " sample_s"
+        )
+
+
 @dataclass(frozen=True)
 class Motion:
     """Samples of a motion along segments.
@@ -138,12 +154,7 @@ def follow(
     heading = float(headings[0][0]) if headings else 0.0
     points, angles = [segments[0].point(np.zeros(1))], [np.array([heading])]
     for segment in segments:
-        cruise = max(segment.length / feed - blend, 0.0)
-        steps = _periods(cruise + 2.0 * blend, period)
-        duration = steps * period
-        speed = segment.length / (duration - blend)
-        t = np.arange(steps + 1) * period
-        s = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
+        s = _arcs(segment, feed, blend, period)
         curve = segment.point(s)
         own = np.full(len(s), heading) if segment.heading is None else segment.heading(s)
         own = own + (turned_to(heading, float(own[0])) - own[0])
@@ -161,6 +172,40 @@ def follow(
 def _periods(duration: float, period: float) -> int:
     """Return how many whole periods a duration takes."""
     return int(np.ceil(duration / period - 1e-9))
+
+
+def drive(segment: Segment, feed: float, blend: float, period: float) -> np.ndarray:
+    """Sample the motion along one segment from rest to rest, as `follow`; points [m], (k, 3)."""
+    return segment.point(_arcs(segment, feed, blend, period))
+
+
+def _arcs(segment: Segment, feed: float, blend: float, period: float) -> np.ndarray:
+    """Return the arc lengths at the samples of a motion from rest to rest [m], (k,)."""
+    cruise = max(segment.length / feed - blend, 0.0)
+    steps = _periods(cruise + 2.0 * blend, period)
+    duration = steps * period
+    speed = segment.length / (duration - blend)
+    t = np.arange(steps + 1) * period
+    arcs: np.ndarray = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
+    return arcs
+
+
+def chain(segments: Sequence[Segment]) -> Segment:
+    """Return segments joined end to end as one."""
+    if len(segments) == 1:
+        return segments[0]
+    ends = np.cumsum([segment.length for segment in segments])
+
+    def point(s: np.ndarray) -> np.ndarray:
+        which = np.minimum(np.searchsorted(ends, s, side="left"), len(segments) - 1)
+        points = np.empty((len(s), 3))
+        for k in np.unique(which):
+            own = which == k
+            begin = ends[k] - segments[k].length
+            points[own] = segments[k].point(np.clip(s[own] - begin, 0.0, segments[k].length))
+        return points
+
+    return Segment(float(ends[-1]), point)
 
 
 def _distance(t: np.ndarray, duration: float, blend: float) -> np.ndarray:

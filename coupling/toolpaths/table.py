@@ -11,6 +11,7 @@ from pydantic import Field
 from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
 from coupling.path.histories import ToolPath
+from coupling.toolpaths.feed import headings_along
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import ToolTilt
@@ -42,6 +43,11 @@ class ToolPathTable(Schema, ABC):
         Raises:
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
+
+    def _of_file(self, part: Part, path: ToolPath) -> UprightPath:
+        """Return a path as a file tells it, with its feed where the tilt is measured from it."""
+        upright = UprightPath(part, path)
+        return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
 
     @property
     def upright_lean_deg(self) -> float:

@@ -37,6 +37,7 @@ class Task:
         height: How far the TCP is above that lowest point, along the part's z axis [m].
         workspace: Folder for files that a process leaves; a new temporary one unless given.
         watch: Function that is told what happens in an evaluation.
+        remarks: What the user should know of the tool path, sentences.
     """
 
     part: Part
@@ -48,6 +49,7 @@ class Task:
     height: float = 0.0
     workspace: Path = field(default_factory=_temporary_folder)
     watch: Watch = unwatched
+    remarks: tuple[str, ...] = ()
 
     @property
     def desired(self) -> ToolPath:

@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
 from places import CASES
 
+from coupling.case import load_case
+from coupling.check.joints import joint_demands
+from coupling.check.room import DIRECTIONS, room_around
+from coupling.check.words import joint_words
+from coupling.cli import main
+from coupling.errors import PlanningError
+from coupling.inverse.joint_limits import JointLimits
+from coupling.path.histories import ToolPath
+from coupling.robot.inverse_kinematics import InverseKinematics
 
-def checked(case: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    program = [sys.executable, "-m", "coupling.cli", "check", str(case), *options]
-    return subprocess.run(program, capture_output=True, text=True, cwd=case.parent)
+
+@pytest.fixture
+def checked(monkeypatch, capsys):
+    """Function that checks a case in its folder; returns exit status and what was said."""
+
+    def check(case: Path, *options: str) -> tuple[int, str]:
+        monkeypatch.chdir(case.parent)
+        with pytest.raises(SystemExit) as done:
+            main(["check", str(case), *options])
+        told = capsys.readouterr()
+        return int(done.value.code or 0), told.out + told.err
+
+    return check
 
 
 def short(folder: Path, name: str, **changes: str) -> Path:
@@ -25,41 +44,104 @@ def short(folder: Path, name: str, **changes: str) -> Path:
     return file
 
 
-def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path):
+def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     case = short(tmp_path, "cone")
-    done = checked(case, "--evaluate")
-    assert done.returncode == 0, done.stderr
-    assert "of path in" in done.stdout
-    assert "  joint 6: " in done.stdout
-    assert "changes of its flank" in done.stdout
-    assert [file.name for file in tmp_path.iterdir()] == ["cone.toml"]
+    status, said = checked(case, "--evaluate")
+    assert status == 0, said
+    assert "of path in" in said
+    assert "  joint 6: " in said
+    assert "no limits known; at most" in said
+    assert "the whole path can be moved by [mm]" in said
+    assert "evaluations of the process" in said
+    assert "changes of its flank" in said
+    assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
+    (page,) = (tmp_path / "results").iterdir()
+    assert page.name == "cone_check.html"
+    assert "reach, upright plane" in page.read_text()
 
 
-def test_without_the_process_only_the_robot_s_weight_counts(tmp_path):
-    done = checked(short(tmp_path, "cone_robust"))
-    assert done.returncode == 0, done.stderr
-    assert "under the robot's own weight" in done.stdout
-    forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "process, at most" in forced.stdout
-    assert "N a wrong backlash would show of no gear at the tool" in forced.stdout
+def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
+    status, said = checked(short(tmp_path, "cone_robust"))
+    assert status == 0, said
+    assert "under the robot's own weight" in said
+    _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
+    assert "N a wrong backlash would show of no gear at the tool" in forced
 
 
-def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path):
+def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path, checked):
     """All that is known of them is that a wrong backlash would not show."""
     curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
-    done = checked(short(tmp_path, "cone", **curve), "--evaluate")
-    assert done.returncode == 0, done.stderr
-    assert "a wrong backlash would show of no gear" in done.stdout
-    assert "flank" not in done.stdout
+    status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")
+    assert status == 0, said
+    assert "a wrong backlash would show of no gear" in said
+    assert "flank" not in said
 
 
-def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path):
+def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path, checked):
     far = short(
         tmp_path, "cone", **{"position_m = [1.6, 0.0, 0.8]": "position_m = [9.6, 0.0, 0.8]"}
     )
-    done = checked(far)
-    assert done.returncode == 2
-    assert "out of reach" in done.stderr
-    assert "Traceback" not in done.stderr
+    status, said = checked(far)
+    assert status == 2
+    assert "out of reach" in said
+    assert "Traceback" not in said
     far.write_bytes(b"\xff\xfe[robot")
-    assert checked(far).returncode == 2
+    assert checked(far)[0] == 2
+
+
+def test_the_whole_path_can_be_moved_as_far_as_is_told_and_no_farther():
+    """Its outermost places are led there by inverse kinematics of poses; farther one of them is not."""
+    case = load_case(CASES / "gcode_groove.toml")
+    placed, path = case.robots[0], case.desired.at_rows(np.arange(0, len(case.desired.time), 10))
+    planner = InverseKinematics(placed.description, placed.home)
+    angles = planner.plan(path).q[0]
+    room = room_around(placed.description, path, angles)
+    position = path.position[0]
+    outermost = {*position.argmin(axis=0).tolist(), *position.argmax(axis=0).tolist()}
+    for name in ("+x", "-z"):
+        way = room.free[name]
+        assert 0.1 < way < 3.0
+        for length, all_come in ((way, True), (way + 0.03, False)):
+            # Densely at the end, so that no sample steps across a singular posture.
+            ways = np.append(
+                np.linspace(0.0, length - 0.06, 60), np.linspace(length - 0.059, length, 120)
+            )
+            line = ways[:, None] * np.array(DIRECTIONS[name])
+            came = [
+                _is_led(placed.description, angles[k], ToolPath(np.arange(180.0), poses))
+                for k in outermost
+                for poses in [
+                    np.hstack([position[k] + line, np.tile(path.pose[0, k, 3:], (180, 1))])
+                ]
+            ]
+            assert all(came) is all_come
+    reach = np.linalg.norm(np.diff(room.links, axis=0), axis=1).sum()
+    assert np.linalg.norm(room.upright, axis=1).max() < reach
+    assert np.linalg.norm(room.links[-1] - position[0]) < 1e-8
+
+
+def _is_led(robot, home, line):
+    try:
+        InverseKinematics(robot, home).plan(line)
+    except PlanningError:
+        return False
+    return True
+
+
+def test_joints_beyond_their_limits_are_named():
+    time = np.linspace(0.0, 1.0, 101)
+    swing = (0.5 - 0.5 * np.cos(2.0 * np.pi * time))[:, None]
+    limits = JointLimits(*np.array([[-1.0], [0.9], [3.0], [19.0]]))
+    (asked,) = joint_demands(time, swing, limits)
+    assert asked.beyond == ["angle", "rate", "acceleration"]
+    assert "BEYOND ITS LIMIT in angle, rate, acceleration" in joint_words(asked)
+
+
+def test_a_process_of_unknown_cost_is_not_evaluated_and_said_to_be_unknown(tmp_path, checked):
+    (tmp_path / "run.py").write_text("raise SystemExit('was run')")
+    text = (CASES / "external_template.toml").read_text()
+    case = tmp_path / "case.toml"
+    case.write_text(text.replace("{case}/../process_template.py", "{case}/run.py"))
+    status, said = checked(case)
+    assert status == 0, said
+    assert "whose time is unknown" in said

@@ -17,6 +17,7 @@ import elastic_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import PLATFORMS, host_platform, zig
 from coupling.fmu_export.core_library import library_name
+from coupling.start.starts import STARTS
 
 SHIPPED = "coupling/fmu_export/fmu_src/"
 LIBRARIES = "coupling/fmu_export/libraries/"
@@ -67,6 +68,19 @@ def test_what_goes_into_fmus_is_there_once(names):
     assert {name for name in names if name.startswith(SHIPPED)} == {
         SHIPPED + name for name in sources - model
     }
+
+
+def test_a_first_case_can_be_made_from_it(wheel, names, tmp_path):
+    """Without the checkout: the examples are in it, for every process."""
+    folder = "coupling/files/examples"
+    for start in STARTS.values():
+        cases = [name for name in (start.case, start.cell) if name]
+        assert {f"{folder}/cases/{name}.toml" for name in cases} <= names
+        assert {f"{folder}/{own.example}" for own in start.files} <= names
+    command = ["-m", "coupling.cli", "init", "first", "--process", "external"]
+    assert "Next: elastic-robot check first/case.toml" in run_installed(
+        wheel, tmp_path, command, ""
+    )
 
 
 def test_it_is_for_every_machine_and_python(wheel):

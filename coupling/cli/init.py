@@ -1,0 +1,68 @@
+"""The command line: elastic-robot init."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.files.robot_file import robot_numbers, shipped_robots
+from coupling.start.new_case import new_case, write_case
+from coupling.start.starts import STARTS
+
+
+def _robots() -> list[str]:
+    return list(shipped_robots())
+
+
+def _processes() -> list[str]:
+    return list(STARTS)
+
+
+def init(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Folder to make; optional with --list.")
+    ] = None,
+    robot: Annotated[
+        str,
+        typer.Option(help="A shipped robot, or the path of a robot file.", autocompletion=_robots),
+    ] = "icme2008",
+    process: Annotated[
+        str, typer.Option(help="What the robot does.", autocompletion=_processes)
+    ] = "isf-force-law",
+    two_robots: Annotated[
+        bool, typer.Option("--two-robots", help="A second robot supports the sheet from behind.")
+    ] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List what there is to begin with, and make nothing.")
+    ] = False,
+) -> None:
+    """Make a folder with a case that runs as it stands, to be changed into your own."""
+    console = Console(highlight=False)
+    if listed:
+        for line in _list():
+            console.print(line, markup=False, soft_wrap=True)
+        return
+    if folder is None:
+        raise typer.BadParameter("expected the folder to make, or --list, got neither")
+    case = new_case(robot, process, two_robots, folder)
+    file = write_case(case, folder)
+    for line in (
+        f"{file}: {case.about}",
+        *(f"{folder / name}: beside it" for name in case.texts if name != file.name),
+        f"Next: elastic-robot check {file}",
+    ):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _list() -> Iterator[str]:
+    yield "--process:"
+    for name, start in STARTS.items():
+        cell = "; also with --two-robots" if start.cell else ""
+        yield f"  {name}: {start.about}{cell}"
+    yield "--robot:"
+    for name, file in shipped_robots().items():
+        yield f"  {name}: {robot_numbers(file)[0]}"

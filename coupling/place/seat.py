@@ -1,0 +1,100 @@
+"""Where a first part can stand before any robot, and the posture that it is reached from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import PlanningError
+from coupling.inverse.joint_limits import JointLimits
+from coupling.place.following import Following, Targets, following, reached
+from coupling.place.serial_robot import SerialRobot, TipMotion
+from elastic_robot.description import Robot
+
+# Postures that inverse kinematics starts from, and their seed.
+_STARTS, _SEED = 1200, 1
+_PASSES = 60
+# Box of places in front of the base, in units of the robot's reach: outward and up.
+_OUTWARD, _UP = (0.3, 0.85), (0.05, 0.6)
+# From here on a posture is regular enough, and far enough from the joints' limits [rad].
+_REGULAR, _CLEAR = 0.1, np.deg2rad(25.0)
+# What counts as a limit of a joint that has none [rad]: postures beyond are hard to read.
+_TURN = np.pi
+# How much a posture bent by a whole turn loses: of two alike the straighter one is taken.
+_BENT = 0.15
+
+
+@dataclass(frozen=True)
+class Seat:
+    """A place for a part, and the posture in which the tool stands upright on it.
+
+    Attributes:
+        position: Origin of the part in the robot's base, in its x-z plane [m], (3,).
+        home: Joint angles with the TCP there [rad], (joints,).
+    """
+
+    position: np.ndarray
+    home: np.ndarray
+
+
+def seats(robot: Robot, base_from_tool: Rotation, half_size: float, count: int) -> list[Seat]:
+    """Return places around which a robot holds its tool at one orientation, the best first.
+
+    From random postures the tool is taken to random places of the robot's x-z plane.  A place counts as
+    much as the worst of the corners around it does: by its distance from singular postures and from the
+    joints' limits.
+
+    Args:
+        robot: The robot.
+        base_from_tool: Orientation of its tool.
+        half_size: The part reaches so far to all sides of its origin [m].
+        count: Number of places at most.
+
+    Raises:
+        PlanningError: If the robot reaches none with that orientation.
+    """
+    serial, rng = SerialRobot(robot), np.random.default_rng(_SEED)
+    limits = JointLimits.of(robot)
+    lower, upper = np.maximum(limits.lower, -_TURN), np.minimum(limits.upper, _TURN)
+    start = rng.uniform(lower[:, None], upper[:, None], (len(lower), _STARTS))
+    position = np.zeros((3, _STARTS))
+    position[0] = serial.reach * rng.uniform(*_OUTWARD, _STARTS)
+    position[2] = serial.reach * rng.uniform(*_UP, _STARTS)
+    position = np.round(position, 2)
+    q, came = reached(serial, _targets(position, base_from_tool), start, _PASSES)
+    q = (q + np.pi) % (2.0 * np.pi) - np.pi
+    worth = np.where(came, _worth(serial, q, lower, upper), -np.inf)
+    # The most bent ones of all that come there look alike at the corners: a few hundred suffice.
+    best = np.argsort(-worth)[: max(20 * count, 200)]
+    best = best[np.isfinite(worth[best])]
+    least = worth[best].copy()
+    for corner in half_size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T:
+        moved = _targets(position[:, best] + corner[:, None], base_from_tool)
+        there, found = reached(serial, moved, q[:, best], _PASSES)
+        least = np.minimum(least, np.where(found, _worth(serial, there, lower, upper), -np.inf))
+    order = np.argsort(-least)[:count]
+    if not len(order) or least[order[0]] <= 0.0:
+        raise PlanningError(
+            f"{robot.name}: expected a place around which the tool can be held upright on a part"
+            f" of {2.0 * half_size:.2f} m, got none in {_STARTS} attempts"
+        )
+    return [
+        Seat(position[:, best[k]].copy(), q[:, best[k]].copy()) for k in order if least[k] > 0.0
+    ]
+
+
+def _targets(position: np.ndarray, base_from_tool: Rotation) -> Targets:
+    count = position.shape[1]
+    tool = [np.repeat(column[:, None], count, axis=1) for column in base_from_tool.as_matrix().T]
+    return Targets(position, tool, np.zeros((3, count)))
+
+
+def _worth(serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return 1 for postures that are clear of everything, less for others, (n,)."""
+    still = np.zeros((3, q.shape[1]))
+    at: Following = following(serial, q, still, TipMotion(still, still, still, still))
+    clear = np.minimum(q - lower[:, None], upper[:, None] - q).min(axis=0)
+    worth: np.ndarray = np.minimum(1.0, np.minimum(at.regularity / _REGULAR, clear / _CLEAR))
+    return worth - _BENT * np.abs(q).sum(axis=0) / (2.0 * np.pi)

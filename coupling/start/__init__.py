@@ -1,0 +1,1 @@
+"""A first case: from an example, for any robot."""

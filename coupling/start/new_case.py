@@ -1,0 +1,156 @@
+"""A folder with a case that runs as it stands."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from coupling.case import Case, load_case
+from coupling.errors import CaseError, PlanningError, one_of
+from coupling.files.examples import example
+from coupling.files.robot_file import find_robot, load_robot, shipped_robots
+from coupling.files.toml_text import with_value
+from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.path.histories import ToolPath
+from coupling.place.seat import Seat, seats
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.start.starts import STARTS, Start
+from elastic_robot.description import Robot
+
+CASE = "case.toml"
+# Places that are tried with the whole path.
+_TRIED = 20
+# Samples of it that are looked at: beside the corners a path is smooth.
+_SAMPLES = 200
+
+
+@dataclass(frozen=True)
+class NewCase:
+    """A case to be written.
+
+    Attributes:
+        texts: Its files by their names.
+        about: What is made, for people.
+    """
+
+    texts: dict[str, str]
+    about: str
+
+
+def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCase:
+    """Return a case with a robot and a process; part and home posture suit the robot.
+
+    Args:
+        robot: A shipped robot's name, whose file is copied, or a robot file, which is named.
+        process: Name in `STARTS`.
+        two_robots: A second robot of the same kind supports the sheet from behind.
+        folder: Folder that it is for.
+
+    Raises:
+        CaseError: If there is no such process, or none for two robots.
+        ElasticRobotError: If the robot file cannot be read.
+        PlanningError: If the robot cannot follow the path of the example wherever it lies.
+    """
+    if process not in STARTS:
+        raise CaseError(f"--process: {one_of(STARTS, process)}")
+    start = STARTS[process]
+    file = find_robot(robot)
+    source = example(f"cases/{_example_name(start, process, two_robots)}.toml")
+    shown = load_case(source)
+    text, texts = source.read_text(encoding="utf-8"), {}
+    own = robot in shipped_robots()
+    named = file.name if own else Path(os.path.relpath(file, folder)).as_posix()
+    if own:
+        texts[file.name] = file.read_text(encoding="utf-8")
+    tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
+    for table in tables:
+        text = with_value(text, table, "description", named)
+    if load_robot(file) != load_robot(find_robot(_NAME_IN_EXAMPLES)):
+        text = _seated(text, shown, load_robot(file), tables)
+    for own_file in start.files:
+        texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
+        text = with_value(text, "process", own_file.key, own_file.value)
+    head = f"# Made by elastic-robot init from the example {source.name}, for {robot}.\n#\n"
+    return NewCase({CASE: head + text, **texts}, start.about)
+
+
+# Robot of the examples, for which they are as they stand.
+_NAME_IN_EXAMPLES = "icme2008"
+
+
+def _example_name(start: Start, process: str, two_robots: bool) -> str:
+    if not two_robots:
+        return start.case
+    if start.cell is None:
+        known = ", ".join(name for name, other in STARTS.items() if other.cell)
+        raise CaseError(
+            f"--two-robots: expected a process that knows two tools, {known}, got {process!r}"
+        )
+    return start.cell
+
+
+def _seated(text: str, shown: Case, robot: Robot, tables: list[str]) -> str:
+    """Return a case whose part lies where the robot reaches it; a second robot stands opposite."""
+    part = shown.task.part
+    points = part.coordinates(shown.task.forming.position[0])
+    base_from_tool = shown.task.forming.rotations[0][0]
+    half_size = float(np.abs(points).max())
+    for seat in seats(robot, base_from_tool, half_size, _TRIED):
+        home = np.round(np.rad2deg(seat.home), 1) + 0.0
+        if not all(_follows(robot, np.deg2rad(home), path) for path in _moved(shown, seat)):
+            continue
+        for table in tables:
+            text = with_value(text, table, "home_deg", home.tolist())
+        text = with_value(text, "part", "position_m", seat.position.tolist())
+        if "support" in tables:
+            opposite = [2.0 * float(seat.position[0]), 0.0, 0.0]
+            text = with_value(text, "support", "base_position_m", opposite)
+        return text
+    raise PlanningError(
+        f"{robot.name}: expected a place for the part of the example, got none where the whole path"
+        " can be followed: describe part and home posture yourself"
+    )
+
+
+def _moved(shown: Case, seat: Seat) -> list[ToolPath]:
+    """Return the paths of an example's tools with its part at a seat, each in its robot's base."""
+    paths = []
+    for table, path in zip(shown.robots, shown.desired.tools, strict=True):
+        rows = np.unique(np.linspace(0, len(path.time) - 1, _SAMPLES).astype(int))
+        shift = np.zeros(6)
+        shift[:3] = seat.position - shown.task.part.position
+        moved = path.at_rows(rows).displaced(shift)
+        if table.name == "support":
+            # It stands on the other side of the part, turned by half a turn about the vertical.
+            centre = np.array([2.0 * seat.position[0], 0.0, 0.0])
+            half_turn = Rotation.from_euler("z", np.pi)
+            moved = type(table.placement)(centre, half_turn).path_in_base(moved)
+        paths.append(moved)
+    return paths
+
+
+def _follows(robot: Robot, home: np.ndarray, path: ToolPath) -> bool:
+    try:
+        InverseKinematics(robot, home).plan(path)
+    except PlanningError:
+        return False
+    return True
+
+
+def write_case(case: NewCase, folder: Path) -> Path:
+    """Write the files of a case into a folder, which is made; return the case file.
+
+    Raises:
+        CaseError: If one of them is there already, or cannot be written.
+    """
+    for name in case.texts:
+        if (folder / name).exists():
+            raise CaseError(f"{folder / name}: expected a new file, got one that is there already")
+    make_folder_of(folder / CASE, CaseError)
+    for name, text in case.texts.items():
+        write_whole(folder / name, text, CaseError)
+    return folder / CASE

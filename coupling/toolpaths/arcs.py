@@ -1,0 +1,145 @@
+"""Arcs and helices between two points, by their centre or their radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.toolpaths.motion import Segment
+
+# A centre may be so much farther from one end than from the other [m]: rounding of a printed program.
+_ROUNDING = 1e-5
+# Ends this close are one [m]: no program writes so many digits.
+_ONE = 1e-9
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane of arcs.
+
+    Attributes:
+        first, second: Numbers of its axes, in which arcs turn counter-clockwise from the first.
+        normal: Number of the axis that they are seen from.
+    """
+
+    first: int
+    second: int
+    normal: int
+
+
+PLANES = {17.0: Plane(0, 1, 2), 18.0: Plane(2, 0, 1), 19.0: Plane(1, 2, 0)}
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc, or a helix about the normal of its plane.
+
+    Attributes:
+        plane: The plane.
+        centre: In the plane [m], (2,).
+        start, end: [m], (3,).
+        angle: From the first axis to the start [rad].
+        sweep: Angle that it turns by, positive counter-clockwise [rad].
+    """
+
+    plane: Plane
+    centre: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    angle: float
+    sweep: float
+
+    @classmethod
+    def about(
+        cls, plane: Plane, start: np.ndarray, end: np.ndarray, centre: np.ndarray, clockwise: bool
+    ) -> Arc:
+        """Return the arc about a centre [m], (2,); a full circle where its ends are one in the plane.
+
+        Raises:
+            ValueError: If the ends are not equally far from the centre.
+        """
+        axes = [plane.first, plane.second]
+        a, b = start[axes] - centre, end[axes] - centre
+        radii = np.hypot(*a), np.hypot(*b)
+        if abs(radii[0] - radii[1]) > _ROUNDING or min(radii) == 0.0:
+            raise ValueError(
+                "expected a centre equally far from both ends, got"
+                f" {1e3 * radii[0]:.6g} and {1e3 * radii[1]:.6g} mm"
+            )
+        angle = float(np.arctan2(a[1], a[0]))
+        turn = float(np.arctan2(b[1], b[0])) - angle
+        if np.linalg.norm(end[axes] - start[axes]) < _ONE:
+            turn = 0.0
+        # Between 0, left out, and a full turn, which is what equal ends mean.
+        sweep = (-turn if clockwise else turn) % (2.0 * np.pi) or 2.0 * np.pi
+        return cls(plane, centre, start, end, angle, -sweep if clockwise else sweep)
+
+    @classmethod
+    def of_radius(
+        cls, plane: Plane, start: np.ndarray, end: np.ndarray, radius: float, clockwise: bool
+    ) -> Arc:
+        """Return the shorter arc of a radius [m], or with a negative one the longer.
+
+        Raises:
+            ValueError: If the ends are farther apart than the circle is wide, or one.
+        """
+        axes = [plane.first, plane.second]
+        chord = end[axes] - start[axes]
+        length = float(np.hypot(*chord))
+        if length < _ONE:
+            raise ValueError(
+                "expected an arc with R to end elsewhere, got a full circle: give I, J, K"
+            )
+        if length > 2.0 * abs(radius) + _ROUNDING:
+            raise ValueError(
+                f"expected ends at most {2e3 * abs(radius):.6g} mm apart, got {1e3 * length:.6g} mm"
+            )
+        height = np.sqrt(max(radius**2 - 0.25 * length**2, 0.0))
+        left = np.array([-chord[1], chord[0]]) / length
+        side = -1.0 if clockwise != (radius < 0.0) else 1.0
+        return cls.about(
+            plane, start, end, start[axes] + 0.5 * chord + side * height * left, clockwise
+        )
+
+    @property
+    def radius(self) -> float:
+        """Radius at the start [m]."""
+        return float(np.hypot(*(self.start[[self.plane.first, self.plane.second]] - self.centre)))
+
+    @property
+    def length(self) -> float:
+        """Length [m]."""
+        return float(np.hypot(self.radius * self.sweep, self._rise))
+
+    @property
+    def _rise(self) -> float:
+        return float(self.end[self.plane.normal] - self.start[self.plane.normal])
+
+    def segment(self) -> Segment:
+        """Return it as a curve by arc length; it ends where its program says, to the last digit."""
+        axes = [self.plane.first, self.plane.second]
+        last = float(np.hypot(*(self.end[axes] - self.centre)))
+
+        def point(s: np.ndarray) -> np.ndarray:
+            part = s / self.length
+            angle = self.angle + part * self.sweep
+            radius = self.radius + part * (last - self.radius)
+            points = np.empty((len(s), 3))
+            points[:, self.plane.first] = self.centre[0] + radius * np.cos(angle)
+            points[:, self.plane.second] = self.centre[1] + radius * np.sin(angle)
+            points[:, self.plane.normal] = self.start[self.plane.normal] + part * self._rise
+            return points
+
+        return Segment(self.length, point)
+
+    def directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unit tangents at both ends, (3,) each."""
+        tangents = []
+        for angle in (self.angle, self.angle + self.sweep):
+            along = np.zeros(3)
+            along[self.plane.first] = -np.sin(angle) * self.radius * self.sweep
+            along[self.plane.second] = np.cos(angle) * self.radius * self.sweep
+            along[self.plane.normal] = self._rise
+            tangents.append(along / self.length)
+        return tangents[0], tangents[1]

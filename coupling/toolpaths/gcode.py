@@ -1,0 +1,102 @@
+"""A tool path from CAM: G-code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from coupling.errors import CaseError
+from coupling.files.toml_file import FilePath, Positive
+from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
+from coupling.toolpaths.motion import chain, drive, require_few
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.task import Task
+from coupling.toolpaths.upright import UprightPath
+
+
+class GcodePath(ToolPathTable):
+    """Moves of a G-code program, whose coordinates are those of the TCP in the part frame.
+
+    Keys: file; rapid_m_s, speed of G0; corner_deg, the turn from which on the tool rests between two
+    moves; blend_s of starts and stops, sample_s.
+    """
+
+    kind: Literal["gcode"]
+    file: FilePath
+    rapid_m_s: Positive = 0.1
+    corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
+    blend_s: Positive = 0.2
+    sample_s: Positive = 0.02
+
+    @cached_property
+    def _program(self) -> Program:
+        return read_program(self.file)
+
+    def task(self, part: Part) -> Task:
+        """Return what is to be made, and which words of the program change nothing."""
+        ignored = self._program.ignored
+        words = ", ".join(
+            f"{word} ({count})" if count > 1 else word for word, count in ignored.items()
+        )
+        remarks = (f"{self.file.name}: read and left out: {words}",) if words else ()
+        return replace(super().task(part), remarks=remarks)
+
+    def upright(self, part: Part) -> UprightPath:
+        """Return the tool path in the world before the tool is turned.
+
+        Raises:
+            CaseError: If the file is unreadable or not such a program, or takes too long.
+        """
+        parts = list(self._driven())
+        samples = np.vstack([parts[0], *(points[1:] for points in parts[1:])])
+        path = part.tool_path(np.arange(len(samples)) * self.sample_s, samples)
+        return self._of_file(part, path)
+
+    def _driven(self) -> Iterator[np.ndarray]:
+        """Yield the samples of each stretch between two rests, both ends among them, (k, 3)."""
+        count, here = 1.0, None
+        for stretch in self._stretches():
+            if isinstance(stretch, Dwell):
+                count += stretch.duration / self.sample_s
+                self._require_few(count)
+                steps = round(stretch.duration / self.sample_s)
+                if steps and here is not None:
+                    yield np.tile(here, (steps + 1, 1))
+                continue
+            curve = chain([move.segment for move in stretch])
+            feed = stretch[0].feed or self.rapid_m_s
+            count += (curve.length / feed + 2.0 * self.blend_s) / self.sample_s
+            self._require_few(count)
+            points = drive(curve, feed, self.blend_s, self.sample_s)
+            here = points[-1]
+            yield points
+
+    def _require_few(self, count: float) -> None:
+        try:
+            require_few(count)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+
+    def _stretches(self) -> Iterator[list[Move] | Dwell]:
+        """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""
+        smooth = np.cos(np.deg2rad(self.corner_deg))
+        moves: list[Move] = []
+        for step in self._program.steps:
+            if isinstance(step, Dwell):
+                if moves:
+                    yield moves
+                    moves = []
+                yield step
+                continue
+            if moves and (step.feed != moves[-1].feed or step.begins @ moves[-1].ends < smooth):
+                yield moves
+                moves = []
+            moves.append(step)
+        if moves:
+            yield moves

@@ -1,0 +1,158 @@
+"""A tool path from CAM: the points of a robot program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.spatial.transform import Rotation, Slerp
+
+from coupling.errors import CaseError, ProgramError
+from coupling.files.toml_file import FilePath, Positive
+from coupling.path.histories import ToolPath, poses
+from coupling.programs.languages import read_program
+from coupling.programs.program import Move, Pose
+from coupling.toolpaths.motion import Segment, drive, require_few
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.table import ToolPathTable
+from coupling.toolpaths.upright import UprightPath
+
+# Points this close are one [m].
+_ONE = 1e-9
+
+
+class ProgramPath(ToolPathTable):
+    """Linear moves of a KRL, RAPID or FANUC program, whose base frame is the part frame.
+
+    Keys: file (.src with its .dat, .mod or .ls); feed_m_s where the program sets no speed; corner_deg,
+    blend_s, sample_s as for G-code.
+    """
+
+    kind: Literal["program"]
+    file: FilePath
+    feed_m_s: Positive | None = None
+    corner_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 10.0
+    blend_s: Positive = 0.2
+    sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
+
+    def upright(self, part: Part) -> UprightPath:
+        """Return the tool path in the world before the tool is turned.
+
+        Raises:
+            CaseError: If the program cannot be read, or has motions that are not linear on its way.
+        """
+        try:
+            moves = read_program(self.file).moves
+        except ProgramError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+        stretches = self._stretches(_points(self.file, moves, self.feed_m_s))
+        count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
+        try:
+            require_few(count / self.sample_s)
+        except ValueError as cause:
+            raise CaseError(f"{self.file}: {cause}") from cause
+        positions, rotations = [], []
+        for k, stretch in enumerate(stretches):
+            samples = drive(stretch.segment(), stretch.feed, self.blend_s, self.sample_s)
+            samples = samples if k == 0 else samples[1:]
+            positions.append(samples[:, :3])
+            rotations.append(stretch.rotations(samples[:, 3]))
+        position, turned = np.vstack(positions), Rotation.concatenate(rotations)
+        time = np.arange(len(position)) * self.sample_s
+        in_world = part.position + part.rotation.apply(position)
+        return self._of_file(part, ToolPath(time, poses(in_world, part.rotation * turned)))
+
+    def _stretches(self, points: list[_Point]) -> list[_Stretch]:
+        """Return what is driven without a rest: at one speed, without a corner."""
+        smooth, found = np.cos(np.deg2rad(self.corner_deg)), [[points[0], points[1]]]
+        for point in points[2:]:
+            (a, b), c = found[-1][-2:], point
+            before, behind = b.position - a.position, c.position - b.position
+            turn = before @ behind / (np.linalg.norm(before) * np.linalg.norm(behind))
+            if c.feed == b.feed and turn >= smooth:
+                found[-1].append(c)
+            else:
+                found.append([b, c])
+        return [_Stretch(tuple(own)) for own in found]
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A target: position [m], rotation, and the speed to it [m/s]."""
+
+    position: np.ndarray
+    rotation: Rotation
+    feed: float
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Points that are joined by lines at one speed."""
+
+    points: tuple[_Point, ...]
+
+    @property
+    def feed(self) -> float:
+        return self.points[-1].feed
+
+    @property
+    def _arc(self) -> np.ndarray:
+        position = np.array([point.position for point in self.points])
+        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+        arc: np.ndarray = np.append(0.0, np.cumsum(steps))
+        return arc
+
+    @property
+    def length(self) -> float:
+        return float(self._arc[-1])
+
+    def segment(self) -> Segment:
+        """Return it as a curve of x, y, z and arc length."""
+        arc = self._arc
+        position = np.array([point.position for point in self.points])
+
+        def point(s: np.ndarray) -> np.ndarray:
+            return np.column_stack([*(np.interp(s, arc, axis) for axis in position.T), s])
+
+        return Segment(float(arc[-1]), point)
+
+    def rotations(self, s: np.ndarray) -> Rotation:
+        """Return the rotations at arc lengths: even about one axis from point to point."""
+        knots = Rotation.concatenate([point.rotation for point in self.points])
+        found: Rotation = Slerp(self._arc, knots)(np.clip(s, 0.0, self._arc[-1]))
+        return found
+
+
+def _points(file: Path, moves: tuple[Move, ...], feed: float | None) -> list[_Point]:
+    """Return start and targets of the linear moves; a way to the start by joints is left out."""
+    points: list[_Point] = []
+    for number, move in enumerate(moves, start=1):
+        where = f"{file}: motion {number}"
+        if move.motion == "linear" and move.pose is not None:
+            speed = move.speed or feed
+            if points and speed is None:
+                raise CaseError(
+                    f"{where}: expected a speed, or feed_m_s in [tool_path], got neither"
+                )
+            points += _new(points, move.pose, speed or 0.0, where)
+        elif move.motion == "joint" and len(points) < 2:
+            points = [] if move.pose is None else _new([], move.pose, 0.0, where)
+        elif move.motion == "joint" and not any(m.motion == "linear" for m in moves[number:]):
+            break  # the way back
+        else:
+            raise CaseError(f"{where}: expected linear moves to poses, got a {move.motion} one")
+    if len(points) < 2:
+        raise CaseError(f"{file}: expected linear moves from one point to another, got none")
+    return points
+
+
+def _new(points: list[_Point], pose: Pose, feed: float, where: str) -> list[_Point]:
+    point = _Point(np.array(pose[:3]), Rotation.from_quat(pose[3:]), feed)
+    if not points or np.linalg.norm(point.position - points[-1].position) > _ONE:
+        return [point]
+    if (point.rotation * points[-1].rotation.inv()).magnitude() > _ONE:
+        raise CaseError(f"{where}: expected a way to the next point, got a turn in place")
+    return []

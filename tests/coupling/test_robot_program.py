@@ -1,0 +1,93 @@
+"""A robot program as a tool path: the same points in KRL, RAPID and G-code are the same path."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from coupling.errors import CaseError
+from coupling.files.toml_file import validate
+from coupling.toolpaths.gcode import GcodePath
+from coupling.toolpaths.part import Part
+from coupling.toolpaths.robot_program import ProgramPath
+
+PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("z", 0.3))
+POINTS = [(0, 0, 5), (0, 0, -1), (40, 0, -1), (80, 4, -1), (80, 50, -1)]
+
+
+def krl(points=POINTS, extra: str = "", speed: str = "$VEL.CP=0.05") -> str:
+    lines = [f"LIN {{X {x},Y {y},Z {z},A 0,B 90,C 0}}" for x, y, z in points[1:]]
+    x, y, z = points[0]
+    start = f"PTP {{X {x},Y {y},Z {z},A 0,B 90,C 0}}"
+    return "\n".join(["DEF WAY()", speed, start, *lines, extra, "END"])
+
+
+def rapid(points=POINTS) -> str:
+    half = "0.70710678118654757"
+    rest = f"[{half},0,{half},0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    targets = [f"[[{x},{y},{z}],{rest}" for x, y, z in points]
+    first, *others = targets
+    moves = [f"MoveL {target},[50,500,5000,1000],fine,tool0;" for target in others]
+    lines = [f"MoveJ {first},[50,500,5000,1000],fine,tool0;", *moves]
+    return "\n".join(["MODULE way", "PROC way()", *lines, "ENDPROC", "ENDMODULE"])
+
+
+def gcode(points=POINTS) -> str:
+    lines = [f"X{x} Y{y} Z{z}" for x, y, z in points]
+    return "\n".join(["G21 G90 F3000", f"G0 {lines[0]}", "G1", *lines[1:]])
+
+
+def path(folder, name: str, text: str, **keys: object):
+    (folder / name).write_text(text)
+    table = GcodePath if name.endswith(".ngc") else ProgramPath
+    kind = "gcode" if table is GcodePath else "program"
+    data = {"kind": kind, "file": str(folder / name), **keys}
+    return validate(data, table, CaseError, "tool_path").path(PART)
+
+
+def test_the_same_points_are_the_same_path_in_every_language(tmp_path):
+    """B 90 is the upright tool: its x axis points along -z of the part."""
+    expected = path(tmp_path, "way.ngc", gcode())
+    for name, text in (("way.src", krl()), ("way.mod", rapid())):
+        found = path(tmp_path, name, text)
+        np.testing.assert_allclose(found.time, expected.time, atol=1e-12)
+        np.testing.assert_allclose(found.position, expected.position, atol=1e-12)
+        turn = found.rotations[0] * expected.rotations[0].inv()
+        assert turn.magnitude().max() < 1e-9
+
+
+def test_the_tool_turns_evenly_with_the_way(tmp_path):
+    text = krl(POINTS[:2], "LIN {X 100,Y 0,Z -1,A 0,B 60,C 0}")
+    found = path(tmp_path, "way.src", text)
+    x = PART.coordinates(found.position[0])[:, 0]
+    tool = PART.rotation.inv() * found.rotations[0]
+    lean = (tool * Rotation.from_euler("y", -np.pi / 2)).magnitude()
+    np.testing.assert_allclose(lean, np.deg2rad(30.0) * np.clip(x / 0.1, 0.0, 1.0), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            krl(extra="PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}\nLIN {X 0,Y 0,Z 9,A 0,B 90,C 0}"),
+            "motion 6",
+        ),
+        (krl(speed=""), "expected a speed, or feed_m_s"),
+        (krl(speed="$VEL.CP=0.0000001"), "at most 2000000 samples"),
+        (krl(POINTS[:1]), "expected linear moves from one point"),
+        (krl(extra="LIN {X 80,Y 50,Z -1,A 0,B 60,C 0}"), "got a turn in place"),
+        (krl(extra="CIRC {X 1},{X 2}"), "line"),
+        ("\x00\xff" * 50, "way.src"),
+    ],
+)
+def test_what_is_not_a_path_is_told(tmp_path, text, said):
+    with pytest.raises(CaseError, match=said) as told:
+        path(tmp_path, "way.src", text)
+    assert "\n" not in str(told.value)
+
+
+def test_a_way_back_by_joints_is_left_out(tmp_path):
+    home = "PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}"
+    with_home = path(tmp_path, "way.src", krl(extra=home))
+    assert len(with_home.time) == len(path(tmp_path, "way.src", krl()).time)

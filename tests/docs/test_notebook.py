@@ -1,0 +1,30 @@
+"""The notebook of the tutorial, run cell by cell; `make notebooks` installs what that needs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from places import EXAMPLES
+
+nbclient = pytest.importorskip("nbclient", reason="needs nbclient: `make notebooks`")
+pytest.importorskip("ipykernel", reason="needs ipykernel: `make notebooks`")
+nbformat = pytest.importorskip("nbformat")
+
+
+def test_the_notebook_runs_to_the_end(tmp_path, monkeypatch):
+    """Its commands are those of the environment of this Python; one that fails prints an error."""
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    book = nbformat.read(EXAMPLES / "tutorial.ipynb", as_version=4)
+    nbformat.validate(book)
+    nbclient.NotebookClient(
+        book, timeout=300, resources={"metadata": {"path": str(tmp_path)}}
+    ).execute()
+    said = "".join(
+        output.get("text", "") for cell in book.cells for output in cell.get("outputs", ())
+    )
+    assert "error:" not in said
+    assert "Converged" in said
+    assert (tmp_path / "results" / "part" / "krl" / "part.src").exists()

@@ -1,0 +1,135 @@
+"""elastic-robot init: every case that it makes can be run, whatever the robot."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.cli import main
+from coupling.errors import CaseError, CouplingError, PlanningError
+from coupling.files.robot_file import load_robot, shipped_robots
+from coupling.files.toml_text import with_value
+from coupling.place.seat import seats
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.start.new_case import CASE, new_case, write_case
+from coupling.start.starts import STARTS
+
+WAYS = [
+    (name, two) for name, start in STARTS.items() for two in (False, True)[: 1 + bool(start.cell)]
+]
+
+
+@pytest.mark.parametrize("robot", shipped_robots())
+@pytest.mark.parametrize(("process", "two_robots"), WAYS)
+def test_every_robot_follows_the_path_of_every_process(robot, process, two_robots, tmp_path):
+    """As told by the case in the folder alone, at one in forty samples."""
+    if robot == "kuka_kr210":
+        pytest.importorskip("rtbdata", reason="needs the package rtb-data")
+    file = write_case(new_case(robot, process, two_robots, tmp_path), tmp_path)
+    case = load_case(file)
+    assert len(case.robots) == 1 + two_robots
+    for placed, path in zip(case.robots, case.desired.tools, strict=True):
+        seldom = path.at_rows(np.arange(0, len(path.time), 40))
+        InverseKinematics(placed.description, placed.home).plan(
+            placed.placement.path_in_base(seldom)
+        )
+    assert (tmp_path / f"{robot}.toml").read_text() == shipped_robots()[robot].read_text()
+
+
+@pytest.mark.parametrize("process", ["external", "measured"])
+def test_a_first_case_is_compensated_as_it_stands(process, tmp_path, monkeypatch, capsys):
+    """The quick ones; those of force law, sheet and milling are examples that other tests run."""
+    monkeypatch.chdir(tmp_path)
+    write_case(new_case("icme2008", process, False, Path("new")), Path("new"))
+    with pytest.raises(SystemExit) as done:
+        main(["compensate", "new/case.toml", "-o", "done"])
+    assert done.value.code in (0, None), capsys.readouterr().out
+    found = json.loads(Path("done/result.json").read_text())
+    assert found["deviation_after_m"]["maximum"] < 1e-5 < found["deviation_before_m"]["maximum"]
+
+
+def test_nothing_that_is_there_is_replaced(tmp_path):
+    (tmp_path / "icme2008.toml").write_text("mine")
+    with pytest.raises(CaseError, match=r"icme2008\.toml: expected a new file"):
+        write_case(new_case("icme2008", "measured", False, tmp_path), tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["icme2008.toml"]
+
+
+def test_a_robot_file_of_the_user_is_named_and_not_copied(tmp_path):
+    own = tmp_path / "robots" / "mine.toml"
+    own.parent.mkdir()
+    own.write_text(shipped_robots()["abb_irb7600"].read_text())
+    folder = tmp_path / "case"
+    file = write_case(new_case(str(own), "isf-force-law", False, folder), folder)
+    assert tomllib.loads(file.read_text())["robot"]["description"] == "../robots/mine.toml"
+    assert load_case(file).robots[0].description == load_robot(own)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nope", "measured", False), "expected one of abb_irb7600"),
+        (("icme2008", "mesured", False), "did you mean 'measured'"),
+        (("icme2008", "measured", True), "expected a process that knows two tools"),
+    ],
+)
+def test_what_cannot_be_made_is_told_in_a_sentence(arguments, said, tmp_path):
+    with pytest.raises((CouplingError, Exception), match=said):
+        new_case(*arguments, tmp_path)
+
+
+def test_a_robot_that_cannot_hold_its_tool_upright_is_refused():
+    """Its only axis is vertical, its tool points along x: never down."""
+    robot = load_robot(shipped_robots()["icme2008"])
+    stump = type(robot)(robot.name, robot.joints[:1], robot.gravity, (1.0, 0.0, 0.0), robot.tcp_rpy)
+    with pytest.raises(PlanningError, match="expected a place around which"):
+        seats(stump, Rotation.from_euler("y", np.pi / 2), 0.05, 3)
+
+
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(
+    value=st.one_of(st.floats(-1e6, 1e6), st.text(), st.lists(st.floats(-10.0, 10.0), max_size=6)),
+    before=st.sampled_from(['"a # b"', "1.0", "[1.0, 2.0]", "'#'"]),
+)
+def test_a_changed_value_is_read_back_and_nothing_else_changes(value, before):
+    text = (
+        f"# head\n[a]\nx = 5\n[b] # table\nxx = 1\nx   = {before}   # why # so\ny = 2\n[c]\nx = 7\n"
+    )
+    changed = with_value(text, "b", "x", value)
+    data = tomllib.loads(changed)
+    assert data == {"a": {"x": 5}, "b": {"xx": 1, "x": value, "y": 2}, "c": {"x": 7}}
+    assert changed.endswith("# why # so\ny = 2\n[c]\nx = 7\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        (["new"], 0, r"Next: elastic-robot check new/case\.toml"),
+        (["there"], 2, r"there/case\.toml: expected a new file"),
+        (["--list"], 0, ".*".join((*STARTS, *shipped_robots()))),
+        ([], 2, "expected the folder to make, or --list"),
+        (["x", "--process", "y"], 2, "--process: expected one of"),
+    ],
+)
+def test_the_command_makes_lists_and_refuses(
+    arguments, status, said, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / CASE).touch()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as done:
+        main(["init", *arguments])
+    assert done.value.code == status
+    told = capsys.readouterr()
+    assert re.search(said, told.out + told.err, re.DOTALL)
+    made = {file.name for file in (tmp_path / "new").glob("*")}
+    assert made == ({CASE, "icme2008.toml"} if arguments == ["new"] else set())
