@@ -7,14 +7,16 @@ joint.tilt.stiffness is that of every tilt of every joint, joint[3] all that sta
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 from coupling.errors import one_of
 
 _INDEX = re.compile(r"\[\d+\]")
 SOURCES = "sources"
+UNKNOWN = "the file does not say"
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,26 @@ def numbers(data: Mapping[str, Any]) -> list[Number]:
     """
     sources = data.get(SOURCES, {})
     return [Number(place, value, _source(place, sources)) for place, value in _places(data)]
+
+
+def by_source(numbers: Sequence[Number]) -> dict[str, list[str]]:
+    """Return the places of numbers by their source, those of all joints as one place.
+
+    Example:
+        >>> by_source([Number("joint[1].mass", 1.0, "a"), Number("joint[2].mass", 2.0, "a")])
+        {'a': ['joint.mass']}
+    """
+    kinds: dict[str, set[str]] = {}
+    for number in numbers:
+        kinds.setdefault(_kind(number.place), set()).add(number.source)
+    found: dict[str, list[str]] = {}
+    for number in numbers:
+        kind = _kind(number.place)
+        place = kind if len(kinds[kind]) == 1 else number.place
+        places = found.setdefault(number.source or UNKNOWN, [])
+        if place not in places:
+            places.append(place)
+    return found
 
 
 def require_places(data: Mapping[str, Any]) -> None:
@@ -90,3 +112,9 @@ def _covers(key: str, place: str) -> bool:
 
 def _detail(key: str) -> tuple[int, int]:
     return key.count("."), len(_INDEX.findall(key))
+
+
+def _kind(place: str) -> str:
+    """Return a place without the numbers of joint and tilt."""
+    parts = (list(part) for _, part in groupby(place, lambda letter: letter in "[]0123456789"))
+    return "".join("".join(part) for part in parts if part[0] not in "[]")

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.intervals import Interval, interval_figure
+from coupling.report.style import style
 
 _MM = 1e3
 

@@ -13,7 +13,7 @@ from coupling.report.identify_figures import (
     label,
     residuals,
 )
-from coupling.report.page import document
+from coupling.report.document import document
 from coupling.report.tables import table
 
 _MM = 1e3

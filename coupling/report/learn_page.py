@@ -7,9 +7,10 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from coupling.report.figures import AFTER, BEFORE, DESIRED, style
+from coupling.report.colours import AFTER, BEFORE
+from coupling.report.document import document
 from coupling.report.intervals import Interval, interval_figure
-from coupling.report.page import document
+from coupling.report.style import style
 from coupling.report.tables import gear_loads, table
 
 _UM = 1e6

@@ -1,32 +1,23 @@
-"""The HTML page around the figures."""
+"""The report of a run folder."""
 
 from __future__ import annotations
 
 import html
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-import plotly.graph_objects as go
-from plotly.io import to_html
-from plotly.offline import get_plotlyjs
-
 from coupling.errors import ResultError
+from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
-from coupling.report import figures, tables, workpiece_figures
+from coupling.report import along, figures, tables, workpiece_figures
+from coupling.report.background import CONVERGENCE_TEXT, inputs, parsed, process_text
+from coupling.report.document import Section, document
+from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
+from coupling.report.verdict import verdict
+from coupling.report.views import from_above, robot_views
 from coupling.run.stored_run import RESULT, StoredRobot, StoredRun, read_run, stages
-
-_STYLE = """
-body { font-family: system-ui, sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em;
-       color: #222; line-height: 1.45; }
-h1 { font-size: 1.6em; margin-bottom: 0.2em; } h2 { font-size: 1.2em; margin-top: 2em; }
-table { border-collapse: collapse; } td, th { padding: 0.25em 1em 0.25em 0; text-align: right; }
-td:first-child, th:first-child { text-align: left; } th { border-bottom: 1px solid #999; }
-.verdict { padding: 0.6em 1em; border-left: 6px solid; background: #f6f6f6; }
-.yes { border-color: #009E73; } .no { border-color: #D55E00; }
-"""
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:
@@ -45,48 +36,57 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
     target, run = file or folder / "report.html", read_run(folder)
     try:
         pages = _pages(folder, target, run)
-    except (KeyError, TypeError, ValueError, AttributeError) as cause:
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as cause:
         raise ResultError(
             f"{folder / RESULT}: expected the figures of a run, got damaged ones:"
             f" {type(cause).__name__}: {cause}"
         ) from cause
     for place, page in pages.items():
-        try:
-            place.write_text(page, encoding="utf-8")
-        except OSError as cause:
-            raise ResultError(f"{place}: cannot be written: {cause.strerror or cause}") from cause
+        write_whole(place, page, ResultError)
     return target
 
 
 def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
     """Return the pages of a run by their files."""
     if run.gap is None:
-        return {target: robot_page(run.first, run.workpieces)}
-    pages = {folder / name / "report.html": robot_page(own) for name, own in run.robots.items()}
+        return {target: robot_page(run, run.first)}
+    pages = {folder / name / "report.html": robot_page(run, own) for name, own in run.robots.items()}
     return {**pages, target: cell_page(run)}
 
 
-def robot_page(
-    robot: StoredRobot, workpieces: Mapping[str, Workpiece] = MappingProxyType({})
-) -> str:
-    """Return the page of one robot and its tool as one self-contained HTML text."""
-    factor = figures.amplification(robot)
-    sections = [
-        ("Path", "path", figures.paths(robot, factor), _path_text(factor)),
-        ("Convergence", "convergence", figures.convergence(robot), _CONVERGENCE_TEXT),
-        ("Deviation along the path", "deviation", figures.deviation(robot), _deviation_text(robot)),
-        ("Wrench along the path", "wrench", figures.wrench(robot), _wrench_text(robot)),
+def robot_page(run: StoredRun, robot: StoredRobot) -> str:
+    """Return the page of one robot of a run and its tool as one self-contained HTML text."""
+    own, case = robot.figures, parsed(run.case)
+    changes = own["flank_changes"]
+    gears = f"{_FLANKS_TEXT}{tables.gears(changes)}" if changes else ""
+    process = process_text(own, case, run.answers)
+    drive_text = f"{DRIVES_TEXT}{drives_table(own)}"
+    sections: list[Section] = [
+        ("The part from above", "above", from_above(robot, case["part"]), _ABOVE_TEXT),
+        (
+            "Deviation along the path",
+            "deviation",
+            along.deviation(robot),
+            _deviation_text(robot) + gears,
+        ),
+        ("Robot at the part", "robot", robot_views(own["robots"], [robot.desired]), _ROBOT_TEXT),
+        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own)),
+        ("What the command asks of the drives", "drives", drives(robot), drive_text),
+        ("The process: where and at what cost", "convergence", along.convergence(robot), process),
+        ("Wrench along the path", "wrench", along.wrench(robot), _wrench_text(robot)),
+        ("Deviation by axis", "axes", along.components(robot), _axes_text(robot)),
     ]
-    changes = robot.figures["flank_changes"]
-    if changes:
-        text = _FLANKS_TEXT + tables.gears(changes)
-        sections.insert(3, ("Gears in their play", "flanks", figures.flanks(robot), text))
-    sections += _of_workpieces(workpieces)
-    head = (tables.deviations, tables.plant, tables.robustness, tables.gear_loads, tables.drives)
-    return _page(robot.figures, "".join(part(robot.figures) for part in head), sections)
+    if run.gap is None:
+        sections += _of_workpieces(run.workpieces)
+    return _page(own, case, tables.deviations(robot), sections, inputs(own, run.case))
 
 
-def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[tuple[str, str, go.Figure, str]]:
+def _told(name: str, *parts: str) -> list[Section]:
+    """Return a section without figures of parts that have their own headings."""
+    return [(name, "", (), "".join(parts))]
+
+
+def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
     """Return the sections of what a process leaves, none where it leaves nothing."""
     if not workpieces:
         return []
@@ -98,6 +98,7 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[tuple[str, str, 
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
+    own, case = cell.figures, parsed(cell.case)
     rows = [
         (
             f'<a href="{name}/report.html">{name}</a>',
@@ -106,75 +107,62 @@ def cell_page(cell: StoredRun) -> str:
         )
         for name, run in cell.robots.items()
     ]
-    header = ("deviation, max [um]", *stages(cell.figures), "peak force [N]")
-    table = (
-        f"{tables.table(header, rows)}"
-        f"<p>{cell.figures['process_evaluations']} evaluations of the process.</p>"
-        f"{tables.plant(cell.figures)}{tables.robustness(cell.figures)}"
-    )
-    sections = [
+    header = ("deviation, max [um]", *stages(own), "peak force [N]")
+    paths = [run.desired for run in cell.robots.values()]
+    robots = [run.figures["robots"][0] for run in cell.robots.values()]
+    sections: list[Section] = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
-        ("Tools in the cell", "path", figures.cell(cell), _CELL_TEXT),
-        ("Convergence", "convergence", figures.convergence(cell.first), _CONVERGENCE_TEXT),
+        ("Robots in the cell", "robot", robot_views(robots, paths), _ROBOT_TEXT),
+        *_told("", tables.robustness(own), tables.plant(own)),
+        (
+            "The process: where and at what cost",
+            "convergence",
+            along.convergence(cell.first),
+            process_text(own, case, cell.answers),
+        ),
         *_of_workpieces(cell.workpieces),
     ]
-    return _page(cell.figures, table, sections)
+    return _page(own, case, tables.table(header, rows), sections, inputs(own, cell.case))
 
 
-def _deviations(figures_: dict[str, Any]) -> dict[str, float]:
+def _deviations(figures_: Mapping[str, Any]) -> dict[str, float]:
     """Return the largest deviations [m] by `stages`."""
     values = (figures_[f"deviation_{name}_m"]["maximum"] for name in ("before", "after"))
-    return dict(zip(stages(figures_), values, strict=False))
+    return dict(zip(stages(dict(figures_)), values, strict=False))
 
 
 def _page(
-    figures_: dict[str, Any], table: str, sections: list[tuple[str, str, go.Figure, str]]
+    figures_: Mapping[str, Any],
+    case: Mapping[str, Any],
+    table: str,
+    sections: list[Section],
+    end: str,
 ) -> str:
-    """Return verdict, table and sections as one self-contained HTML text."""
-    head = f"{_verdict(figures_)}{table}{_warnings(figures_)}"
-    return document(f"{figures_['case']}: {figures_['kind']}", head, sections, _THINNED_TEXT)
+    """Return verdict, table, sections and inputs as one self-contained HTML text."""
+    head = f"{verdict(figures_, case['process']['model'])}{table}{_warnings(figures_)}"
+    title = f"{figures_['case']}: {figures_['kind']}"
+    return document(title, head, sections, f"{_THINNED_TEXT}{end}")
 
 
-def document(
-    title: str, head: str, sections: list[tuple[str, str, go.Figure, str]], end: str = ""
-) -> str:
-    """Return a self-contained HTML text.
-
-    Args:
-        title: Title, as plain text.
-        head: HTML before the sections.
-        sections: Title, name, figure and HTML of each.
-        end: HTML after them.
-    """
-    body = "".join(
-        f"<h2>{heading}</h2><div>{text}</div>"
-        + to_html(figure, include_plotlyjs=False, full_html=False, div_id=name)
-        for heading, name, figure, text in sections
-    )
-    title = html.escape(title)
-    return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f"<style>{_STYLE}</style><script>{get_plotlyjs()}</script></head><body>"
-        f"<h1>{title}</h1>{head}{body}{end}</body></html>"
-    )
-
-
-_CONVERGENCE_TEXT = (
-    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
-    " evaluation of the process. Thick line: deviation from the desired path after each correction."
+_ABOVE_TEXT = (
+    "<p>The path along the part's z axis, coloured by the distance of the actual from the desired TCP, all"
+    " on one logarithmic scale.</p>"
 )
 _FLANKS_TEXT = (
-    "A bar while a gear is in its play, a mark where it reaches a flank. The command leads it through"
-    " the play as the model says: a wrong backlash would show there."
+    "<p>Below the curves: a bar while a gear is in its play, a mark where it reaches a flank. The command"
+    " leads it through the play as the model says: a wrong backlash would show there. The largest spikes"
+    " of each gear are named.</p>"
+)
+_ROBOT_TEXT = (
+    "<p>Links from joint to joint in the middle of the path, no bodies; the world frame.</p>"
 )
 _THINNED_TEXT = (
-    f"<p>A curve over time is drawn through its smallest and largest value in each of {PARTS} equal"
+    f"<p>A curve over time is drawn through its smallest and largest value in each of up to {PARTS} equal"
     " parts of the time, so that no peak is lost; the CSV files hold every sample.</p>"
 )
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."
 )
-_CELL_TEXT = "Desired paths of all tools, in the world frame."
 _CUT_TEXT = "What the process leaves, cut along the part's x axis."
 _WORKPIECE_TEXT = (
     "The same surface with its fields; choose one in the menu. The files workpiece_*.vtu hold it for"
@@ -183,15 +171,22 @@ _WORKPIECE_TEXT = (
 
 
 def _deviation_text(run: StoredRobot) -> str:
-    text = "Distance between actual and desired TCP at equal times."
+    text = "<p>Distance between actual and desired TCP at equal times."
     if len(run.actual) > 1:
         text += (
             " After compensation it is measured in a simulation of the FMU with the process evaluated"
             " on the path that the tool really takes."
         )
+    if run.other:
+        text += " Dotted: the same command and wrench on the robot in the other mode."
+        if len(run.actual) > 1:
+            text += (
+                " After compensation the two lie as far apart as the command's share against inertia:"
+                " the command is for the moving robot."
+            )
     if run.plant is not None:
         text += " On the plant the same command is as good as model and plant agree."
-    return text
+    return f"{text}</p>"
 
 
 def _wrench_text(run: StoredRobot) -> str:
@@ -199,16 +194,11 @@ def _wrench_text(run: StoredRobot) -> str:
     return f"Acting on the tool at the TCP, base axes, along the {which}."
 
 
-def _path_text(factor: int) -> str:
-    return f"Deviations from the desired path are drawn {factor} times as large as they are."
+def _axes_text(run: StoredRobot) -> str:
+    first, *more = run.actual
+    return f"Actual minus desired TCP{f' {first}' if more else ''}, world axes."
 
 
-def _verdict(figures_: dict[str, Any]) -> str:
-    state = "yes" if figures_["converged"] else "no"
-    word = "Converged" if figures_["converged"] else "Not converged"
-    return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(figures_["reason"])}</p>'
-
-
-def _warnings(figures_: dict[str, Any]) -> str:
+def _warnings(figures_: Mapping[str, Any]) -> str:
     items = "".join(f"<li>{html.escape(text)}</li>" for text in figures_["rate_warnings"])
     return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""

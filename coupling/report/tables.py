@@ -3,47 +3,89 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import degrees
 from typing import Any
 
-from coupling.run.stored_run import stages
+from coupling.report.shares import BEHIND, Share, shares_of
+from coupling.run.stored_run import StoredRobot
 from coupling.solve.correction import HOW
 
 _UM = 1e6
+_MODES = {"dynamic": "moving robot", "quasistatic": "quasi-static robot"}
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells of HTML."""
-    lines = [[f"<th>{cell}</th>" for cell in header]]
+def mode_names(mode: str) -> tuple[str, str]:
+    """Return what to call the robot in a run's mode and in the other one."""
+    own = _MODES[mode]
+    return own, next(name for name in _MODES.values() if name != own)
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
+    """Return a table of cells of HTML.
+
+    Args:
+        header: Cells of its first row.
+        rows: Cells of the others.
+        kind: "words" for a table of text, whose columns begin at the left.
+    """
+    lines = [[f'<th scope="col">{cell}</th>' for cell in header]]
     lines += [[f"<td>{cell}</td>" for cell in row] for row in rows]
-    return f"<table>{''.join(f'<tr>{chr(10).join(line)}</tr>' for line in lines)}</table>"
+    content = "".join(f"<tr>{chr(10).join(line)}</tr>" for line in lines)
+    marked = f' class="{kind}"' if kind else ""
+    return f'<div class="scroll" tabindex="0"><table{marked}>{content}</table></div>'
 
 
-def deviations(figures: dict[str, Any]) -> str:
+def deviations(run: StoredRobot) -> str:
     """Return how far the tool is off, before and after, and why."""
-    shares, mode = figures["shares_m"], figures["mode"]
-    rows = [
+    figures = run.figures
+    shares, (own, other) = figures["shares_m"], mode_names(figures["mode"])
+    parts = [shares_of(run, stage) for stage in run.actual]
+    whole = [figures["deviation_before_m"], figures["deviation_after_m"]][: len(parts)]
+    nothing: list[Any] = [None] * (len(parts) - 1)
+    rows: list[tuple[str, Sequence[Any]]] = [
+        (f"{own}, process {HOW[figures['before']]}" if nothing == [] else own, whole),
+        ("&nbsp; gravity alone", [shares["gravity"], *nothing]),
+        ("&nbsp; process (loaded minus unloaded)", [shares["process"], *nothing]),
+        ("&nbsp; motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
-            f"{stages(figures)[0]}, {mode} robot {HOW[figures['before']]}",
-            figures["deviation_before_m"],
+            f"&nbsp; while gears are in their play, and {BEHIND:g} s behind",
+            [part.flanks for part in parts],
         ),
-        ("&nbsp; of this: gravity alone", shares["gravity"]),
-        ("&nbsp; of this: process (loaded minus unloaded)", shares["process"]),
+        ("&nbsp; at all other times", [part.elsewhere for part in parts]),
+        (f"{other} under the same command and wrench", [part.other for part in parts]),
     ]
-    if figures["kind"] == "compensate":
-        what = f"after compensation, {mode} robot, process on the path that it really takes"
-        rows.append((what, figures["deviation_after_m"]))
-        if mode != "dynamic":
-            rows.append(("the same command and wrench, dynamic robot", shares["dynamic_after"]))
+    stage_columns = ("max", "rms", "at t = [s]")
+    header = ["deviation [um]"]
+    for stage in run.actual:
+        header += [f"{stage}: {stage_columns[0]}", *stage_columns[1:]]
+    told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
+    how = (
+        f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on the"
+        " path that the tool really takes. Shares do not add up: they point to different sides.</p>"
+        if figures["kind"] == "compensate"
+        else ""
+    )
     return (
-        _of_deviations(rows)
-        + (
-            f"<p>{figures['process_evaluations']} evaluations of the process; peak force"
-            f" {figures['peak_force_N']:.1f} N.</p>"
-        )
+        table(header, [(name, *sum(cells, ())) for name, cells in told if any(map(_is_told, cells))])
+        + how
         + _of_beat(figures)
     )
+
+
+def _figures_of(found: Mapping[str, float] | Share | None) -> tuple[str, ...]:
+    """Return largest, rms and instant of a deviation [um], [s]."""
+    if found is None:
+        return ("", "", "")
+    if isinstance(found, Share):
+        values = (found.maximum, found.rms, found.time)
+    else:
+        values = (found["maximum"], found["rms"], found["time_of_maximum"])
+    return (f"{_UM * values[0]:.2f}", f"{_UM * values[1]:.2f}", f"{values[2]:.3f}")
+
+
+def _is_told(cells: tuple[str, ...]) -> bool:
+    return any(cells)
 
 
 def _of_beat(figures: dict[str, Any]) -> str:
@@ -97,37 +139,6 @@ def plant(figures: dict[str, Any]) -> str:
     return (
         f"<h2>On the plant</h2><p>The same command on a robot that is not the model: {differences}."
         f" {how}</p>{_of_deviations(rows)}"
-    )
-
-
-def drives(figures: dict[str, Any]) -> str:
-    """Return what the command asks of the drives, with a heading."""
-
-    def limit(value: float | None) -> str:
-        return "none" if value is None else f"{value:.3g}"
-
-    rows = [
-        (
-            f"joint {drive['joint']}",
-            f"{drive['rate_rad_s']:.3g}",
-            limit(drive["rate_limit_rad_s"]),
-            f"{drive['acceleration_rad_s2']:.3g}",
-            limit(drive["acceleration_limit_rad_s2"]),
-            f"{drive['acceleration_time_s']:.3f}",
-        )
-        for drive in figures["command"]["drives"]
-    ]
-    header = (
-        "command",
-        "rate [rad/s]",
-        "limit",
-        "acceleration [rad/s&sup2;]",
-        "limit",
-        "at t = [s]",
-    )
-    return (
-        "<h2>What the command asks of the drives</h2><p>Largest values, between its rows as well.</p>"
-        f"{table(header, rows)}"
     )
 
 

@@ -10,7 +10,8 @@ from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 
 from coupling.path.workpiece import Workpiece
-from coupling.report.figures import AFTER, BEFORE, style
+from coupling.report.colours import AFTER, BEFORE
+from coupling.report.style import style
 
 _MM = 1e3
 # Points of a cut.

@@ -21,6 +21,7 @@ class DriveMotion:
     Attributes:
         joint: Number, from 1.
         lowest, highest: Range of the angle [rad].
+        lower_limit, upper_limit: What the joint allows of it [rad], or None.
         rate: Largest |q'| [rad/s].
         rate_time: Instant of it [s].
         rate_limit: Highest rate that the joint allows [rad/s], or None.
@@ -32,6 +33,8 @@ class DriveMotion:
     joint: int
     lowest: float
     highest: float
+    lower_limit: float | None
+    upper_limit: float | None
     rate: float
     rate_time: float
     rate_limit: float | None
@@ -65,6 +68,8 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
             joint=i + 1,
             lowest=float(q[:, i].min()),
             highest=float(q[:, i].max()),
+            lower_limit=_limit(limits.lower[i]),
+            upper_limit=_limit(limits.upper[i]),
             rate=float(qd[:, i].max()),
             rate_time=float(time[qd[:, i].argmax()]),
             rate_limit=_limit(limits.rate[i]),

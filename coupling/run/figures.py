@@ -167,6 +167,7 @@ def _command(run: Run, tool: int | None) -> dict[str, Any]:
             "robot": name,
             "joint": drive.joint,
             "range_rad": [drive.lowest, drive.highest],
+            "range_limit_rad": [drive.lower_limit, drive.upper_limit],
             "rate_rad_s": drive.rate,
             "rate_time_s": drive.rate_time,
             "rate_limit_rad_s": drive.rate_limit,

@@ -19,8 +19,9 @@ from coupling.files.csv_table import (
     write_table,
 )
 from coupling.run.figures import figures_of
+from coupling.run.robots import drawn_robots
 from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
-from coupling.run.study import Run
+from coupling.run.study import Run, other_mode
 
 
 def write_run(folder: Path, case: Case, run: Run) -> None:
@@ -35,7 +36,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
     try:
         (folder / "case.toml").write_text(tomli_w.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
-        _write_figures(folder, figures_of(run, case.name))
+        _write_figures(folder, figures_of(run, case.name) | {"robots": drawn_robots(case, run)})
         if run.gap is None:
             _write_tool(folder, run, 0)
             return
@@ -44,6 +45,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         for tool, name in enumerate(run.robots):
             (folder / name).mkdir(exist_ok=True)
             figures = figures_of(run, f"{case.name}, {name} robot", tool)
+            figures["robots"] = drawn_robots(case, run)[tool : tool + 1]
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)
     except OSError as cause:
@@ -60,6 +62,10 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     paths = {"desired": run.desired, "uncompensated": run.before, "achieved": found.achieved}
     if run.plant is not None:
         paths[PLANT] = run.plant.path
+    in_other = {"uncompensated": run.other_before, "achieved": run.other_after}
+    for name, path in in_other.items():
+        if path is not None:
+            paths[f"{name}_{other_mode(run.mode)}"] = path
     for name, path in paths.items():
         _write(folder, name, POSE_COLUMNS, time, path.pose[tool])
     drives = found.joints.robots[tool].columns

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from elastic_robot.tool_load import symmetric
 
-RESULT, RUN = "result.json", "run.json"
+RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
 PLANT, ANCHOR = "plant", "anchor"
 GAP, GAP_COLUMNS = "gap", ("before", "after")
 
@@ -59,6 +59,8 @@ class StoredRobot:
         correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
         wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
+        other: Paths of the tool by `stages`, the robot simulated in the mode that is not the run's;
+            those that were simulated.
     """
 
     figures: dict[str, Any]
@@ -70,6 +72,7 @@ class StoredRobot:
     correction: np.ndarray
     wrench: WrenchHistory
     plant: ToolPath | None = None
+    other: Mapping[str, ToolPath] = field(default_factory=dict)
 
     @property
     def actual(self) -> dict[str, ToolPath]:
@@ -87,12 +90,16 @@ class StoredRun:
         robots: Robots by name; the files of a single one are in the run's folder itself.
         gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
         workpieces: Workpieces by `stages`, where the process tells.
+        case: Text of its case.toml.
+        answers: The process's answers in their order, as run.json tells them; none where it is gone.
     """
 
     figures: dict[str, Any]
     robots: dict[str, StoredRobot]
     gap: np.ndarray | None
     workpieces: dict[str, Workpiece]
+    case: str = ""
+    answers: tuple[dict[str, Any], ...] = ()
 
     @property
     def first(self) -> StoredRobot:
@@ -117,7 +124,22 @@ def read_run(folder: Path) -> StoredRun:
         if (file := workpiece_file(folder, name)).exists()
     }
     read = {name: _read_robot(place) for name, place in robots.items()}
-    return StoredRun(figures, read, gap, pieces)
+    return StoredRun(figures, read, gap, pieces, _read_case(folder), _read_answers(folder))
+
+
+def _read_case(folder: Path) -> str:
+    try:
+        return (folder / CASE).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise ResultError(f"{folder / CASE}: cannot be read: {cause}") from cause
+
+
+def _read_answers(folder: Path) -> tuple[dict[str, Any], ...]:
+    """Return what run.json tells of the process's answers; nothing rests on it."""
+    try:
+        return tuple(json.loads((folder / RUN).read_text(encoding="utf-8"))["answers"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return ()
 
 
 def _read_figures(folder: Path) -> dict[str, Any]:
@@ -159,6 +181,7 @@ def _read_robot(folder: Path) -> StoredRobot:
         values = table(name, POSE_COLUMNS)
         return ToolPath(values[:, 0], values[:, 1:])
 
+    figures = _read_figures(folder)
     names = drive_columns(read_header(folder / "command.csv", ResultError))
     command = table("command", (*POSE_COLUMNS, *sum(names, ())))
     poses, motion = command[:, 1 : 1 + len(POSE_COLUMNS)], command[:, 1 + len(POSE_COLUMNS) :]
@@ -171,7 +194,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             None if rows is None else ContactSpring(rows[None, :, :3], symmetric(rows[:, 3:])[None])
         )
         return StoredRobot(
-            figures=_read_figures(folder),
+            figures=figures,
             desired=tool_path("desired"),
             uncompensated=tool_path("uncompensated"),
             achieved=tool_path("achieved"),
@@ -182,6 +205,11 @@ def _read_robot(folder: Path) -> StoredRobot:
             correction=table("correction", CORRECTION_COLUMNS)[:, 1:],
             wrench=WrenchHistory(wrench[:, 0], wrench[:, 1:], spring),
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
+            other={
+                stage: tool_path(file.stem)
+                for stage, name in zip(stages(figures), ("uncompensated", "achieved"), strict=False)
+                for file in sorted(folder.glob(f"{name}_*.csv"))
+            },
         )
     except ValueError as cause:
         raise ResultError(f"{folder}: {cause}") from cause

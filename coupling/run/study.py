@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from coupling.case import Case
+from coupling.errors import SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, ToolGap, measure
-from coupling.path.histories import ToolPath
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Cell
 from coupling.robot.robot import RateWarning
 from coupling.run.drive_motion import DriveMotion, drive_motions
@@ -45,8 +46,9 @@ class Run:
         robots: Names of the robots, in the order of the tools.
         correction: Correction that the method found.
         mode: Mode in which the robots were simulated.
-        dynamic: Paths under the corrected command and the validation's wrench in dynamic mode; None
-            where that was not run.
+        other_before, other_after: Paths of the robots simulated in the other mode, without inertia for
+            moving ones, under the commands and wrenches of the paths before and after; None where that
+            was not possible, and after a coupling no path after.
         robustness: What the corrected command leaves on robots that differ from the model.
         plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
@@ -62,7 +64,8 @@ class Run:
     robots: tuple[str, ...]
     correction: Correction
     mode: Mode
-    dynamic: ToolPath | None
+    other_before: ToolPath | None
+    other_after: ToolPath | None
     robustness: tuple[Replay, ...]
     plant: OnPlant | None
     drives: tuple[tuple[DriveMotion, ...], ...]
@@ -82,6 +85,13 @@ class Run:
     def before(self) -> ToolPath:
         """Actual paths under the uncorrected command."""
         return self.correction.before.path
+
+    @property
+    def dynamic(self) -> ToolPath | None:
+        """Paths of the moving robots under the corrected command and the validation's wrench."""
+        if self.kind == "couple":
+            return None
+        return self.correction.achieved if self.mode == "dynamic" else self.other_after
 
 
 @dataclass(frozen=True)
@@ -168,11 +178,15 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         loop = loop_of(case, cell, watch)
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
-        dynamic: ToolPath | None = None
+        other_after: ToolPath | None = None
+        with _timed("other_mode", durations):
+            other = other_mode(case.mode)
+            before = found.before
+            other_before = _simulated(cell, before.joints, before.wrench, other)
+            if kind == "compensate":
+                other_after = _simulated(cell, found.joints, found.answer.wrench, other)
         replays: tuple[Replay, ...] = ()
         if kind == "compensate":
-            with _timed("dynamic", durations):
-                dynamic = _dynamic_path(case, cell, found)
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
         plant: OnPlant | None = None
@@ -188,7 +202,8 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             robots=tuple(robot.name for robot in case.robots),
             correction=found,
             mode=case.mode,
-            dynamic=dynamic,
+            other_before=other_before,
+            other_after=other_after,
             robustness=replays,
             plant=plant,
             drives=tuple(
@@ -210,11 +225,19 @@ def _timed(name: str, durations: dict[str, float]) -> Iterator[None]:
     durations[name] = time.perf_counter() - start
 
 
-def _dynamic_path(case: Case, cell: Cell, found: Correction) -> ToolPath:
-    """Simulate the corrected command in dynamic mode; free where the achieved path is dynamic."""
-    if case.mode == "dynamic":
-        return found.achieved
-    return cell.simulate(found.joints, found.answer.wrench, "dynamic")
+def other_mode(mode: Mode) -> Mode:
+    """Return the mode that robots of a mode are compared with."""
+    return "quasistatic" if mode == "dynamic" else "dynamic"
+
+
+def _simulated(
+    cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode
+) -> ToolPath | None:
+    """Return the paths in a mode; None where they cannot be simulated, which spoils no result."""
+    try:
+        return cell.simulate(joints, wrench, mode)
+    except SimulationError:
+        return None
 
 
 def _gap(case: Case, found: Correction) -> ToolGap | None:

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.events import Event
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
-from coupling.path.histories import JointPath, ToolPath
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Answer
 from coupling.robot.robot import FlankChange, Robot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, told_at, unloaded_path
@@ -74,12 +74,16 @@ class Before:
 
     Attributes:
         path: Paths of the TCPs.
+        joints: Motion of the drives.
+        wrench: Wrenches on the tools, at the times of `path`.
         answer: The process's answer to `path`; None where it was not evaluated there.
         how: "coupled": path and wrench belong together; "one-way": the path under the wrench that the
             process has on the desired paths, which costs no evaluation.
     """
 
     path: ToolPath
+    joints: JointPath
+    wrench: WrenchHistory
     answer: Answer | None
     how: How = "coupled"
 
@@ -157,7 +161,7 @@ class Uncorrected:
             reason=coupling.reason,
             desired=desired,
             unloaded=unloaded,
-            before=Before(coupling.path, coupling.answer),
+            before=Before(coupling.path, joints, coupling.answer.wrench, coupling.answer),
             joints=joints,
             command=loop.robot.forward(joints, joints.time),
             correction=loop.robot.forward(joints, desired.time).deviation_from(desired),

@@ -130,9 +130,11 @@ class Inverse(Schema):
         """Return what the uncorrected command leads to, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.held(times.path.time)
-            return Before(loop.robot.simulate(plain, loads, loop.mode), None, "one-way"), 0
+            path = loop.robot.simulate(plain, loads, loop.mode)
+            return Before(path, plain, loads, None, "one-way"), 0
         coupling = couple(loop, plain, unloaded, times.rows)
-        return Before(coupling.path, coupling.answer, "coupled"), len(coupling.evaluations)
+        before = Before(coupling.path, plain, coupling.answer.wrench, coupling.answer, "coupled")
+        return before, len(coupling.evaluations)
 
     def _round(
         self,

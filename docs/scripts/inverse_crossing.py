@@ -12,7 +12,7 @@ from coupling.case import Case
 from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import WrenchHistory
-from coupling.report.figures import AFTER, BEFORE, DESIRED
+from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot import FlankChange
 from coupling.run.study import Run, run_compensation

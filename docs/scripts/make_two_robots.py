@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.case import Case
-from coupling.report.figures import AFTER, BEFORE, DESIRED
+from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.study import Deviations, Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled

@@ -1,0 +1,97 @@
+"""What a result rests on: evaluations of the process, and every input with its source."""
+
+from __future__ import annotations
+
+import html
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from coupling.report.tables import table
+
+# Evaluations that are listed one by one.
+_LISTED = 12
+_KEY = 12
+CONVERGENCE_TEXT = (
+    "Thin lines: how far the robot's answer is from the path that the process saw, for each"
+    " evaluation of the process. Thick line: deviation from the desired path after each correction."
+)
+_WHERE = {
+    "inverse": "first on the desired path, then on the path that the tool takes under each command",
+    "mirror": "on the paths that the tool takes, from pass to pass",
+}
+
+
+def process_text(
+    figures: Mapping[str, Any], case: Mapping[str, Any], answers: Sequence[Mapping[str, Any]]
+) -> str:
+    """Return where the process was evaluated and what that cost, as HTML.
+
+    Args:
+        figures: Content of result.json.
+        case: Content of case.toml.
+        answers: `answers` of run.json.
+    """
+    method = case["compensation"]["method"] if figures["kind"] == "compensate" else ""
+    where = _WHERE.get(method, "on the paths that the tool takes, until they agree")
+    text = (
+        f"<p>{html.escape(case['process']['model'])}, evaluated {figures['process_evaluations']} times,"
+        f" {where}; peak force {figures['peak_force_N']:.1f} N.</p>"
+    )
+    if answers:
+        computed = [float(own["seconds"]) for own in answers if own["from"] == "computed"]
+        spent = (
+            f"{len(computed)} computed in {sum(computed):.3g} s, {sum(computed) / len(computed):.3g} s"
+            " each"
+            if computed
+            else "none computed"
+        )
+        text += (
+            f"<p>Of {len(answers)} answers {spent}, {len(answers) - len(computed)} from the store of"
+            " evaluations.</p>"
+        )
+    if 0 < len(answers) <= _LISTED:
+        rows = [
+            (str(k), html.escape(own["from"]), f"{own['seconds']:.3f}", str(own["key"])[:_KEY])
+            for k, own in enumerate(answers, start=1)
+        ]
+        text += table(("answer", "from", "took [s]", "key in the store"), rows)
+    return f"{text}<p>{CONVERGENCE_TEXT}</p>"
+
+
+def inputs(figures: Mapping[str, Any], case: str) -> str:
+    """Return every input with its source, as HTML.
+
+    Args:
+        figures: Content of result.json.
+        case: Text of case.toml.
+    """
+    text = "<section><h2>Inputs and their sources</h2>"
+    for robot in figures["robots"]:
+        rows = [
+            (html.escape(", ".join(places)), html.escape(source))
+            for source, places in robot["sources"].items()
+        ]
+        name = html.escape(f"{robot['title']}: {robot['description']}")
+        text += f"<h3>Robot {name}</h3>{table(('numbers', 'source'), rows, 'words')}"
+    rows = [(html.escape(name), html.escape(own)) for name, own in figures["versions"].items()]
+    rows.append(("FMU", html.escape(figures["fmu_fingerprint"])))
+    keys = ", ".join(str(key)[:_KEY] for key in dict.fromkeys(figures["evaluation_keys"]))
+    rows.append(("answers of the process (keys in the store)", html.escape(keys) or "not kept"))
+    return (
+        f"{text}<h3>Programs</h3>{table(('', 'version'), rows, 'words')}<h3>Case</h3><p>With every"
+        f' default filled in; it runs again to the same figures.</p><pre tabindex="0">'
+        f"{html.escape(case.strip())}</pre></section>"
+    )
+
+
+def parsed(case: str) -> dict[str, Any]:
+    """Return the content of a case.toml.
+
+    Raises:
+        ValueError: If it is no TOML, with what it is.
+    """
+    try:
+        return tomllib.loads(case)
+    except tomllib.TOMLDecodeError as cause:
+        raise ValueError(f"case.toml: {cause}") from cause

@@ -1,0 +1,176 @@
+"""A page of tables and figures in one file, which opens without a network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+from coupling.report.colours import ON_DARK
+
+# Significant digits of what is drawn: a millisecond in an hour.
+_DIGITS = 7
+_STYLE, _SCRIPT = (Path(__file__).with_name(f"document.{kind}") for kind in ("css", "js"))
+
+# Title in HTML or "", name, what is drawn beside each other, and HTML before it.
+Section = tuple[str, str, go.Figure | tuple[go.Figure, ...], str]
+
+
+def document(title: str, head: str, sections: Sequence[Section], end: str = "") -> str:
+    """Return a self-contained HTML text.
+
+    Figures and plotly.js are compressed in it; what a figure's legend says is HTML above it.
+
+    Args:
+        title: Title, as plain text.
+        head: HTML before the sections.
+        sections: Title, name, figure or figures side by side, and HTML of each.
+        end: HTML after them.
+    """
+    drawn: dict[str, go.Figure] = {}
+    body = ""
+    for heading, name, figure, text in sections:
+        figures = figure if isinstance(figure, tuple) else (figure,)
+        names = [name if not k else f"{name}_{k + 1}" for k in range(len(figures))]
+        drawn |= dict(zip(names, figures, strict=True))
+        cells = "".join(
+            f"<div>{_legend(own_name, own)}{_place(own_name, own, heading)}</div>"
+            for own_name, own in zip(names, figures, strict=True)
+        )
+        shown = f"<h2>{heading}</h2>" if heading else ""
+        shown += f"<div>{text}</div>"
+        shown += f'<div class="figures">{cells}</div>' if cells else ""
+        body += f"<section>{shown}</section>"
+    title = html.escape(title)
+    packed = json.dumps(
+        {name: _plain(figure.to_plotly_json()) for name, figure in drawn.items()},
+        separators=(",", ":"),
+    )
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
+        f"<body><main><h1>{title}</h1>{_TROUBLE}{head}{body}{end}</main>"
+        f'<script type="application/octet-stream" id="plotly">{_plotly()}</script>'
+        f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
+        f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
+        f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
+    )
+
+
+_TROUBLE = (
+    "<noscript><p>The figures need JavaScript; the tables do not.</p></noscript>"
+    '<p id="trouble" hidden>The figures cannot be drawn: they need a browser of 2023 or later.</p>'
+)
+
+
+@cache
+def _plotly() -> str:
+    return _packed(get_plotlyjs())
+
+
+def _packed(text: str) -> str:
+    # Without a time, so that the same page is the same bytes.
+    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
+
+
+def _place(name: str, figure: go.Figure, heading: str) -> str:
+    height = figure.layout.height or 400
+    label = html.escape(html.unescape(heading))
+    return (
+        f'<div class="figure" id="{name}" role="img" aria-label="{label}"'
+        f' style="min-height: {height}px"></div>'
+    )
+
+
+def _legend(name: str, figure: go.Figure) -> str:
+    """Return the names of a figure's traces as buttons that show and hide them."""
+    entries: dict[str, list[int]] = {}
+    for number, trace in enumerate(figure.data):
+        if trace.name and (trace.legendgroup or trace.showlegend is not False):
+            entries.setdefault(trace.legendgroup or trace.name, []).append(number)
+    shown = {
+        key: own
+        for key, own in entries.items()
+        if any(figure.data[k].showlegend is not False for k in own)
+    }
+    if not shown:
+        return ""
+    items = ""
+    for traces in shown.values():
+        first = next(figure.data[k] for k in traces if figure.data[k].showlegend is not False)
+        numbers = " ".join(map(str, traces))
+        items += (
+            f'<li><button type="button" aria-pressed="true" data-figure="{name}"'
+            f' data-traces="{numbers}">{_swatch(first)}{html.escape(str(first.name))}</button></li>'
+        )
+    return f'<ul class="legend" aria-label="Curves, shown or hidden">{items}</ul>'
+
+
+_SHAPES = {
+    "triangle-up": '<path d="M6 11L11 1L16 11Z"/>',
+    "triangle-down": '<path d="M6 1L11 11L16 1Z"/>',
+}
+
+
+def _swatch(trace: Any) -> str:
+    """Return a sample of a trace's line, marker or filled area."""
+    line, marker = getattr(trace, "line", None), getattr(trace, "marker", None)
+    mode = getattr(trace, "mode", None) or ("lines" if trace.type == "scatter" else "markers")
+    filled = getattr(trace, "fill", None) not in (None, "none")
+    inside = ""
+    if filled:
+        color = trace.fillcolor
+        inside = '<rect y="2" width="22" height="8" stroke="none"/>'
+    elif "lines" in mode:
+        color = line.color
+        dash = {"dot": "2 3", "dash": "6 4"}.get(line.dash or "", "none")
+        inside = f'<path d="M0 6H22" stroke-width="2.5" stroke-dasharray="{dash}"/>'
+    else:
+        color = marker.color if marker is not None else None
+        shape = _SHAPES.get(getattr(marker, "symbol", None) or "", '<circle cx="11" cy="6" r="4"/>')
+        inside = f'<g stroke="none">{shape}</g>'
+    light = color if isinstance(color, str) else "#333333"
+    return (
+        f'<svg width="22" height="12" aria-hidden="true"'
+        f' style="--light: {light}; --dark: {ON_DARK.get(light, light)}">{inside}</svg>'
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return a figure's content without arrays, numbers in as many digits as are seen."""
+    if isinstance(value, dict):
+        if "bdata" in value:
+            flat = np.frombuffer(base64.b64decode(value["bdata"]), dtype=value["dtype"])
+            shape = value.get("shape")
+            sizes = [int(size) for size in str(shape).split(",")] if shape else [-1]
+            return _plain(flat.reshape(sizes))
+        return {key: _plain(own) for key, own in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return list(_numbers(value))
+    return _number(value)
+
+
+def _numbers(values: Sequence[Any]) -> Iterator[Any]:
+    for value in values:
+        yield _number(value) if isinstance(value, float) else _plain(value)
+
+
+def _number(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value.item() if isinstance(value, np.generic) else value
+    if not np.isfinite(value):
+        return None
+    short = float(f"{value:.{_DIGITS}g}")
+    return int(short) if short.is_integer() and abs(short) < 1e15 else short

@@ -1,0 +1,63 @@
+"""What a run comes to, in a sentence with its conditions."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from typing import Any
+
+from coupling.report.tables import mode_names
+
+_UM = 1e6
+
+
+def verdict(figures: Mapping[str, Any], process: str) -> str:
+    """Return what a run comes to, as HTML.
+
+    Args:
+        figures: Content of result.json.
+        process: Name of the process's model.
+    """
+    state = "yes" if figures["converged"] else "no"
+    word = "Converged" if figures["converged"] else "Not converged"
+    text = f"{sentence(figures, process)} ({figures['reason']}.)"
+    return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(text)}</p>'
+
+
+def sentence(figures: Mapping[str, Any], process: str) -> str:
+    """Return the same in plain text, without the iteration's reason."""
+    robots = " and ".join(
+        f"{robot['title']} ({robot['description']}, torque curve {robot['torque_curve']})"
+        for robot in figures["robots"]
+    )
+    before, after = (figures[f"deviation_{stage}_m"]["maximum"] for stage in ("before", "after"))
+    if figures["kind"] == "couple":
+        what = f"commanded along its path as it is, the tool is up to {_um(before)} off"
+    else:
+        what = f"the command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+    own, _ = mode_names(figures["mode"])
+    count = "the file describes it" if len(figures["robots"]) == 1 else "the files describe them"
+    return (
+        f"{what}, for the {own} {robots} as {count}, under the process {process} on the path that the"
+        f" tool really takes; {_of_backlash(figures)}."
+    )
+
+
+def _of_backlash(figures: Mapping[str, Any]) -> str:
+    """Return what an error of the backlash would do."""
+    rows = [row for row in figures["robustness"] if row["name"].startswith("backlash")]
+    if rows:
+        worst = max(rows, key=lambda row: row["deviation_m"]["maximum"])
+        return f"{worst['name']} in all gears would leave {_um(worst['deviation_m']['maximum'])}"
+    gears = [gear for gear in figures["gears"] if gear["flank_changes"] or gear["floats_s"]]
+    if gears:
+        worst = max(gears, key=lambda gear: gear["backlash_20_percent_m"])
+        return (
+            f"a backlash 20 % off would show by up to {_um(worst['backlash_20_percent_m'])}, behind the"
+            f" flank changes of joint {worst['joint']}"
+        )
+    return "an error of the backlash would not show: no gear changes its flank"
+
+
+def _um(length: float) -> str:
+    return f"{_UM * length:.4g} um"
