@@ -16,6 +16,7 @@ import elastic_robot
 from coupling.cli import (
     build,
     check,
+    compare,
     completion,
     export,
     identify,
@@ -63,6 +64,7 @@ _COMMANDS = (
     study.study,
     place.place,
     runs.report,
+    compare.compare,
     store.store,
     identify.identify,
     learn.learn,

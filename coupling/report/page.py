@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from coupling.report.document import Section, document
 from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
-from coupling.report.views import from_above, robot_views
+from coupling.report.views import View, from_above, robot_views
 from coupling.run.stored_run import RESULT, StoredRobot, StoredRun, read_run, stages
 
 
@@ -34,16 +35,27 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the run cannot be read or the report not written.
     """
     target, run = file or folder / "report.html", read_run(folder)
-    try:
+    with whole_figures(folder):
         pages = _pages(folder, target, run)
+    for place, page in pages.items():
+        write_whole(place, page, ResultError)
+    return target
+
+
+@contextmanager
+def whole_figures(folder: Path) -> Iterator[None]:
+    """Say which run's figures are damaged where a page of them fails.
+
+    Raises:
+        ResultError: With the run's file.
+    """
+    try:
+        yield
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as cause:
         raise ResultError(
             f"{folder / RESULT}: expected the figures of a run, got damaged ones:"
             f" {type(cause).__name__}: {cause}"
         ) from cause
-    for place, page in pages.items():
-        write_whole(place, page, ResultError)
-    return target
 
 
 def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
@@ -60,9 +72,10 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     changes = own["flank_changes"]
     gears = f"{_FLANKS_TEXT}{tables.gears(changes)}" if changes else ""
     process = process_text(own, case, run.answers)
+    views = [View(stage, robot.desired, path, case["part"]) for stage, path in robot.actual.items()]
     drive_text = f"{DRIVES_TEXT}{drives_table(own)}"
     sections: list[Section] = [
-        ("The part from above", "above", from_above(robot, case["part"]), _ABOVE_TEXT),
+        ("The part from above", "above", from_above(views), _ABOVE_TEXT),
         (
             "Deviation along the path",
             "deviation",

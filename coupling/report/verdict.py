@@ -60,4 +60,4 @@ def _of_backlash(figures: Mapping[str, Any]) -> str:
 
 
 def _um(length: float) -> str:
-    return f"{_UM * length:.4g} um"
+    return f"{float(f'{_UM * length:.3g}'):g} um"

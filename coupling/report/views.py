@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,14 +14,18 @@ from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, QUIET
 from coupling.report.style import FLOOR_UM, UM, decades, style
 from coupling.report.thinning import extremes
-from coupling.run.stored_run import StoredRobot
 
 # Points of a path in a view, and parts of its time of which the extremes are among them.
-_POINTS, _PARTS = 900, 300
+_POINTS, _PARTS = 4000, 500
 # Decades of the colours at most.
 _DECADES = 5
 # Light enough for dark ground, dark enough for light one.
-_SCALE = [[0.0, "#3f9bdc"], [0.5, "#c89a1c"], [1.0, "#b8243b"]]
+_SCALE = (0.0, 0.5, 1.0), ((63, 200, 184), (155, 154, 36), (220, 28, 59))
+_COLOURS = 20
+# Width that a view has, and its height at most, and what its bar of colours needs [px].
+_WIDTH, _HIGHEST, _BAR = 420, 380, 70
+# Smallest extent of a view, as a part of the larger one.
+_LEAST = 0.3
 
 
 def rows_in_space(time: np.ndarray, *peaks: np.ndarray) -> np.ndarray:
@@ -29,80 +34,131 @@ def rows_in_space(time: np.ndarray, *peaks: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate([even, *(extremes(time, values, _PARTS) for values in peaks)]))
 
 
-def from_above(run: StoredRobot, part: Mapping[str, Any]) -> tuple[go.Figure, ...]:
-    """Draw the path along the part's z axis, coloured by deviation: a figure for each stage, one scale.
+@dataclass(frozen=True)
+class View:
+    """A path to be seen from above.
 
-    Args:
-        run: The run.
+    Attributes:
+        title: What to call it.
+        desired, actual: Where its tool should be and where it is, at the same times.
         part: Table [part] of its case.
     """
-    logs = {
-        stage: np.log10(np.maximum(UM * path.distance_to(run.desired), FLOOR_UM))
-        for stage, path in run.actual.items()
-    }
-    high = max(float(values.max()) for values in logs.values())
-    low = max(min(float(values.min()) for values in logs.values()), high - _DECADES)
-    low = min(low, high - 1.0)
-    part_from_world = Rotation.from_euler("xyz", part["rpy_deg"], degrees=True).inv()
-    x, y, _ = 1e3 * part_from_world.apply(run.desired.position[0] - part["position_m"]).T
-    rows = rows_in_space(run.desired.time, *logs.values())
-    return tuple(_coloured(stage, x, y, values, rows, (low, high)) for stage, values in logs.items())
+
+    title: str
+    desired: ToolPath
+    actual: ToolPath
+    part: Mapping[str, Any]
+
+    @property
+    def in_part(self) -> np.ndarray:
+        """Desired positions in the part [mm], (n, 3)."""
+        part_from_world = Rotation.from_euler("xyz", self.part["rpy_deg"], degrees=True).inv()
+        moved = self.desired.position[0] - np.array(self.part["position_m"])
+        seen: np.ndarray = 1e3 * part_from_world.apply(moved)
+        return seen
+
+    @property
+    def logarithms(self) -> np.ndarray:
+        """Decimal logarithms of the deviation in um, (n,)."""
+        distance = self.actual.distance_to(self.desired)
+        found: np.ndarray = np.log10(np.maximum(UM * distance, FLOOR_UM))
+        return found
 
 
-def _coloured(
-    stage: str,
-    x: np.ndarray,
-    y: np.ndarray,
-    values: np.ndarray,
-    rows: np.ndarray,
-    scale: tuple[float, float],
-) -> go.Figure:
+def from_above(views: Sequence[View]) -> tuple[go.Figure, ...]:
+    """Draw paths along their part's z axis, coloured by deviation, all on one scale."""
+    logs = [view.logarithms for view in views]
+    high = max(float(values.max()) for values in logs)
+    low = max(min(float(values.min()) for values in logs), high - _DECADES)
+    scale = min(low, high - 1.0), high
+    return tuple(_coloured(view, values, scale) for view, values in zip(views, logs, strict=True))
+
+
+def _coloured(view: View, values: np.ndarray, scale: tuple[float, float]) -> go.Figure:
     """Draw one path from above, coloured by the decimal logarithms of its deviation in um."""
-    # The largest deviations are drawn last, and so on top.
-    rows = rows[np.argsort(values[rows], kind="stable")]
     figure = go.Figure()
+    rows = rows_in_space(view.desired.time, values)
+    x, y, _ = view.in_part.T
+    # A piece between two rows is as bad as its worse end; the worst are drawn last, and so on top.
+    worse = np.maximum(values[rows[:-1]], values[rows[1:]])
+    ends = np.linspace(*scale, _COLOURS + 1)
+    number = np.clip(np.searchsorted(ends, worse, side="right") - 1, 0, _COLOURS - 1)
+    for k in np.unique(number):
+        own = np.flatnonzero(number == k)
+        begin, gap = np.flatnonzero(np.diff(own, prepend=-2) > 1)[1:], np.nan
+        across, up = (
+            np.concatenate([_with_end(v[rows], run, gap) for run in np.split(own, begin)])
+            for v in (x, y)
+        )
+        figure.add_scatter(
+            x=across,
+            y=up,
+            mode="lines",
+            showlegend=False,
+            name=f"{10.0 ** ends[k]:.2g} to {10.0 ** ends[k + 1]:.2g} um",
+            line={"color": _colour((k + 0.5) / _COLOURS), "width": 2.5},
+            hovertemplate="x %{x:.1f} mm, y %{y:.1f} mm",
+        )
     figure.add_scatter(
-        x=x[rows],
-        y=y[rows],
+        x=[None],
+        y=[None],
         mode="markers",
         showlegend=False,
         marker={
-            "size": 5,
-            "color": values[rows],
+            "color": [scale[0]],
             "cmin": scale[0],
             "cmax": scale[1],
-            "colorscale": _SCALE,
+            "colorscale": [[k / 10, _colour(k / 10)] for k in range(11)],
+            "showscale": True,
             "colorbar": {
                 "title": {"text": "deviation [um]", "side": "bottom"},
                 "orientation": "h",
                 "thickness": 12,
                 "len": 1.0,
-                "y": -0.22,
                 "yanchor": "top",
                 **decades(*scale),
             },
         },
-        text=[f"{10.0**value:.3g} um" for value in values[rows]],
-        hovertemplate="x %{x:.1f} mm, y %{y:.1f} mm: %{text}<extra></extra>",
     )
-    figure.update_layout(title={"text": stage, "font": {"size": 14}, "x": 0.5, "y": 0.985})
-    _as_drawn(figure, "x in the part [mm]", "y in the part [mm]", x, y)
-    return style(figure, 480).update_layout(margin_b=110)
+    return _as_drawn(figure, view.title, ("x in the part [mm]", "y in the part [mm]"), (x, y), _BAR)
+
+
+def _with_end(values: np.ndarray, pieces: np.ndarray, gap: float) -> np.ndarray:
+    """Return the ends of neighbouring pieces of a line, and a gap behind them."""
+    return np.concatenate([values[pieces[0] : pieces[-1] + 2], [gap]])
+
+
+def _colour(part: float) -> str:
+    """Return the colour of a part of the scale from 0 to 1."""
+    rgb = [np.interp(part, _SCALE[0], channel) for channel in _SCALE[1]]
+    return f"rgb({', '.join(str(round(value)) for value in rgb)})"
 
 
 def _as_drawn(
-    figure: go.Figure, across: str, up: str, x: np.ndarray, y: np.ndarray, least: float = 0.3
-) -> None:
-    """Give both axes one scale; what is narrower than `least` of the other extent gets that much."""
-    middle = [0.5 * (v.min() + v.max()) for v in (x, y)]
-    extents = [float(np.ptp(v)) for v in (x, y)]
-    whole = max(*extents, 1e-9)
-    spans = [1.1 * max(extent, least * whole) for extent in extents]
+    figure: go.Figure,
+    title: str,
+    labels: tuple[str, str],
+    points: tuple[np.ndarray, np.ndarray],
+    below: int = 0,
+) -> go.Figure:
+    """Give both axes of a view one scale, a title, and a height that suits; `below` is left free [px].
+
+    What is narrower than a part of the other extent gets that much.
+    """
+    extents = [float(np.ptp(v)) for v in points]
+    least = _LEAST * max(*extents, 1e-9)
+    spans = [1.1 * max(extent, least) for extent in extents]
+    middle = [0.5 * (v.min() + v.max()) for v in points]
     ends = [[m - 0.5 * s, m + 0.5 * s] for m, s in zip(middle, spans, strict=True)]
-    figure.update_xaxes(title=across, range=ends[0], constrain="domain", zeroline=False)
+    height = min(_WIDTH * spans[1] / spans[0], _HIGHEST)
+    figure.update_xaxes(title=labels[0], range=ends[0], constrain="domain", zeroline=False)
     figure.update_yaxes(
-        title=up, range=ends[1], scaleanchor="x", constrain="domain", zeroline=False
+        title=labels[1], range=ends[1], scaleanchor="x", constrain="domain", zeroline=False
     )
+    if below:
+        figure.update_traces(marker_colorbar_y=-56.0 / height, selector={"mode": "markers"})
+    figure.update_layout(title={"text": title, "font": {"size": 14}, "x": 0.5, "y": 0.985})
+    return style(figure, int(height) + 74 + below).update_layout(margin_b=46 + below)
 
 
 def robot_views(
@@ -162,6 +218,4 @@ def _seen(
             hoverinfo="skip",
         )
     x, y = np.hstack(points)
-    figure.update_layout(title={"text": title, "font": {"size": 14}, "x": 0.5, "y": 0.985})
-    _as_drawn(figure, *labels, x, y)
-    return style(figure, 400)
+    return _as_drawn(figure, title, labels, (x, y))

@@ -1,0 +1,26 @@
+"""The command line: elastic-robot compare."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.report.compare_page import comparison_lines, write_comparison
+from coupling.report.comparison import Comparison
+
+_FILE = Path("comparison.html")
+
+
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="A", help="A run folder.")],
+    second: Annotated[Path, typer.Argument(metavar="B", help="Another one, of the same robots.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
+) -> None:
+    """Put two run folders side by side: what they come to, their commands, inputs that differ."""
+    found = Comparison.of(first, second)
+    page = write_comparison(found, output)
+    lines = [*comparison_lines(found), f"Page: {page}"]
+    Console().print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
