@@ -47,8 +47,7 @@ def write_comparison(found: Comparison, file: Path) -> Path:
 def comparison_page(found: Comparison) -> str:
     """Return the page as one self-contained HTML text."""
     head = "".join(
-        f"<h2>{html.escape(name)}</h2>"
-        + verdict(run.figures, parsed(run.case)["process"]["model"])
+        f"<h2>{html.escape(name)}</h2>" + verdict(run.figures, parsed(run.case)["process"]["model"])
         for name, run in zip(found.names, found.runs, strict=True)
     )
     head += _figures(found)
@@ -103,7 +102,9 @@ def _figures(found: Comparison) -> str:
         row("evaluations of the process", "process_evaluations", digits=0),
         row("rows of the command", "command", "rows", digits=0),
     ]
-    names = dict.fromkeys(entry["name"] for figures in (own, other) for entry in figures["robustness"])
+    names = dict.fromkeys(
+        entry["name"] for figures in (own, other) for entry in figures["robustness"]
+    )
     for name in names:
         values = [
             next((r["deviation_m"]["maximum"] for r in f["robustness"] if r["name"] == name), None)
@@ -155,7 +156,11 @@ def _deviations(pairs: list[tuple[str, Any, StoredRobot]]) -> go.Figure:
     for (name, _, own), color in zip(pairs, _COLOURS, strict=True):
         stages = list(own.actual.items())
         for stage, path in stages:
-            line = {"color": color, "width": 1.5, "dash": "solid" if path is stages[-1][1] else "dot"}
+            line = {
+                "color": color,
+                "width": 1.5,
+                "dash": "solid" if path is stages[-1][1] else "dot",
+            }
             points = distance_curve(path.time, path.distance_to(own.desired))
             figure.add_scatter(**points, mode="lines", name=f"{name}: {stage}", line=line)
     figure.update_yaxes(log_axis(title="distance [um]"))
@@ -197,6 +202,8 @@ def _in_words(first: StoredRobot, second: StoredRobot) -> str:
         counts = [own.joints.q[0].shape[1] for own in (first, second)]
         return f"of {counts[0]} and {counts[1]} joints, not to be compared"
     angle, joint, time = difference.largest
+    if angle == 0.0:
+        return "the same"
     text = f"apart by at most {degrees(angle):.4g} deg, joint {joint} at t = {time:.3f} s"
     ends = [float(own.joints.time[-1]) for own in (first, second)]
     if abs(ends[0] - ends[1]) > 1e-9:

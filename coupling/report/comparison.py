@@ -63,7 +63,9 @@ class Comparison:
         runs = read_run(first), read_run(second)
         own, other = (" and ".join(run.robots) for run in runs)
         if own != other:
-            raise ResultError(f"{second}: expected a run of the robots {own}, as {first}, got {other}")
+            raise ResultError(
+                f"{second}: expected a run of the robots {own}, as {first}, got {other}"
+            )
         names = first.resolve().name, second.resolve().name
         if names[0] == names[1]:
             names = str(first), str(second)

@@ -124,7 +124,8 @@ _SHAPES = {
 
 def _swatch(trace: Any) -> str:
     """Return a sample of a trace's line, marker or filled area."""
-    line, marker = getattr(trace, "line", None), getattr(trace, "marker", None)
+    line: Any = getattr(trace, "line", None)
+    marker: Any = getattr(trace, "marker", None)
     mode = getattr(trace, "mode", None) or ("lines" if trace.type == "scatter" else "markers")
     filled = getattr(trace, "fill", None) not in (None, "none")
     inside = ""

@@ -16,7 +16,9 @@ def gap(cell: StoredRun) -> go.Figure:
     time = cell.first.desired.time
     for values, name, color in zip(cell.gap.T, stages(cell.figures), (BEFORE, AFTER), strict=False):
         points = curve(time, 1e3 * values)
-        figure.add_scatter(**points, name=name, mode="lines", showlegend=True, line={"color": color})
+        figure.add_scatter(
+            **points, name=name, mode="lines", showlegend=True, line={"color": color}
+        )
     commanded = 1e3 * cell.figures["pinch_gap_m"]["commanded"]
     figure.add_hline(y=commanded, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_yaxes(title="gap [mm]")

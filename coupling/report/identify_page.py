@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from typing import Any
 
+from coupling.report.document import document
 from coupling.report.identify_figures import (
     agreement,
     amplification,
@@ -13,7 +14,6 @@ from coupling.report.identify_figures import (
     label,
     residuals,
 )
-from coupling.report.document import document
 from coupling.report.tables import table
 
 _MM = 1e3

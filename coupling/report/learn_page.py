@@ -11,6 +11,7 @@ from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.intervals import Interval, interval_figure
 from coupling.report.style import style
+from coupling.report.style import style
 from coupling.report.tables import gear_loads, table
 
 _UM = 1e6

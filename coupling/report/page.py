@@ -12,7 +12,7 @@ from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, figures, tables, workpiece_figures
-from coupling.report.background import CONVERGENCE_TEXT, inputs, parsed, process_text
+from coupling.report.background import inputs, parsed, process_text
 from coupling.report.document import Section, document
 from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
@@ -62,7 +62,9 @@ def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
     """Return the pages of a run by their files."""
     if run.gap is None:
         return {target: robot_page(run, run.first)}
-    pages = {folder / name / "report.html": robot_page(run, own) for name, own in run.robots.items()}
+    pages = {
+        folder / name / "report.html": robot_page(run, own) for name, own in run.robots.items()
+    }
     return {**pages, target: cell_page(run)}
 
 
@@ -158,20 +160,20 @@ def _page(
 
 
 _ABOVE_TEXT = (
-    "<p>The path along the part's z axis, coloured by the distance of the actual from the desired TCP, all"
-    " on one logarithmic scale.</p>"
+    "<p>The path along the part's z axis, coloured by the distance of the actual from the desired TCP,"
+    " all on one logarithmic scale.</p>"
 )
 _FLANKS_TEXT = (
-    "<p>Below the curves: a bar while a gear is in its play, a mark where it reaches a flank. The command"
-    " leads it through the play as the model says: a wrong backlash would show there. The largest spikes"
-    " of each gear are named.</p>"
+    "<p>Below the curves: a bar while a gear is in its play, a mark where it reaches a flank. The"
+    " command leads it through the play as the model says: a wrong backlash would show there. The"
+    " largest spikes of each gear are named.</p>"
 )
 _ROBOT_TEXT = (
     "<p>Links from joint to joint in the middle of the path, no bodies; the world frame.</p>"
 )
 _THINNED_TEXT = (
-    f"<p>A curve over time is drawn through its smallest and largest value in each of up to {PARTS} equal"
-    " parts of the time, so that no peak is lost; the CSV files hold every sample.</p>"
+    f"<p>A curve over time is drawn through its smallest and largest value in each of up to {PARTS}"
+    " equal parts of the time, so that no peak is lost; the CSV files hold every sample.</p>"
 )
 _GAP_TEXT = (
     "Between the surfaces of both tools, across the sheet; it moves with the deviations of both."

@@ -15,8 +15,8 @@ from coupling.place.console import REPORT, changes, in_words
 from coupling.place.folder import FIGURES, StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
-from coupling.report.style import style
 from coupling.report.document import document
+from coupling.report.style import style
 from coupling.report.tables import table
 
 _UM = 1e6

@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.style import style
 from coupling.report.document import document
+from coupling.report.style import style
 from coupling.report.tables import table
 from coupling.study.bench import PARTS
 from coupling.study.folder import REPORT, RUN

@@ -61,13 +61,15 @@ def deviations(run: StoredRobot) -> str:
         header += [f"{stage}: {stage_columns[0]}", *stage_columns[1:]]
     told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
     how = (
-        f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on the"
-        " path that the tool really takes. Shares do not add up: they point to different sides.</p>"
+        f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on"
+        " the path that the tool really takes. Shares do not add up: they point to different sides.</p>"
         if figures["kind"] == "compensate"
         else ""
     )
     return (
-        table(header, [(name, *sum(cells, ())) for name, cells in told if any(map(_is_told, cells))])
+        table(
+            header, [(name, *sum(cells, ())) for name, cells in told if any(map(_is_told, cells))]
+        )
         + how
         + _of_beat(figures)
     )

@@ -20,7 +20,7 @@ def verdict(figures: Mapping[str, Any], process: str) -> str:
     """
     state = "yes" if figures["converged"] else "no"
     word = "Converged" if figures["converged"] else "Not converged"
-    text = f"{sentence(figures, process)} ({figures['reason']}.)"
+    text = sentence(figures, process) + " (" + figures["reason"] + ".)"
     return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(text)}</p>'
 
 
@@ -34,7 +34,9 @@ def sentence(figures: Mapping[str, Any], process: str) -> str:
     if figures["kind"] == "couple":
         what = f"commanded along its path as it is, the tool is up to {_um(before)} off"
     else:
-        what = f"the command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+        what = (
+            f"the command leads the tool to within {_um(after)} of its path, {_um(before)} without"
+        )
     own, _ = mode_names(figures["mode"])
     count = "the file describes it" if len(figures["robots"]) == 1 else "the files describe them"
     return (

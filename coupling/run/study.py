@@ -230,9 +230,7 @@ def other_mode(mode: Mode) -> Mode:
     return "quasistatic" if mode == "dynamic" else "dynamic"
 
 
-def _simulated(
-    cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode
-) -> ToolPath | None:
+def _simulated(cell: Cell, joints: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath | None:
     """Return the paths in a mode; None where they cannot be simulated, which spoils no result."""
     try:
         return cell.simulate(joints, wrench, mode)

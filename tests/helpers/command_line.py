@@ -18,6 +18,11 @@ FILES = {
     "wrench.csv",
     "report.html",
 }
+# What a run in one mode leaves of the robot in the other one.
+BY_MODE = {
+    mode: {f"{path}_{mode}.csv" for path in ("uncompensated", "achieved")}
+    for mode in ("dynamic", "quasistatic")
+}
 
 
 def command(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess:

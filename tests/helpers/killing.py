@@ -17,7 +17,7 @@ from places import LINE_CASE
 
 PROGRAM = Path(__file__).parent / "logged_program.py"
 # What is about the run itself, and differs between two runs of one case.
-OF_THE_RUN = ("run.json", "evaluations")
+OF_THE_RUN = ("run.json", "report.html", "evaluations")
 
 _context = multiprocessing.get_context("forkserver")
 _context.set_forkserver_preload(["coupling.cli"])

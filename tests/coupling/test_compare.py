@@ -1,0 +1,108 @@
+"""Two runs side by side: figures, commands and inputs that differ; what is refused."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from line_case import line_case
+
+from coupling.cli import main
+from coupling.errors import ResultError
+from coupling.report.compare_page import comparison_lines, comparison_page
+from coupling.report.comparison import Comparison, command_difference
+from coupling.run.folder import write_run
+from coupling.run.study import run_compensation
+
+TURN = 1e-3  # [rad]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> tuple[Path, Path]:
+    """A run, and the same with joint 2 turned, another feed and a process at its next version."""
+    folder = tmp_path_factory.mktemp("compare")
+    case = line_case(folder, "native", ('method = "inverse"', 'method = "inverse"\nmax_rounds = 1'))
+    first, second = folder / "first", folder / "second"
+    first.mkdir()
+    write_run(first, case, run_compensation(case))
+    shutil.copytree(first, second)
+    text = (second / "case.toml").read_text()
+    (second / "case.toml").write_text(text.replace("feed_m_s = 0.1", "feed_m_s = 0.2"))
+    rows = (second / "command.csv").read_text().splitlines()
+    column = rows[0].split(",").index("q2")
+    turned = [rows[0]]
+    for row in rows[1:]:
+        cells = row.split(",")
+        cells[column] = repr(float(cells[column]) + TURN)
+        turned.append(",".join(cells))
+    (second / "command.csv").write_text("\n".join(turned) + "\n")
+    return first, second
+
+
+def test_what_differs_is_found_and_nothing_else(runs):
+    found = Comparison.of(*runs)
+    assert found.inputs() == [("tool_path.feed_m_s", "0.1", "0.2")]
+    ((_, first, second),) = found.robots()
+    difference = command_difference(first, second)
+    assert difference is not None
+    others = np.delete(difference.angle, 1, axis=1)
+    np.testing.assert_allclose(difference.angle[:, 1], TURN, rtol=1e-9)
+    assert not others.any()
+    same = Comparison.of(
+        runs[0], shutil.copytree(runs[0], runs[0].with_name("again"), dirs_exist_ok=True)
+    )
+    assert same.inputs() == []
+    assert "Commands: the same" in comparison_lines(same)
+
+
+def test_lines_and_page_tell_both(runs):
+    found = Comparison.of(*runs)
+    lines = comparison_lines(found)
+    own = json.loads((runs[0] / "result.json").read_text())
+    assert lines[0].startswith("first: converged, deviation before max")
+    assert f"after max {1e6 * own['deviation_after_m']['maximum']:.2f} um" in lines[0]
+    assert lines[2].startswith(f"Commands: apart by at most {np.degrees(TURN):.4g} deg, joint 2")
+    assert lines[-1] == "  tool_path.feed_m_s: 0.1 | 0.2"
+    page = comparison_page(found)
+    assert len(page) < 3_000_000
+    for text in ("first: after compensation", "second: before compensation", "tool_path.feed_m_s"):
+        assert text in page
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda second: (second / "result.json").unlink(), "cannot be read"),
+        (
+            lambda second: (second / "case.toml").write_text("[part"),
+            "expected the figures of a run",
+        ),
+        (
+            lambda second: (second / "result.json").write_text('{"kind": "couple"}'),
+            "got damaged ones",
+        ),
+        (lambda second: (second / "result.json").write_text("[]"), "got something else"),
+        (lambda second: (second / "command.csv").write_text("time\n0\n"), "columns"),
+        (lambda second: (second / "gap.csv").write_text("time,before,after\n0,0,0\n"), "robots"),
+    ],
+)
+def test_what_is_no_run_is_refused_in_one_sentence(runs, tmp_path, capsys, spoil, told):
+    second = shutil.copytree(runs[1], tmp_path / "second")
+    spoil(second)
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", str(runs[0]), str(second), "-o", str(tmp_path / "page.html")])
+    said = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert said.startswith("error: ")
+    assert str(second) in said
+    assert told in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_a_run_beside_itself_is_refused(runs):
+    with pytest.raises(ResultError, match="expected another run than the first"):
+        Comparison.of(runs[0], runs[0] / ".." / runs[0].name)

@@ -1,0 +1,251 @@
+"""The report of a run: what it draws and says, its size, and how it looks in a browser."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import NEEDS_CHROMIUM, chromium, opened
+from line_case import line_case
+
+from coupling.case import Case
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.report import write_report
+from coupling.report.along import deviation
+from coupling.report.page import robot_page
+from coupling.report.shares import Share, shares_of
+from coupling.report.verdict import sentence
+from coupling.report.views import View, from_above
+from coupling.robot.links import link_points
+from coupling.run.folder import write_run
+from coupling.run.stored_run import StoredRobot, StoredRun, read_run
+from coupling.run.study import Run, run_compensation
+from elastic_robot.chain import build_chain
+from elastic_robot.kinematics import base_from_tool
+
+LARGEST_PAGE = 3_000_000
+# Upper edge of what is seen of a box, and how many boxes of a list overlap [CSS px].
+OVERLAPS = """
+const boxes = [...document.querySelectorAll('.legend, .figure, h2, .verdict, .scroll')]
+  .filter(own => own.offsetHeight).map(own => own.getBoundingClientRect());
+const labels = [...document.querySelectorAll('#deviation .annotation-text')]
+  .map(own => own.getBoundingClientRect());
+const meet = (a, b) => a.left < b.right - 1 && b.left < a.right - 1
+  && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+const pairs = list => list.flatMap((a, k) => list.slice(k + 1).filter(b => meet(a, b)));
+return [pairs(boxes).length, pairs(labels).length, labels.length, boxes.length];
+"""
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> tuple[Case, Run, Path]:
+    """Case, run and run folder."""
+    folder = tmp_path_factory.mktemp("report")
+    case = line_case(folder, "native")
+    run = run_compensation(case)
+    out = folder / "out"
+    out.mkdir()
+    write_run(out, case, run)
+    write_report(out)
+    return case, run, out
+
+
+@pytest.fixture(scope="module")
+def long(finished) -> tuple[StoredRun, StoredRobot]:
+    """Ten minutes of 150 001 samples, three of which are off by 1, 2 and 4 mm at flank changes."""
+    stored = read_run(finished[2])
+    time = np.linspace(0.0, 600.0, 150_001)
+    rng = np.random.default_rng(1)
+    pose = np.tile([1.6, 0.0, 0.8, 0.0, 0.0, 0.0, 1.0], (len(time), 1))
+    pose[:, :3] += 0.1 * np.sin(np.outer(time, [0.1, 0.2, 0.3]))
+    off = pose.copy()
+    off[:, :3] += 1e-8 * rng.normal(size=(len(time), 3))
+    changes = []
+    for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
+        off[row, 2] += size
+        ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
+        changes.append({"robot": "forming", "joint": joint, **ends, "before": -1, "after": 1})
+    desired, actual = ToolPath(time, pose), ToolPath(time, off)
+    before = desired.displaced(np.full(6, 1e-3))
+    robot = StoredRobot(
+        figures=stored.first.figures | {"flank_changes": changes},
+        desired=desired,
+        uncompensated=before,
+        achieved=actual,
+        joints=stored.first.joints,
+        command=stored.first.command,
+        correction=np.zeros((len(time), 6)),
+        wrench=WrenchHistory(time, rng.normal(size=(len(time), 6))),
+        other={"before compensation": before.displaced(np.full(6, 2e-3))},
+    )
+    return replace(stored, robots={"forming": robot}), robot
+
+
+def drawn_in(page: str) -> dict:
+    """Unpack the figures of a page."""
+    packed = re.search(r'id="figures">([^<]*)<', page)
+    assert packed
+    return json.loads(gzip.decompress(base64.b64decode(packed[1])))
+
+
+def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
+    for page in ((finished[2] / "report.html").read_text(), robot_page(*long)):
+        assert len(page) < LARGEST_PAGE
+        own = re.sub(r"<(script|style)[^>]*>.*?</\1>", "", page, flags=re.DOTALL)
+        assert not re.search(r'(src|href)="(?!data:,")', own)
+        assert "url(" not in page.split("</style>")[0]
+
+
+def test_a_peak_of_one_sample_in_ten_minutes_is_drawn(long):
+    after = drawn_in(robot_page(*long))["deviation"]["data"][2]
+    assert after["name"] == "after compensation, moving robot"
+    assert max(after["y"]) == pytest.approx(4000.0, rel=1e-4)
+    assert len(after["y"]) < 4000
+
+
+def test_before_and_after_have_one_scale_of_colours(long):
+    """From the smallest to the largest of both, and a peak of one sample is the reddest piece."""
+    _, robot = long
+    part = {"position_m": [1.6, 0.0, 0.8], "rpy_deg": [0.0, 0.0, 90.0]}
+    views = [View(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
+    before, after = from_above(views)
+    bars = [figure.data[-1].marker for figure in (before, after)]
+    distances = [1e6 * path.distance_to(robot.desired) for path in robot.actual.values()]
+    assert bars[0].cmin == bars[1].cmin
+    assert bars[0].cmax == bars[1].cmax == pytest.approx(np.log10(np.max(distances)))
+    assert bars[0].colorscale == bars[1].colorscale
+    reddest = after.data[-2]  # the worst is drawn last
+    row = int(np.argmax(distances[1]))
+    x, y, _ = 1e3 * (robot.desired.position[0, row] - [1.6, 0.0, 0.8])
+    turned = np.array([y, -x])  # the part's x axis is the world's y axis
+    near = np.hypot(*(np.array([reddest.x, reddest.y], dtype=float).T - turned).T)
+    assert np.nanmin(near) < 1e-6
+    assert len(before.data) == 2  # one distance all along: one colour, and the bar
+
+
+def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finished, long):
+    labels = {note.text: (note.x, 10.0**note.y) for note in deviation(long[1]).layout.annotations}
+    time = long[1].desired.time
+    assert set(labels) == {"joint 2", "joint 5"}
+    assert labels["joint 5"] == pytest.approx((time[140_000], 2000.0), rel=1e-4)
+    heights = {
+        (note.text, round(10.0**note.y, -2)) for note in deviation(long[1]).layout.annotations
+    }
+    assert heights == {("joint 2", 1000.0), ("joint 2", 4000.0), ("joint 5", 2000.0)}
+    stored = read_run(finished[2]).first
+    gears = {f"joint {change['joint']}" for change in stored.figures["flank_changes"]}
+    assert gears
+    assert {note.text for note in deviation(stored).layout.annotations} == gears
+
+
+def test_shares_are_those_of_the_paths(long):
+    """Flank changes hold the peaks, the rest only noise; the other mode is 2 mm along each axis off."""
+    found = shares_of(long[1], "after compensation")
+    time = long[1].desired.time
+    assert found.flanks is not None
+    assert found.flanks.maximum == pytest.approx(4e-3, rel=1e-4)
+    assert found.flanks.time == time[76_543]
+    assert found.elsewhere is not None
+    assert found.elsewhere.maximum < 1e-7
+    before = shares_of(long[1], "before compensation")
+    assert before.motion is not None
+    assert before.motion.maximum == pytest.approx(2e-3 * np.sqrt(3.0))
+    assert before.other is not None
+    assert before.other.maximum == pytest.approx(3e-3 * np.sqrt(3.0))
+    assert found.motion is None
+    assert Share.of(time[:0], time[:0]) is None
+
+
+def test_the_other_mode_is_that_of_the_cell(finished):
+    """The quasi-static robot under the written command rests where its FMU has it without inertia."""
+    _, run, out = finished
+    stored = read_run(out).first
+    assert set(stored.other) == set(stored.actual)
+    last = stored.other["before compensation"].position[0, -1]
+    # At rest at the end the moving robot has come to where the other one is.
+    np.testing.assert_allclose(last, stored.uncompensated.position[0, -1], rtol=0, atol=2e-4)
+    shares = shares_of(stored, "before compensation")
+    assert shares.motion is not None
+    assert shares.motion.maximum > 0.0
+    assert np.array_equal(
+        run.other_before.position[0], stored.other["before compensation"].position[0]
+    )
+
+
+def test_links_end_at_the_tool_and_are_as_long_as_the_robot_file_says(finished):
+    robot = finished[0].robots[0].description
+    q = np.array([0.3, -0.2, 0.5, 1.0, -0.7, 2.0])
+    points = link_points(robot, q)
+    chain = build_chain(robot)
+    pose = base_from_tool(chain, chain.model.createData(), chain.theta(q))
+    np.testing.assert_allclose(points[-1], pose.translation, atol=1e-12)
+    lengths = [np.linalg.norm(joint.origin) for joint in robot.joints]
+    lengths.append(np.linalg.norm(robot.tcp_position))
+    np.testing.assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), lengths, atol=1e-12)
+
+
+def test_the_verdict_states_its_conditions(finished):
+    own = read_run(finished[2]).figures
+    said = sentence(own, "elastic-wall")
+    rows = [r for r in own["robustness"] if r["name"].startswith("backlash")]
+    worst = max(rows, key=lambda r: r["deviation_m"]["maximum"])
+    left = float(f"{1e6 * worst['deviation_m']['maximum']:.3g}")
+    for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
+        assert word in said
+    assert f"{worst['name']} in all gears would leave {left:g} um" in said
+    calm = own | {"robustness": [], "gears": []}
+    assert "no gear changes its flank" in sentence(calm, "elastic-wall")
+
+
+def test_inputs_and_cost_are_told(finished):
+    _, _, out = finished
+    log = {"answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
+    log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
+    (out / "run.json").write_text(json.dumps(log))
+    page = robot_page(read_run(out), read_run(out).first)
+    assert "Of 2 answers 1 computed in 2.5 s, 2.5 s each, 1 from the store" in page
+    assert "the paper [Flexible2008]" in page
+    assert (out / "case.toml").read_text().split("\n")[0] in page
+
+
+@NEEDS_CHROMIUM
+def test_the_report_in_a_browser(finished, tmp_path):
+    """No network, no error, nothing overlaps or is cut, wide and narrow; dark; printed; by keyboard."""
+    page = finished[2] / "report.html"
+    with chromium(tmp_path) as driver:
+        colours = []
+        for width, scheme in ((390, "dark"), (1280, "light")):
+            opened(driver, page, width, scheme)
+            boxes, labels, named, count = driver.execute_script(OVERLAPS)
+            assert (boxes, labels) == (0, 0)
+            assert named >= 1
+            assert count > 10
+            assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+            ground = "return getComputedStyle(document.body).backgroundColor"
+            ink = "return getComputedStyle(document.querySelector('.xtick text')).fill"
+            colours.append((driver.execute_script(ground), driver.execute_script(ink)))
+        assert colours == [
+            ("rgb(20, 24, 29)", "rgb(213, 219, 225)"),
+            ("rgb(255, 255, 255)", "rgb(28, 35, 41)"),
+        ]
+        asked = "return performance.getEntriesByType('resource').map(entry => entry.name)"
+        assert [url for url in driver.execute_script(asked) if url.startswith("http")] == []
+        lines = "return document.querySelectorAll('#deviation .js-line').length"
+        shown = driver.execute_script(lines)
+        button = driver.find_element("css selector", "#deviation").find_element(
+            "xpath", "preceding-sibling::ul//button"
+        )
+        button.send_keys(" ")
+        assert button.get_attribute("aria-pressed") == "false"
+        assert driver.execute_script(lines) == shown - 1
+        paper = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})
+        pages = re.findall(rb"/Type\s*/Page\b", base64.b64decode(paper["data"]))
+        assert 2 <= len(pages) <= 10
+        severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        assert severe == []

@@ -1,0 +1,26 @@
+"""The small case on the moving robot with backlash, by method inverse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from places import LINE_CASE
+
+from coupling.case import Case, load_case
+
+
+def line_case(folder: Path, kind: str, *changes: tuple[str, str]) -> Case:
+    """Write the case with changes of its text, and load it; `kind` is that of its FMUs."""
+    text = LINE_CASE.read_text()
+    for old, new in (
+        ('"linear"', '"backlash"'),
+        ('"quasistatic"', '"dynamic"'),
+        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
+        ("[robot]", f'[robot]\nfmu = "{kind}"'),
+        *changes,
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / f"{kind}.toml"
+    file.write_text(text)
+    return load_case(file)
