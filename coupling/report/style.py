@@ -23,6 +23,7 @@ def style(figure: go.Figure, height: int = 380) -> go.Figure:
         showlegend=False,
         font={"family": "system-ui, sans-serif", "size": 12},
     )
+    figure.update_xaxes(automargin=True)
     figure.update_yaxes(automargin=True)
     return figure
 

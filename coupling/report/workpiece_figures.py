@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 from scipy.interpolate import LinearNDInterpolator
 
 from coupling.path.workpiece import Workpiece
@@ -36,45 +35,33 @@ def cut(workpieces: Mapping[str, Workpiece]) -> go.Figure:
     return style(figure, 320)
 
 
-def fields(workpieces: Mapping[str, Workpiece]) -> go.Figure:
-    """Every field of the workpieces side by side, chosen from a menu."""
-    names = list(workpieces)
-    figure = make_subplots(
-        rows=1,
-        cols=len(names),
-        specs=[[{"type": "scene"}] * len(names)],
-        subplot_titles=names,
-        horizontal_spacing=0.02,
-    )
+def fields(workpieces: Mapping[str, Workpiece]) -> tuple[go.Figure, ...]:
+    """Every field of the workpieces, chosen from a menu: a figure for each, on the same scales."""
     first = next(iter(workpieces.values()))
     labels = [*first.point_fields, *first.cell_fields]
     limits = {
         label: _range(np.concatenate([_values(piece, label) for piece in workpieces.values()]))
         for label in labels
     }
-    for column, piece in enumerate(workpieces.values(), start=1):
-        for label in labels:
-            figure.add_trace(
-                _surface(
-                    piece,
-                    label,
-                    limits[label],
-                    visible=label == labels[0],
-                    bar=column == len(names),
-                ),
-                row=1,
-                col=column,
-            )
+    return tuple(_shaped(name, piece, limits) for name, piece in workpieces.items())
+
+
+def _shaped(name: str, piece: Workpiece, limits: Mapping[str, tuple[float, float]]) -> go.Figure:
+    """Draw one workpiece, coloured by one of its fields."""
+    figure = go.Figure()
+    for number, (label, ends) in enumerate(limits.items()):
+        figure.add_trace(_surface(piece, label, ends, visible=number == 0))
     buttons = [
         {
             "label": label,
             "method": "restyle",
-            "args": [{"visible": [other == label for _ in names for other in labels]}],
+            "args": [{"visible": [other == label for other in limits]}],
         }
-        for label in labels
+        for label in limits
     ]
     figure.update_layout(
-        updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.25}],
+        title={"text": name, "font": {"size": 14}, "x": 0.5, "y": 0.985},
+        updatemenus=[{"buttons": buttons, "x": 0.0, "xanchor": "left", "y": 1.0}],
     )
     figure.update_scenes(
         aspectmode="manual",
@@ -84,7 +71,7 @@ def fields(workpieces: Mapping[str, Workpiece]) -> go.Figure:
         yaxis_title="y [mm]",
         zaxis_title="z [mm]",
     )
-    return style(figure, 460)
+    return style(figure, 460).update_layout(margin={"l": 10, "r": 10, "b": 70})
 
 
 def _values(piece: Workpiece, label: str) -> np.ndarray:
@@ -93,9 +80,7 @@ def _values(piece: Workpiece, label: str) -> np.ndarray:
     return fields[label]
 
 
-def _surface(
-    piece: Workpiece, label: str, limits: tuple[float, float], visible: bool, bar: bool
-) -> go.Mesh3d:
+def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible: bool) -> go.Mesh3d:
     """Return the surface in triangles, coloured by a field of its points or cells."""
     x, y, z = _MM * piece.points.T
     triangles = _triangles(piece.cells)
@@ -117,8 +102,13 @@ def _surface(
         cmax=scale * limits[1],
         intensitymode="cell" if of_cells else "vertex",
         colorscale="Viridis",
-        colorbar={"title": f"{name} [mm]" if unit == "m]" else label, "len": 0.8},
-        showscale=bar,
+        colorbar={
+            "title": {"text": f"{name} [mm]" if unit == "m]" else label, "side": "bottom"},
+            "orientation": "h",
+            "thickness": 12,
+            "y": -0.02,
+            "yanchor": "top",
+        },
         visible=visible,
         flatshading=False,
     )

@@ -61,10 +61,10 @@ def _draw(case: Case, run: Run) -> None:
     """Draw the formed sheet before and after compensation."""
     pieces = workpieces(case, run)
     cut, fields = workpiece_figures.cut(pieces), workpiece_figures.fields(pieces)
-    cut.update_layout(width=500, height=420)
-    fields.update_layout(width=900, height=420)
-    fields.layout.updatemenus = ()
-    save("cone_fem", cut, fields)
+    cut.update_layout(width=500, height=420, showlegend=True)
+    for figure in fields:
+        figure.update_layout(width=450, height=420, updatemenus=())
+    save("cone_fem", cut, *fields)
 
 
 def cell() -> str:
