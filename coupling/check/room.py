@@ -11,6 +11,7 @@ from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.place.following import Targets, following, reached
 from coupling.place.serial_robot import SerialRobot, TipMotion
+from coupling.robot.links import link_points
 from elastic_robot.description import Robot
 
 # Largest number of places of the path that are looked at, and of the rays of an outline.
@@ -81,9 +82,7 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     at = q[middle], position[middle], rotations[middle]
     upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
-    posture = walk.serial.posture(q[:1].T, np.zeros((3, 1)))
-    links = [np.zeros(3), *posture.origin[:, :, 0], posture.tip[:, 0]]
-    return Room(walk.regularity(q[rows].T), free, upright, level, np.array(links))
+    return Room(walk.regularity(q[rows].T), free, upright, level, link_points(robot, q[0]))
 
 
 class _Walk:

@@ -13,8 +13,9 @@ from coupling.check.checked import CheckedRobot
 from coupling.check.words import room_words
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.report.figures import AFTER, BEFORE, DESIRED, style
-from coupling.report.page import document
+from coupling.report.colours import AFTER, BEFORE, DESIRED
+from coupling.report.document import document
+from coupling.report.style import style
 from coupling.report.tables import table
 from coupling.report.thinning import PARTS
 

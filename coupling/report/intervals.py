@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import plotly.graph_objects as go
 
-from coupling.report.figures import AFTER, style
-
-_UNSURE = "#999999"
+from coupling.report.colours import AFTER, QUIET
+from coupling.report.style import style
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def interval_figure(rows: Sequence[Interval], sure: str, unsure: str, height: in
         height: Of a row [px].
     """
     figure, upwards = go.Figure(), rows[::-1]
-    for words, told, color in ((sure, True, AFTER), (unsure, False, _UNSURE)):
+    for words, told, color in ((sure, True, AFTER), (unsure, False, QUIET)):
         own = [row for row in upwards if row.sure is told]
         figure.add_scatter(
             x=[row.value for row in own],

@@ -7,10 +7,9 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from coupling.report.colours import AFTER, BEFORE
+from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.intervals import Interval, interval_figure
-from coupling.report.style import style
 from coupling.report.style import style
 from coupling.report.tables import gear_loads, table
 

@@ -187,7 +187,8 @@ def maps() -> str:
     stored = StoredPlacement(told, found.maps)
     drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
     figure = map_figure(told, drawn)
-    figure.update_layout(width=1000)
+    figure.update_layout(width=1000, showlegend=True, margin_t=60)
+    figure.update_layout(legend={"orientation": "h", "y": 1.03, "yanchor": "bottom"})
     save("place_cone", figure)
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)
