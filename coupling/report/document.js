@@ -34,7 +34,7 @@
       }
     }
     return {
-      ...layout, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      ...layout, uirevision: "kept", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: { ...layout.font, color: ink },
       hoverlabel: { bgcolor: night ? "#2a323b" : "#ffffff", font: { color: ink } },
     };

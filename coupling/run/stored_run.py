@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,7 @@ class StoredRun:
         robots: Robots by name; the files of a single one are in the run's folder itself.
         gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
         workpieces: Workpieces by `stages`, where the process tells.
-        case: Text of its case.toml.
+        case: Text of its case.toml; empty where it has none.
         answers: The process's answers in their order, as run.json tells them; none where it is gone.
     """
 
@@ -128,18 +129,22 @@ def read_run(folder: Path) -> StoredRun:
 
 
 def _read_case(folder: Path) -> str:
-    try:
-        return (folder / CASE).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ResultError(f"{folder / CASE}: cannot be read: {cause}") from cause
+    """Return the text of a run's case, which for one robot of a cell is that of the cell."""
+    for place in (folder, folder.parent):
+        if (place / CASE).exists():
+            try:
+                return (place / CASE).read_text(encoding="utf-8")
+            except (OSError, UnicodeDecodeError) as cause:
+                raise ResultError(f"{place / CASE}: cannot be read: {cause}") from cause
+    return ""
 
 
 def _read_answers(folder: Path) -> tuple[dict[str, Any], ...]:
     """Return what run.json tells of the process's answers; nothing rests on it."""
-    try:
-        return tuple(json.loads((folder / RUN).read_text(encoding="utf-8"))["answers"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ()
+    for place in (folder, folder.parent):
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            return tuple(json.loads((place / RUN).read_text(encoding="utf-8"))["answers"])
+    return ()
 
 
 def _read_figures(folder: Path) -> dict[str, Any]:

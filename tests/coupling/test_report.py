@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import json
 import re
 from dataclasses import replace
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from browser import NEEDS_CHROMIUM, chromium, opened
 from line_case import line_case
+from pages import drawn_in
 
 from coupling.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -85,13 +85,6 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
         other={"before compensation": before.displaced(np.full(6, 2e-3))},
     )
     return replace(stored, robots={"forming": robot}), robot
-
-
-def drawn_in(page: str) -> dict:
-    """Unpack the figures of a page."""
-    packed = re.search(r'id="figures">([^<]*)<', page)
-    assert packed
-    return json.loads(gzip.decompress(base64.b64decode(packed[1])))
 
 
 def test_pages_are_small_and_ask_for_nothing_outside(finished, long):
@@ -203,6 +196,14 @@ def test_the_verdict_states_its_conditions(finished):
     assert "no gear changes its flank" in sentence(calm, "elastic-wall")
 
 
+def test_a_robot_file_that_is_gone_at_the_end_costs_no_result(finished, tmp_path):
+    case, run, _ = finished
+    lost = {"robot": case.resolved["robot"] | {"description": str(tmp_path / "gone.toml")}}
+    write_run(tmp_path, replace(case, resolved=case.resolved | lost), run)
+    assert read_run(tmp_path).figures["robots"][0]["sources"] == {}
+    assert "icme2008-example (gone.toml" in write_report(tmp_path).read_text()
+
+
 def test_inputs_and_cost_are_told(finished):
     _, _, out = finished
     log = {"answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
@@ -247,5 +248,9 @@ def test_the_report_in_a_browser(finished, tmp_path):
         paper = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})
         pages = re.findall(rb"/Type\s*/Page\b", base64.b64decode(paper["data"]))
         assert 2 <= len(pages) <= 10
+        widths = "const own = document.getElementById('deviation'); return [own.clientWidth,"
+        widths += " own.querySelector('.main-svg').clientWidth]"
+        place, figure = driver.execute_script(widths)  # as wide as before
+        assert figure == place > 800
         severe = [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
         assert severe == []
