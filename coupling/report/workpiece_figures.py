@@ -82,7 +82,7 @@ def _values(piece: Workpiece, label: str) -> np.ndarray:
 
 def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible: bool) -> go.Mesh3d:
     """Return the surface in triangles, coloured by a field of its points or cells."""
-    x, y, z = _MM * piece.points.T
+    x, y, z = np.round(_MM * piece.points.T, 3)
     triangles = _triangles(piece.cells)
     of_cells = label in piece.cell_fields
     values = _values(piece, label)
@@ -97,7 +97,7 @@ def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible:
         i=triangles[:, 0],
         j=triangles[:, 1],
         k=triangles[:, 2],
-        intensity=scale * values,
+        intensity=_as_seen(scale * values, scale * (limits[1] - limits[0])),
         cmin=scale * limits[0],
         cmax=scale * limits[1],
         intensitymode="cell" if of_cells else "vertex",
@@ -112,6 +112,11 @@ def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible:
         visible=visible,
         flatshading=False,
     )
+
+
+def _as_seen(values: np.ndarray, span: float) -> np.ndarray:
+    """Return values in as many digits as colours tell, a thousandth of their span."""
+    return np.round(values, 3 - int(np.floor(np.log10(span)))) if span > 0.0 else values
 
 
 def _triangles(cells: np.ndarray) -> np.ndarray:
