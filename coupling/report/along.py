@@ -47,7 +47,9 @@ def deviation(run: StoredRobot) -> go.Figure:
     _label(figure, run, gears)
     if gears:
         _add_gears(figure, changes, gears)
-    figure.update_yaxes(log_axis(title="distance [um]"), row=1, col=1)
+    low, high = figure.layout.yaxis.range
+    ticks = log_axis(title="distance [um]", **({"dtick": "D2"} if high - low < 2.0 else {}))
+    figure.update_yaxes(ticks, row=1, col=1)
     figure.update_xaxes(title="time [s]", row=len(shares), col=1)
     return style(figure, height + 74)
 

@@ -44,7 +44,7 @@ def deviations(run: StoredRobot) -> str:
     whole = [figures["deviation_before_m"], figures["deviation_after_m"]][: len(parts)]
     nothing: list[Any] = [None] * (len(parts) - 1)
     rows: list[tuple[str, Sequence[Any]]] = [
-        (f"{own}, process {HOW[figures['before']]}" if nothing == [] else own, whole),
+        (f"{own}, {HOW[figures['before']]}" if nothing == [] else own, whole),
         ("&nbsp; gravity alone", [shares["gravity"], *nothing]),
         ("&nbsp; process (loaded minus unloaded)", [shares["process"], *nothing]),
         ("&nbsp; motion (moving minus quasi-static)", [part.motion for part in parts]),

@@ -51,7 +51,10 @@ def _of_backlash(figures: Mapping[str, Any]) -> str:
     if rows:
         worst = max(rows, key=lambda row: row["deviation_m"]["maximum"])
         return f"{worst['name']} in all gears would leave {_um(worst['deviation_m']['maximum'])}"
-    gears = [gear for gear in figures["gears"] if gear["flank_changes"] or gear["floats_s"]]
+    with_play = [gear for gear in figures["gears"] if gear["backlash_20_percent_m"] > 0.0]
+    if figures["gears"] and not with_play:
+        return "no gear has backlash in this model"
+    gears = [gear for gear in with_play if gear["flank_changes"] or gear["floats_s"]]
     if gears:
         worst = max(gears, key=lambda gear: gear["backlash_20_percent_m"])
         return (

@@ -192,6 +192,9 @@ def test_the_verdict_states_its_conditions(finished):
     for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
         assert word in said
     assert f"{worst['name']} in all gears would leave {left:g} um" in said
+    stiff = [gear | {"backlash_20_percent_m": 0.0} for gear in own["gears"]]
+    rigid = own | {"robustness": [], "gears": stiff}
+    assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
     calm = own | {"robustness": [], "gears": []}
     assert "no gear changes its flank" in sentence(calm, "elastic-wall")
 
