@@ -195,7 +195,7 @@ def _deviation_text(run: StoredRobot) -> str:
     if run.other:
         text += " Dotted: the same command and wrench on the robot in the other mode."
         if len(run.actual) > 1 and run.figures["mode"] == "dynamic":
-            text += " After compensation the two lie as far apart as the command's share against inertia."
+            text += " After compensation they are apart by the command's share against inertia."
     if run.plant is not None:
         text += " On the plant the same command is as good as model and plant agree."
     return f"{text}</p>"
