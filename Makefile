@@ -2,6 +2,7 @@
 # make test  style, types and tests
 # make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
+# make site  the pages as a site, strictly   (results/site/html)
 
 PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
@@ -14,7 +15,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: notebooks run test fuzz emulators docs $(PAGES) masters clean
+.PHONY: notebooks run test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -40,6 +41,13 @@ docs: run $(PAGES)
 
 $(PAGES): .venv/installed
 	.venv/bin/python $(script)
+
+site: .venv/site
+	.venv/bin/python -m docs.site.build -o results/site
+
+.venv/site: .venv/installed requirements-docs.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-docs.lock
+	touch $@
 
 masters-table: masters
 
