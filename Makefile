@@ -2,6 +2,7 @@
 # make test  style, types and tests
 # make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
+# make release  sdist, wheel and checksums in dist/, tried in an environment of their own
 # make site  the pages as a site, strictly   (results/site/html)
 
 PYTHON ?= python3
@@ -44,6 +45,9 @@ $(PAGES): .venv/installed
 
 site: .venv/site
 	.venv/bin/python -m docs.site.build -o results/site
+
+release: .venv/installed
+	.venv/bin/python release.py
 
 .venv/site: .venv/installed requirements-docs.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-docs.lock
