@@ -1,7 +1,7 @@
 """Pages with every key of case and robot files: types from the schemas, meaning from the pages.
 
-The meaning of a key stands once, in a row of a table of docs/case_file.md, robot_file.md, place.md
-or study.md.  A key without one is an error, so that neither can go without the other.
+The meaning of a key stands once, in a row of a table of docs/case_file.md, robot_file.md, export.md,
+place.md or study.md.  A key without one is an error, so that neither can go without the other.
 """
 
 from __future__ import annotations
@@ -170,9 +170,9 @@ def case_sections() -> list[Section]:
 
 def robot_sections() -> tuple[list[Section], list[Section]]:
     """Return all keys of a robot file, and of one on top of a URDF, which says what is different."""
-    alone, urdf = rows("robot_file")
-    both = _Reader("robot_file", [*urdf, *alone])
-    whole = _Reader("robot_file", alone)
+    alone, urdf, axes = *rows("robot_file"), *rows("export")
+    both = _Reader("robot_file", [*urdf, *alone, *axes])
+    whole = _Reader("robot_file", [*alone, *axes])
     return list(whole.sections(RobotFile, "")), list(both.sections(UrdfRobotFile, ""))
 
 
