@@ -76,9 +76,11 @@ def check_content(sdist: Path, wheel: Path) -> None:
     libraries = "coupling/fmu_export/libraries"
     expected = {f"{libraries}/{library_name(platform)}" for platform in PLATFORMS.values()}
     _all_in(expected, packed, wheel)
-    made_of = {name for name in packed if name.startswith("coupling/") and name.endswith(".py")}
-    outside = {name for name in made_of if "/fmu_src/" in name}
-    _all_in({"hatch_build.py", "pyproject.toml", *(made_of - outside)}, sources, sdist)
+    # What the wheel has elsewhere than the checkout is made of files that FMUs are tried with below.
+    made_of = {name for name in packed if (ROOT / name).is_file()}
+    _all_in(
+        {"hatch_build.py", "pyproject.toml", "fmu_src/native/fmi/fmi2.c", *made_of}, sources, sdist
+    )
 
 
 def _all_in(expected: set[str], found: set[str], archive: Path) -> None:
