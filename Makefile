@@ -2,6 +2,8 @@
 # make test  style, types and tests
 # make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
+# make release  sdist, wheel and checksums in dist/, tried in an environment of their own
+# make site  the pages as a site, strictly   (results/site/html)
 
 PYTHON ?= python3
 export OPENBLAS_NUM_THREADS = 1
@@ -14,7 +16,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: notebooks run test fuzz emulators docs $(PAGES) masters clean
+.PHONY: notebooks run test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -40,6 +42,16 @@ docs: run $(PAGES)
 
 $(PAGES): .venv/installed
 	.venv/bin/python $(script)
+
+site: .venv/site
+	.venv/bin/python -m docs.site.build -o results/site
+
+release: .venv/installed
+	.venv/bin/python release.py
+
+.venv/site: .venv/installed requirements-docs.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-docs.lock
+	touch $@
 
 masters-table: masters
 

@@ -42,7 +42,7 @@ from elastic_robot.fmi.interface import Mode
 _DEFAULT_METHOD = "inverse"
 
 
-class _CaseFile(Schema):
+class CaseFile(Schema):
     """The whole file; the tables of a tool path, a process and a method depend on their kind."""
 
     robot: RobotTable
@@ -135,7 +135,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         CaseError: With file, table, key, what was expected and what was got.
     """
     path = Path(path)
-    file = validate(load_toml(path, CaseError), _CaseFile, CaseError, str(path))
+    file = validate(load_toml(path, CaseError), CaseFile, CaseError, str(path))
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
     compensation = {"method": _DEFAULT_METHOD, **file.compensation}
     method = _variant(path, "compensation", "method", compensation, METHODS)

@@ -24,8 +24,14 @@ def _as_list(value: object) -> object:
 
 
 # One factor for all joints, or one for each.
-Factors = Annotated[list[NotNegative], BeforeValidator(_as_list), Field(min_length=1)]
-PositiveFactors = Annotated[list[Positive], BeforeValidator(_as_list), Field(min_length=1)]
+_Several = Annotated[list[NotNegative], Field(min_length=1)]
+_SeveralPositive = Annotated[list[Positive], Field(min_length=1)]
+Factors = Annotated[
+    _Several, BeforeValidator(_as_list, json_schema_input_type=NotNegative | _Several)
+]
+PositiveFactors = Annotated[
+    _SeveralPositive, BeforeValidator(_as_list, json_schema_input_type=Positive | _SeveralPositive)
+]
 
 
 class _PlantRobotTable(Schema):
@@ -174,7 +180,10 @@ def _as_spread(value: object) -> object:
     raise ValueError(f"expected [low, high] or {{ mean = .., deviation = .. }}, got {value!r}")
 
 
-Uncertain = Annotated[Spread | None, BeforeValidator(_as_spread)]
+_Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+Uncertain = Annotated[
+    Spread | None, BeforeValidator(_as_spread, json_schema_input_type=_Range | Spread)
+]
 
 
 class StudyTable(Schema):

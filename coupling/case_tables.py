@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -37,7 +37,7 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
             raise ValueError(one_of(known, value))
         return value
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=Literal.__getitem__(tuple(known)))
 
 
 def turned(rpy_deg: Sequence[float]) -> Rotation:

@@ -1,0 +1,83 @@
+"""What a release is made of says the same everywhere: version, requirements, commands, files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import subprocess
+import tomllib
+
+import pytest
+from places import ROOT
+
+import elastic_robot
+import release
+
+yaml = pytest.importorskip("yaml", reason="needs PyYAML, which the tests' packages bring")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+# Pinocchio's name on conda-forge, where Windows has it too.
+CONDA = {"pin": "pinocchio"}
+
+
+@pytest.fixture(scope="module")
+def recipe():
+    return yaml.safe_load((ROOT / "recipe" / "recipe.yaml").read_text())
+
+
+def test_the_recipe_requires_what_the_project_requires(recipe):
+    required = {f"python {PROJECT['requires-python']}"}
+    for line in PROJECT["dependencies"]:
+        name, bound = re.fullmatch(r"([\w-]+)([^;]*)(?:;.*)?", line).groups()
+        required.add(f"{CONDA.get(name, name)} {bound}")
+    assert set(recipe["requirements"]["run"]) == required
+
+
+def test_the_recipe_has_the_projects_commands(recipe):
+    commands = {f"{name} = {function}" for name, function in PROJECT["scripts"].items()}
+    assert set(recipe["build"]["python"]["entry_points"]) == commands
+
+
+def test_every_file_says_the_version_and_the_words_of_the_project(recipe):
+    meta = json.loads((ROOT / "codemeta.json").read_text())
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert recipe["context"]["version"] == meta["version"] == elastic_robot.__version__
+    assert citation["version"] == elastic_robot.__version__
+    assert meta["description"] == recipe["about"]["summary"] == PROJECT["description"]
+    assert set(citation["keywords"]) == set(meta["keywords"]) == set(PROJECT["keywords"])
+
+
+def test_the_container_is_made_of_what_is_there():
+    text = (ROOT / "Containerfile").read_text()
+    copied = [
+        name
+        for line in re.findall(r"^COPY (?!--from)(.+) \S+$", text, re.MULTILINE)
+        for name in line.split()
+    ]
+    assert copied
+    assert [name for name in copied if not (ROOT / name).exists()] == []
+    assert re.findall(r"\[(\w+)\]\"", text) == ["fem"]
+    assert "fem" in PROJECT["optional-dependencies"]
+    (command,) = json.loads(re.search(r"^ENTRYPOINT (.+)$", text, re.MULTILINE)[1])
+    assert command in PROJECT["scripts"]
+
+
+def test_a_version_without_changes_is_refused():
+    with pytest.raises(release.ReleaseError, match=r"'## \[9\.9\] - DATE', got none"):
+        release.changes("9.9", (ROOT / "CHANGELOG.md").read_text())
+    assert release.changes(elastic_robot.__version__, (ROOT / "CHANGELOG.md").read_text())
+
+
+def test_checksums_are_those_of_sha256sum(tmp_path):
+    (tmp_path / "a.whl").write_bytes(b"abc")
+    assert (
+        release.checksums([tmp_path / "a.whl"]) == f"{hashlib.sha256(b'abc').hexdigest()}  a.whl\n"
+    )
+    (tmp_path / "SHA256SUMS").write_text(release.checksums([tmp_path / "a.whl"]))
+    command = ["sha256sum", "--check", "SHA256SUMS"]
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
+
+
+def test_an_archive_without_a_library_is_refused(tmp_path):
+    with pytest.raises(release.ReleaseError, match=r"w\.whl: expected b, got none"):
+        release._all_in({"a", "b"}, {"a"}, tmp_path / "w.whl")
