@@ -47,7 +47,7 @@ site: .venv/site
 	.venv/bin/python -m docs.site.build -o results/site
 
 release: .venv/installed
-	.venv/bin/python release.py
+	.venv/bin/python .ci/release.py
 
 .venv/site: .venv/installed requirements-docs.lock
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-docs.lock

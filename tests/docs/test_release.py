@@ -9,10 +9,10 @@ import subprocess
 import tomllib
 
 import pytest
+import release
 from places import ROOT
 
 import elastic_robot
-import release
 
 yaml = pytest.importorskip("yaml", reason="needs PyYAML, which the tests' packages bring")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import elastic_robot
 
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
 VERSION = elastic_robot.__version__
 
 
