@@ -28,6 +28,18 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+def test_every_formula_of_the_pages_is_drawn():
+    pytest.importorskip("sphinx", reason="needs the extra 'docs': make site")
+    pytest.importorskip("latex2mathml", reason="needs the extra 'docs': make site")
+    from docs.site.mathml import mathml
+
+    formula = re.compile(r"^```math\n(.+?)^```|\$([^$\n`]+)\$", re.MULTILINE | re.DOTALL)
+    for page in DOCS.glob("*.md"):
+        for found in formula.finditer(page.read_text()):
+            drawn = re.sub(r"<[^>]*>", "", mathml(found[1] or found[2], "inline"))
+            assert "\\" not in drawn, f"{page.name}: {found[0]}"
+
+
 def test_every_key_that_a_page_tells_of_is_one():
     """The other way round, a key that no page tells of, is refused where the tables are made."""
     used = {(row, key) for section in SECTIONS for key, row in section.told.items()}
