@@ -5,14 +5,12 @@ Units of the deck: mm, N, MPa.
 
 from __future__ import annotations
 
-import re
-import subprocess
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from calculix_plate import CCX
+from calculix_plate import solved_forces
 
 # CalculiX computes a sector of two degrees.
 _SECTORS = 180.0
@@ -44,16 +42,8 @@ def disc_force(
     disc: Disc, curve: Iterable[tuple[float, float]], E: float, nu: float, folder: Path
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return plunges [mm] and forces [N] of all increments; arguments as of `plunge_force`."""
-    (folder / "disc.inp").write_text(_deck(disc, curve, E, nu), encoding="ascii")
-    done = subprocess.run(
-        [str(CCX), "disc"], cwd=folder, capture_output=True, text=True, timeout=1800
-    )
-    text = (folder / "disc.dat").read_text()
-    found = re.findall(r"force \(fx,fy,fz\).*time\s+(\S+)\s+\S+\s+(\S+)", text)
-    if not found:
-        raise RuntimeError(done.stdout[-2000:])
-    values = np.array(found, dtype=float)
-    return disc.plunge * values[:, 0], -_SECTORS * values[:, 1]
+    values = solved_forces("disc", _deck(disc, curve, E, nu), folder)
+    return disc.plunge * values[:, 0], -_SECTORS * values[:, 2]
 
 
 def _deck(disc: Disc, curve: Iterable[tuple[float, float]], E: float, nu: float) -> str:

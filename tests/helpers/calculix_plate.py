@@ -50,16 +50,21 @@ def plunge_force(
         nu: Poisson's ratio.
         folder: Folder in which the deck is written and run.
     """
-    (folder / "plate.inp").write_text(_deck(plate, curve, E, nu), encoding="ascii")
+    values = solved_forces("plate", _deck(plate, curve, E, nu), folder)
+    return plate.plunge * values[:, 0], -4.0 * values[:, 3]
+
+
+def solved_forces(name: str, deck: str, folder: Path) -> np.ndarray:
+    """Return times and total forces fx, fy, fz of all increments of a deck, (n, 4)."""
+    (folder / f"{name}.inp").write_text(deck, encoding="ascii")
     done = subprocess.run(
-        [str(CCX), "plate"], cwd=folder, capture_output=True, text=True, timeout=1800
+        [str(CCX), name], cwd=folder, capture_output=True, text=True, timeout=1800
     )
-    text = (folder / "plate.dat").read_text()
-    found = re.findall(r"force \(fx,fy,fz\).*time\s+(\S+)\s+\S+\s+\S+\s+(\S+)", text)
+    text = (folder / f"{name}.dat").read_text()
+    found = re.findall(r"force \(fx,fy,fz\).*time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)", text)
     if not found:
         raise RuntimeError(done.stdout[-2000:])
-    values = np.array(found, dtype=float)
-    return plate.plunge * values[:, 0], -4.0 * values[:, 1]
+    return np.array(found, dtype=float)
 
 
 def _graded(plate: Plate) -> np.ndarray:
