@@ -77,6 +77,28 @@ def _unknowns(
                     residual[row] += force[e, 3 * A + k]
 
 
+class Inside(NamedTuple):
+    """What elements and contact do in a box.
+
+    Attributes:
+        places: Elements that its control points shape, (e, 2).
+        index: Unknowns of those, -1 for what is held, (e, 27).
+        force: Their forces [N], (e, 27); good until the next box is looked at.
+        stiffness: Derivatives of those [N/m], (e, 27, 27); as good.
+        residual: Unbalanced forces at the box's control points [N], (3 n,), zero where held.
+        tangent: Derivative of the residual [N/m], (3 n, 3 n).
+        wrenches: As of `Assembled`.
+    """
+
+    places: np.ndarray
+    index: np.ndarray
+    force: np.ndarray
+    stiffness: np.ndarray
+    residual: np.ndarray
+    tangent: SymmetricBanded | GeneralBanded
+    wrenches: np.ndarray
+
+
 class Assembled(NamedTuple):
     """What acts on a sheet.
 
@@ -124,8 +146,9 @@ class Assembler:
         self._elements = elements
         self._free = free
         total = elements[0] * elements[1]
-        self._force = np.empty((total, 27))
-        self._stiffness = np.empty((total, 27, 27))
+        self._inside, self._outside = (
+            (np.empty((total, 27)), np.empty((total, 27, 27))) for _ in range(2)
+        )
         self._splines = CoarseSplines.of(elements)
         self._threads = ThreadPoolExecutor(_THREADS)
         self._bears = bool(np.isfinite(surface.plane))
@@ -143,7 +166,13 @@ class Assembler:
     def __call__(
         self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
     ) -> Assembled:
-        """Return what acts on a sheet that has moved.
+        """Return what acts on a sheet that has moved; arguments as of `inside`."""
+        return self.joined(self.inside(box, before, spheres, after), after)
+
+    def inside(
+        self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
+    ) -> Inside:
+        """Return what elements and contact do in a box that has moved.
 
         Args:
             box: Control points that may move.
@@ -152,7 +181,7 @@ class Assembler:
             after: State with the new control points; the history of the box's elements is written.
         """
         places = self._places(box)
-        force, stiffness = self._integrate(places, before, after)
+        force, stiffness = self._integrate(places, before, after, *self._inside)
         wrenches = np.zeros((len(spheres), 6))
         for k, sphere in enumerate(spheres):
             moves = (before.points, after.points, before.slip[k], after.slip[k])
@@ -163,13 +192,18 @@ class Assembler:
         _unknowns(box, self._free, places, force, index, residual)
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
-        inner = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
-        if after.around is None:
-            matrix = Bordered(inner, np.zeros((unknowns, 0)), np.zeros((0, 0)))
-            return Assembled(residual, matrix, wrenches)
-        at_rim, across, among = self._rim(after, places, index, force, stiffness)
-        residual = np.concatenate([residual, at_rim])
-        return Assembled(residual, Bordered(inner, across, among), wrenches)
+        tangent = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
+        return Inside(places, index, force, stiffness, residual, tangent, wrenches)
+
+    def joined(self, inside: Inside, state: SheetState) -> Assembled:
+        """Return what acts on a box and, if the state has surroundings, on its rim."""
+        unknowns = len(inside.residual)
+        if state.around is None:
+            matrix = Bordered(inside.tangent, np.zeros((unknowns, 0)), np.zeros((0, 0)))
+            return Assembled(inside.residual, matrix, inside.wrenches)
+        at_rim, across, among = self._rim(state, inside)
+        residual = np.concatenate([inside.residual, at_rim])
+        return Assembled(residual, Bordered(inside.tangent, across, among), inside.wrenches)
 
     def rim(self, box: Box) -> Rim | None:
         """Return the rim of a box; None for the box of all control points."""
@@ -199,16 +233,24 @@ class Assembler:
             cells = known.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
         places = np.argwhere(outside)
-        force, stiffness = self._integrate(places, before, after)
+        force, stiffness = self._integrate(places, before, after, *self._outside)
         coarsen(places, self._splines.blend, ny, force, stiffness, cells.force, cells.stiffness)
         return Surroundings.of(rim, after.points.copy(), cells, whole.ravel())
 
     def _integrate(
-        self, places: np.ndarray, before: SheetState, after: SheetState
+        self,
+        places: np.ndarray,
+        before: SheetState,
+        after: SheetState,
+        forces: np.ndarray,
+        tangents: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27)."""
+        """Return the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27).
+
+        They are written into the first rows of `forces` and `tangents`.
+        """
         size = len(places)
-        force, stiffness = self._force[:size], self._stiffness[:size]
+        force, stiffness = forces[:size], tangents[:size]
 
         def compute(part: slice) -> None:
             results = (force[part], stiffness[part], after.plastic, after.stretch)
@@ -220,27 +262,22 @@ class Assembler:
             bear(self._surface, places, after.points, force, stiffness)
         return force, stiffness
 
-    def _rim(
-        self,
-        state: SheetState,
-        places: np.ndarray,
-        index: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _rim(self, state: SheetState, inside: Inside) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the residual at the rim and its border of the stiffness."""
         around = state.around
         assert around is not None
         rim, size = around.rim, around.rim.size
-        box = rim.box
+        box, places = rim.box, inside.places
         x, y = places.T
         reach = (x < box.first_x) | (x + 3 > box.last_x) | (y < box.first_y) | (y + 3 > box.last_y)
         edge = np.flatnonzero(reach)
         seen = np.empty((len(edge), 27)), *(np.empty((len(edge), 27, 27)) for _ in range(2))
-        see_rim(places[edge], box, rim.splines.blend, force[edge], stiffness[edge], *seen)
+        see_rim(
+            places[edge], box, rim.splines.blend, inside.force[edge], inside.stiffness[edge], *seen
+        )
         outer = rim.at(rim.outer, places[edge] // rim.splines.factor)
         across, among = np.zeros((3 * box.size, size)), around.stiffness.copy()
-        add_border(index[edge], outer, seen[1], seen[2], across, among)
+        add_border(inside.index[edge], outer, seen[1], seen[2], across, among)
         at_rim = around.force + around.stiffness @ state.at_rim
         at_rim += np.bincount(outer[outer >= 0], seen[0][outer >= 0], size)
         return at_rim, across, among

@@ -98,8 +98,9 @@ def find_equilibrium(
     step = np.zeros(0)
     last, halvings = np.inf, 0
     near = rim is None
+    inside = assemble.inside(box, state, spheres, after)
     for iteration in range(settings.max_iterations):
-        residual, stiffness, wrenches = assemble(box, state, spheres, after)
+        residual, stiffness, wrenches = assemble.joined(inside, after)
         if not np.all(np.isfinite(residual)):
             return None
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
@@ -108,6 +109,7 @@ def find_equilibrium(
             return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
         if rim is not None and unbalanced <= (1.0 if near else _NEAR):
             after = _made_linear(assemble, rim, state, after, settings.kept)
+            # That moves no control point that the box's elements see.
             near, last = True, np.inf
             continue
         size = float(np.linalg.norm(residual))
@@ -115,10 +117,11 @@ def find_equilibrium(
             step *= 0.5
             halvings += 1
             _move(after, box, -step[:free], -step[free:])
-            continue
-        last, halvings = size, 0
-        step = _limited(stiffness.solve(-residual), settings.largest_step)
-        _move(after, box, step[:free], step[free:])
+        else:
+            last, halvings = size, 0
+            step = _limited(stiffness.solve(-residual), settings.largest_step)
+            _move(after, box, step[:free], step[free:])
+        inside = assemble.inside(box, state, spheres, after)
     return None
 
 
