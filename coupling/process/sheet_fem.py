@@ -33,7 +33,7 @@ class SheetFem(Identified):
         tips: From their centres to the TCPs, tool axes [m], (3,) each.
         schedule: Positions of a path where equilibrium is found.
         desired: Paths on which they were chosen, base axes.
-        force_factor: Measured over computed force, see docs/sheet_fem.md.
+        force_factor: Force and stiffness over those that the elements compute, see docs/sheet_fem.md.
         watch: Function that is told how many positions are done.
     """
 

@@ -25,7 +25,7 @@ _Coefficient = Annotated[float, Field(ge=0.1, le=10.0)]
 # Side of an element, half side of the window about a tool, and distance of two equilibria, over the
 # radius of the tool.  A tool that goes by more than it touches leaves a row of dents, whose forces jump.
 _ELEMENT = 0.4
-_WINDOW = 2.5
+_WINDOW = 2.0
 _POSITION = 0.5
 
 
@@ -64,11 +64,10 @@ class SheetFemTable(ProcessTable):
                 "element_m: expected at most a fifth of the sheet's side,"
                 f" {min(self.sheet_size_m) / 5.0:.4g}, got {self._element:.4g}"
             )
-        least = 0.5 * self.tool_diameter_m + self.sheet_thickness_m + 2.0 * self._element
-        if self._window < least:
+        if self._window < self._least_window(self.tool_diameter_m):
             raise ValueError(
                 "window_m: expected at least the tool's radius, the thickness and two elements,"
-                f" {least:.4g}, got {self._window:.4g}"
+                f" {self._least_window(self.tool_diameter_m):.4g}, got {self._window:.4g}"
             )
         if self.backing_edge_radius_m and self.backing_radius_m is None:
             raise ValueError(
@@ -103,9 +102,12 @@ class SheetFemTable(ProcessTable):
     def _window(self) -> float:
         """Half side of the part about a tool whose elements are not joined to coarse ones [m]."""
         return self.window_m or max(
-            _WINDOW * 0.5 * self.tool_diameter_m,
-            0.5 * self.tool_diameter_m + self.sheet_thickness_m + 3.0 * self._element,
+            _WINDOW * 0.5 * self.tool_diameter_m, self._least_window(self.tool_diameter_m)
         )
+
+    def _least_window(self, tool_diameter: float) -> float:
+        """Return the half side that a tool's contact and two elements about it need [m]."""
+        return 0.5 * tool_diameter + self.sheet_thickness_m + 2.0 * self._element
 
     @property
     def _position(self) -> float:
@@ -125,6 +127,7 @@ class SheetFemTable(ProcessTable):
         """
         # numba is of the extra `fem`, and its import takes longer than other cases should wait.
         from coupling.process.sheet_fem import SheetFem
+        from coupling.sheet_fem.fineness import limit_of_force
         from coupling.sheet_fem.forming import SheetModel, SheetSettings
         from coupling.sheet_fem.mesh import SheetMesh
         from coupling.sheet_fem.schedule import schedule
@@ -144,7 +147,7 @@ class SheetFemTable(ProcessTable):
             diameters.append(task.support.tool_diameter)
         settings = SheetSettings(
             self.layers,
-            max(self._window, 0.5 * max(diameters) + self.sheet_thickness_m + 2.0 * self._element),
+            max(self._window, self._least_window(max(diameters))),
             self.backing_radius_m,
             self.backing_edge_radius_m,
             self.friction_coefficient,
@@ -154,16 +157,16 @@ class SheetFemTable(ProcessTable):
         if task.support is not None:
             radii.append(0.5 * task.support.tool_diameter)
             contacts.append(APPROACH)
+        mesh = SheetMesh((x, y), elements, self.sheet_thickness_m)
+        limit = limit_of_force(max(mesh.element_size), min(radii), self.sheet_thickness_m)
         return SheetFem(
             part=task.part,
-            model=SheetModel(
-                SheetMesh((x, y), elements, self.sheet_thickness_m), self._metal(), settings
-            ),
+            model=SheetModel(mesh, self._metal(), settings),
             radii=tuple(radii),
             tips=tuple(radius * at for radius, at in zip(radii, contacts, strict=True)),
             schedule=schedule(points[0], self._position),
             desired=task.desired,
-            force_factor=self.force_factor,
+            force_factor=limit * self.force_factor,
             watch=task.watch,
             identity=self.identity(task),
         )

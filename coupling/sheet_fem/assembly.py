@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +18,7 @@ from coupling.sheet_fem.plate import bear
 from coupling.sheet_fem.rim import Rim, see_rim
 from coupling.sheet_fem.state import SheetState
 from coupling.sheet_fem.surroundings import Surroundings
-
-# The compiled element loop lets go of Python's lock.
-_THREADS = os.cpu_count() or 1
+from coupling.sheet_fem.threads import in_threads
 
 
 @compiled
@@ -150,7 +146,6 @@ class Assembler:
             (np.empty((total, 27)), np.empty((total, 27, 27))) for _ in range(2)
         )
         self._splines = CoarseSplines.of(elements)
-        self._threads = ThreadPoolExecutor(_THREADS)
         self._bears = bool(np.isfinite(surface.plane))
 
     @property
@@ -234,7 +229,14 @@ class Assembler:
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
         places = np.argwhere(outside)
         force, stiffness = self._integrate(places, before, after, *self._outside)
-        coarsen(places, self._splines.blend, ny, force, stiffness, cells.force, cells.stiffness)
+        rows = places[:, 0] // factor
+
+        def sum_up(share: slice) -> None:
+            own = slice(*np.searchsorted(rows, (share.start, share.stop)))
+            parts = places[own], self._splines.blend, ny, force[own], stiffness[own]
+            coarsen(*parts, cells.force, cells.stiffness)
+
+        in_threads(sum_up, nx)
         return Surroundings.of(rim, after.points.copy(), cells, whole.ravel())
 
     def _integrate(
@@ -252,12 +254,11 @@ class Assembler:
         size = len(places)
         force, stiffness = forces[:size], tangents[:size]
 
-        def compute(part: slice) -> None:
-            results = (force[part], stiffness[part], after.plastic, after.stretch)
-            _elements(self._shell, places[part], after.points, before.plastic, *results)
+        def compute(share: slice) -> None:
+            results = (force[share], stiffness[share], after.plastic, after.stretch)
+            _elements(self._shell, places[share], after.points, before.plastic, *results)
 
-        parts = [slice(size * k // _THREADS, size * (k + 1) // _THREADS) for k in range(_THREADS)]
-        list(self._threads.map(compute, parts))
+        in_threads(compute, size)
         if self._bears:
             bear(self._surface, places, after.points, force, stiffness)
         return force, stiffness

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf
 
 from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.threads import in_threads
 
 # Shift of the diagonal, relative to its mean, tried first where the stiffness is not definite.
 _FIRST_SHIFT = 1e-4
@@ -26,7 +27,11 @@ class Cholesky:
     def forward(self, right: np.ndarray) -> np.ndarray:
         """Return L^-1 right, (n, k)."""
         solution = np.array(right, order="C")
-        _forward(self.lower, solution)
+
+        def solve(share: slice) -> None:
+            _forward(self.lower, solution[:, share])
+
+        in_threads(solve, solution.shape[1], _AT_ONCE)
         return solution
 
     def backward(self, half: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from coupling.process.isf_force_law import scallop_height, steady_force
+from coupling.sheet_fem.fineness import limit_of_force
 from coupling.sheet_fem.forming import SheetSettings
 from coupling.sheet_fem.material import tensile_strength
 from docs.scripts.page import table
@@ -113,39 +114,39 @@ def radial_table() -> str:
     return table(("", *(f"{depth} mm" for depth in STEPS)), [*rows, (law, *[""] * len(STEPS))])
 
 
+# Of the study of fineness: thickness [mm], elements along 80 mm, positions and window [mm].
+FINENESS = (
+    *((0.5, elements, 2.5, 10.0) for elements in (32, 40, 60)),
+    *((1.0, elements, 2.5, 10.0) for elements in (20, 32, 40, 60)),
+    *((2.0, elements, 2.5, 10.0) for elements in (32, 40, 60)),
+    (1.0, 40, 0.75, 10.0),
+    (1.0, 40, 2.5, 15.0),
+    (1.0, 40, 2.5, 80.0),
+)
+
+
 def fineness_table() -> str:
-    """Return the third contour's forces on the plate over elements, positions and window."""
-    fineness = (
-        (20, 3e-3, WINDOW),
-        (32, 3e-3, WINDOW),
-        (40, 3e-3, WINDOW),
-        (60, 3e-3, WINDOW),
-        (40, 7.5e-4, WINDOW),
-        (40, 3e-3, 0.0125),
-        (40, 3e-3, 0.08),
-    )
+    """Return the forces in three contours on the plate over thickness, elements, positions, window."""
     rows: list[tuple[str, ...]] = []
-    axials: dict[int, float] = {}
-    for elements, spacing, window in fineness:
-        settings = SheetSettings(window=window, opening_radius=0.024)
-        press = Press.above(0.08, elements, 0.02, settings)
+    for thickness, elements, spacing, window in FINENESS:
+        settings = SheetSettings(window=1e-3 * window, opening_radius=0.024)
+        press = Press.above(0.08, elements, 0.02, settings, 1e-3 * thickness)
         start = time.process_time()
-        *_, (axial, radial, _) = contours(press, 0.02, (1e-3, 2e-3, 3e-3), spacing)
+        found = [f[0] for f in contours(press, 0.02, (1e-3, 2e-3, 3e-3), 1e-3 * spacing)]
         seconds = (time.process_time() - start) / press.solutions
-        axials.setdefault(elements, axial)
-        name = "whole sheet" if window >= 0.08 else f"{1e3 * window:g} mm"
+        limit = limit_of_force(0.08 / elements, RADIUS, 1e-3 * thickness)
+        name = "whole sheet" if window >= 80.0 else f"{window:g} mm"
         rows.append(
             (
+                f"{thickness:g} mm",
                 f"{80.0 / elements:.3g} mm",
-                f"{1e3 * spacing:g} mm",
+                f"{spacing:g} mm",
                 name,
-                f"{axial:.0f}",
-                f"{radial:.0f}",
+                ", ".join(f"{force:.0f}" for force in found),
+                f"{1.0 / limit:.3f}",
+                ", ".join(f"{limit * force:.0f}" for force in found),
                 f"{seconds:.2f}",
             )
         )
-    # The error of splines of second degree in a bent shell falls with the square of their size.
-    finer = (60.0 / 40.0) ** 2
-    limit = axials[60] + (axials[60] - axials[40]) / (finer - 1.0)
-    rows.append(("limit, from 2 and 1.33 mm", "3 mm", "15 mm", f"{limit:.0f}", "", ""))
-    return table(("elements", "positions", "window", "F_z", "F_r", "CPU s / position"), rows)
+    head = ("sheet", "elements", "positions", "window", "F_z computed", "over its limit")
+    return table((*head, "F_z stated", "CPU s / position"), rows)

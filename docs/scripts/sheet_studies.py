@@ -24,7 +24,7 @@ from calculix_plate import CCX, Plate, plunge_force
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
-WINDOW = 3.0 * RADIUS  # as the case file's default
+WINDOW = 3.0 * RADIUS
 SHALLOW = np.array([0.1, 0.2, 0.5, 1.0])  # [mm]
 THICK = np.array([1.0, 2.0, 3.0, 4.0, 5.0])  # [mm]
 DEEP = np.array([1.0, 2.0, 3.0, 5.0])  # [mm]
@@ -45,19 +45,25 @@ class Press:
 
     @classmethod
     def above(
-        cls, side: float, elements: int, x: float = 0.0, settings: SheetSettings | None = None
+        cls,
+        side: float,
+        elements: int,
+        x: float = 0.0,
+        settings: SheetSettings | None = None,
+        thickness: float = THICKNESS,
     ) -> Press:
         """Return a tool that touches the flat sheet at (x, 0)."""
         model = SheetModel(
-            SheetMesh((side, side), (elements, elements), THICKNESS),
+            SheetMesh((side, side), (elements, elements), thickness),
             ALUMINIUM,
             settings or SheetSettings(window=WINDOW),
         )
-        return cls(model, model.sphere(_center(np.array([x, 0.0, 0.0])), RADIUS))
+        return cls(model, model.sphere(np.array([x, 0.0, RADIUS + 0.5 * thickness]), RADIUS))
 
     def to(self, tcp: np.ndarray, everywhere: bool = True) -> np.ndarray:
         """Move the tool to a TCP in the part frame [m], (3,), and return the force on it [N]."""
-        tool = self.model.sphere(_center(tcp), RADIUS)
+        up = RADIUS + 0.5 * self.model.mesh.thickness
+        tool = self.model.sphere(tcp + np.array([0.0, 0.0, up]), RADIUS)
         if everywhere:
             box = self.model.everywhere()
         else:
@@ -74,11 +80,6 @@ class Press:
         corners = 0.25 * (points[:-1, :-1] + points[1:, :-1] + points[:-1, 1:] + points[1:, 1:])
         cut = np.diff(corners[:, corners.shape[1] // 2], axis=0)
         return float(np.max(np.arctan2(cut[:, 2], cut[:, 0])))
-
-
-def _center(tcp: np.ndarray) -> np.ndarray:
-    """Return the sphere's centre in the sheet's frame."""
-    return tcp + np.array([0.0, 0.0, RADIUS + 0.5 * THICKNESS])
 
 
 def plunge_curve(side: float, elements: int, depths: np.ndarray) -> np.ndarray:
