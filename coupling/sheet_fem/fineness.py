@@ -4,15 +4,15 @@ from __future__ import annotations
 
 # Excess of the force over its limit where the element is the tool's radius and that the thickness:
 # fitted to third contours of a cone, see docs/sheet_fem.md.
-_EXCESS = 0.41
+_EXCESS = 0.35
 
 
 def limit_of_force(element: float, radius: float, thickness: float) -> float:
     """Return the force of ever smaller elements over that of elements of a size.
 
     The bend about a tool is sharper than its elements can follow, so that they are too stiff: by
-    0.41 (h/R)^2 (R/t)^(1/4), as the error of splines of second degree in a shell that bends
-    falls with the square of their size h.  The factor 0.41 and the fourth root are fitted.
+    0.35 (h/R)^2 (R/t)^(1/4), as the error of splines of second degree in a shell that bends
+    falls with the square of their size h.  The factor 0.35 and the fourth root are fitted.
 
     Args:
         element: Side of an element [m].
@@ -21,6 +21,6 @@ def limit_of_force(element: float, radius: float, thickness: float) -> float:
 
     Example:
         >>> round(limit_of_force(2.5e-3, 5e-3, 1e-3), 3)
-        0.867
+        0.884
     """
     return 1.0 / (1.0 + _EXCESS * (element / radius) ** 2 * (radius / thickness) ** 0.25)

@@ -70,15 +70,37 @@ def test_an_evaluation_starts_from_the_flat_sheet(pressed):
     assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
 
 
+def rings(*depths: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and points of circles of 12 mm radius, after a point above the sheet."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 31)
+    circles = [
+        np.column_stack([0.012 * np.cos(turn), 0.012 * np.sin(turn), np.full(31, -depth)])
+        for depth in depths
+    ]
+    points = np.vstack([[[0.012, 0.0, 1e-3]], *circles])
+    return np.arange(len(points), dtype=float), points
+
+
+def test_the_stated_force_is_within_5_percent_of_the_limit_of_small_elements():
+    """The limit is Richardson's, of what elements of 0.4 and 0.28 radii compute: order two."""
+    at, points = rings(1.5e-3)
+    path = UPRIGHT.tool_path(at, points)
+    stated, computed = [], []
+    for element in (0.002, 0.0014):
+        process = table(sheet_size_m=[0.056, 0.056], element_m=element, position_m=None).process(
+            Task(UPRIGHT, path)
+        )
+        stated.append(np.mean(process.evaluate(path).wrench.force[0, 5:-3, 2]))
+        computed.append(stated[-1] / process.force_factor)
+    finer = (0.002 / 0.0014) ** 2
+    limit = computed[1] + (computed[1] - computed[0]) / (finer - 1.0)
+    assert computed[0] > 1.05 * limit
+    assert stated[0] == pytest.approx(limit, rel=0.05)
+
+
 def test_a_path_off_by_half_a_micron_has_nearly_the_same_forces():
     """Or no command could be computed: forces answer with the stiffness of the contact, no jumps."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 31)
-    rings = [
-        np.column_stack([0.012 * np.cos(turn), 0.012 * np.sin(turn), np.full(31, -depth)])
-        for depth in (1.5e-3, 3e-3)
-    ]
-    points = np.vstack([[[0.012, 0.0, 1e-3]], *rings])
-    at = np.arange(len(points), dtype=float)
+    at, points = rings(1.5e-3, 3e-3)
     process = table(sheet_size_m=[0.056, 0.056], element_m=None, position_m=None).process(
         Task(UPRIGHT, UPRIGHT.tool_path(at, points))
     )
