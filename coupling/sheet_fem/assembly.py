@@ -78,7 +78,7 @@ class Inside(NamedTuple):
 
     Attributes:
         places: Elements that its control points shape, (e, 2).
-        index: Unknowns of those, -1 for what is held, (e, 27).
+        unknowns: Their numbers of those, -1 for what is held, (e, 27).
         force: Their forces [N], (e, 27); good until the next box is looked at.
         stiffness: Derivatives of those [N/m], (e, 27, 27); as good.
         residual: Unbalanced forces at the box's control points [N], (3 n,), zero where held.
@@ -87,7 +87,7 @@ class Inside(NamedTuple):
     """
 
     places: np.ndarray
-    index: np.ndarray
+    unknowns: np.ndarray
     force: np.ndarray
     stiffness: np.ndarray
     residual: np.ndarray
@@ -278,7 +278,7 @@ class Assembler:
         )
         outer = rim.at(rim.outer, places[edge] // rim.splines.factor)
         across, among = np.zeros((3 * box.size, size)), around.stiffness.copy()
-        add_border(inside.index[edge], outer, seen[1], seen[2], across, among)
+        add_border(inside.unknowns[edge], outer, seen[1], seen[2], across, among)
         at_rim = around.force + around.stiffness @ state.at_rim
         at_rim += np.bincount(outer[outer >= 0], seen[0][outer >= 0], size)
         return at_rim, across, among
