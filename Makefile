@@ -1,5 +1,6 @@
 # make run   the cone: robot, forming force, coupling, compensation, report   (results/cone)
 # make test  style, types and tests
+# make lint  style and types
 # make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
 # make release  sdist, wheel and checksums in dist/, tried in an environment of their own
@@ -10,23 +11,25 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 
 # What runs write into docs/, and the scripts that do: all of it takes about an hour, one is make milling.
-PAGES = figures inverse robin study identify learn comparison milling two-robots place export notebook sheet-fem measured-sheet commands masters-table performance real-time inverse-time trust
+PAGES = figures inverse robin study identify learn comparison milling two-robots place export newcomer notebook sheet-fem measured-sheet commands masters-table performance real-time inverse-time trust
 script = docs/scripts/make_$(subst -,_,$@).py
 performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: notebooks run test fuzz emulators docs site $(PAGES) masters clean
+.PHONY: notebooks run lint test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
 	rm -rf results/cone
 	.venv/bin/elastic-robot compensate examples/cases/cone.toml -o results/cone
 
-test: .venv/installed
+lint: .venv/installed
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
+
+test: lint
 	.venv/bin/pytest -n 2 --durations=10
 
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand

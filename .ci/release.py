@@ -1,7 +1,8 @@
 """Build what a release consists of, and try it where nothing else of the project is: make release.
 
-Sdist and wheel with the C core's libraries for all platforms, and their SHA256SUMS.  The wheel is
-installed into a fresh environment, where its command builds an FMU and corrects a command.
+Sdist and wheel with the C core's libraries for all platforms, and their SHA256SUMS.  The sdist makes
+the same wheel again.  The wheel is installed into a fresh environment, where its command builds an FMU
+and corrects a command.
 """
 
 from __future__ import annotations
@@ -83,6 +84,29 @@ def check_content(sdist: Path, wheel: Path) -> None:
     )
 
 
+def check_wheel_of(sdist: Path, wheel: Path, folder: Path) -> None:
+    """Check that an sdist, unpacked in a folder, makes the wheel that the checkout makes.
+
+    Raises:
+        ReleaseError: With the files that are other ones.
+    """
+    with tarfile.open(sdist) as archive:
+        archive.extractall(folder, filter="data")
+    (source,) = folder.iterdir()
+    build_wheel = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    _run(build_wheel, source)
+    other = contents(folder / wheel.name)
+    own = contents(wheel)
+    if different := sorted(name for name in own.keys() | other if own.get(name) != other.get(name)):
+        raise ReleaseError(f"{sdist.name}: makes another wheel: {', '.join(different[:5])}")
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    """Return what is in a wheel."""
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
 def _all_in(expected: set[str], found: set[str], archive: Path) -> None:
     if missing := sorted(expected - found):
         raise ReleaseError(f"{archive.name}: expected {', '.join(missing)}, got none")
@@ -136,6 +160,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         shutil.rmtree(output, ignore_errors=True)
         files = build(output)
         check_content(*files)
+        with tempfile.TemporaryDirectory() as name:
+            check_wheel_of(*files, Path(name).resolve())
         with tempfile.TemporaryDirectory() as name:
             try_wheel(files[1], Path(name).resolve())
     except ReleaseError as error:

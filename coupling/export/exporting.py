@@ -131,7 +131,7 @@ class _Job:
                 rows,
                 options.targets,
                 language.between == "spline",
-                language.configured,
+                language.posture,
             )
             files = language.write(program)
             read = language.read(files)

@@ -1,19 +1,25 @@
-"""The folder of exported programs, whole or not at all, with a summary beside them."""
+"""The folder of exported programs, whole or not at all, with a summary beside them.
+
+Programs are written beside their folder, in `.<name>.unfinished`, and change places with those that are
+there when they are complete and on the disk.  What a killed export has left, the next one puts right.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import shutil
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
+
 from coupling.errors import ProgramError
 from coupling.export.exported import Exported, Options
-from coupling.files.whole_file import sync_folder
+from coupling.files.whole_file import WholeFile, sync_folder
 
 SUMMARY = "export.json"
 
@@ -24,13 +30,15 @@ def require_writable(folder: Path, overwrite: bool) -> None:
     Raises:
         ProgramError: With the folder.
     """
-    if not folder.exists():
+    # Programs that a killed export had put aside are still those of the folder.
+    place = folder if folder.exists() else _aside(folder.resolve())
+    if not place.exists():
         return
-    if not folder.is_dir():
+    if not place.is_dir():
         raise ProgramError(f"{folder}: expected the name of a folder, got a file")
-    if not any(folder.iterdir()):
+    if not any(place.iterdir()):
         return
-    if not (folder / SUMMARY).is_file():
+    if not (place / SUMMARY).is_file():
         raise ProgramError(f"{folder}: holds files that are no export: name another folder")
     if not overwrite:
         raise ProgramError(f"{folder}: holds programs already: add --overwrite to replace them")
@@ -44,42 +52,84 @@ def write_export(
     Raises:
         ProgramError: If the folder may not be replaced or cannot be written.
     """
-    require_writable(folder, overwrite)
     target = folder.resolve()
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
-    except OSError as cause:
-        raise ProgramError(f"{folder}: cannot be made: {cause.strerror or cause}") from cause
-    try:
-        for one in exports:
-            for file in one.files:
-                (draft / file.name).write_bytes(file.text.encode("ascii"))
-        (draft / SUMMARY).write_text(
-            json.dumps(summary(exports, options), indent=1), encoding="utf-8"
-        )
-        draft.chmod(0o755)
-        _take_place(draft, target)
+        with _alone(folder):
+            _put_right(target)
+            require_writable(folder, overwrite)
+            draft = _draft(target)
+            try:
+                draft.mkdir()
+                for name, text in _contents(exports, options):
+                    WholeFile(draft / name).write([text.encode()])
+                _take_place(draft, target)
+            finally:
+                shutil.rmtree(draft, ignore_errors=True)
     except OSError as cause:
         raise ProgramError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
+
+
+def _contents(exports: Sequence[Exported], options: Options) -> Iterator[tuple[str, str]]:
+    """Yield names and texts of all files."""
+    for one in exports:
+        for file in one.files:
+            yield file.name, file.text
+    yield SUMMARY, json.dumps(summary(exports, options), indent=1)
+
+
+def _draft(target: Path) -> Path:
+    return target.with_name(f".{target.name}.unfinished")
+
+
+def _aside(target: Path) -> Path:
+    return target.with_name(f".{target.name}.replaced")
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other exports to the folder away.
+
+    Raises:
+        ProgramError: If there is one.
+    """
+    target = folder.resolve()
+    lock = FileLock(target.with_name(f".{target.name}.lock"))
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise ProgramError(f"{folder}: another export writes it: wait for its end") from None
+    try:
+        yield
     finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        with suppress(OSError):
+            os.unlink(lock.lock_file)
+        lock.release()
+
+
+def _put_right(target: Path) -> None:
+    """Clean up after an export that was killed."""
+    shutil.rmtree(_draft(target), ignore_errors=True)
+    aside = _aside(target)
+    if target.exists():
+        shutil.rmtree(aside, ignore_errors=True)
+    elif aside.exists():
+        os.rename(aside, target)
 
 
 def _take_place(draft: Path, target: Path) -> None:
     """Put a folder in the place of another one."""
+    aside = _aside(target)
     if target.exists():
-        old = draft.with_name(f"{draft.name}.old")
-        os.rename(target, old)
-        try:
-            os.rename(draft, target)
-        except OSError:
-            os.rename(old, target)
-            raise
-        shutil.rmtree(old)
-    else:
+        os.rename(target, aside)
+    try:
         os.rename(draft, target)
+    except OSError:
+        if aside.exists():
+            os.rename(aside, target)
+        raise
     sync_folder(target.parent)
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 def summary(exports: Sequence[Exported], options: Options) -> dict[str, Any]:

@@ -68,19 +68,21 @@ class Postures:
 
         Raises:
             ProgramError: If the robot has not six joints, or no spherical wrist, or its controller does
-                not count joints 1 and 2.
+                not count joint 2.
         """
         arm = self.arm(q)
         centre = wrist_centre(arm)
         angles = self._axes.controller_angles(q[None])[0]
-        signs = np.sign(np.diag(self._axes.matrix))
-        if not signs[:2].all():
+        sign = np.sign(self._axes.matrix[1, 1])
+        if not sign:
             raise ProgramError(
-                "configuration: expected a joint_matrix that counts joints 1 and 2, got zeros on its"
-                " diagonal: write joint angles with --targets joints"
+                "configuration: expected a joint_matrix that counts joint 2, got a zero on its diagonal:"
+                " write joint angles with --targets joints"
             )
-        second = signs[1] * arm.axes[1]
-        forward = np.cross(second, arm.axes[0] * signs[0])
+        second = sign * arm.axes[1]
+        # Some makers count joint 1 about an axis that points down.
+        upward = arm.axes[0] if arm.axes[0][2] >= 0.0 else -arm.axes[0]
+        forward = np.cross(second, upward)
         shoulder, elbow = (_towards(arm, k, centre) for k in (1, 2))
         up = np.dot(second, np.cross(elbow - shoulder, centre - shoulder))
         return Configuration(
@@ -89,6 +91,14 @@ class Postures:
             wrist=-1 if angles[4] < 0.0 else 1,
             angles=tuple(angles.tolist()),
         )
+
+    def are_named(self, q: np.ndarray) -> bool:
+        """Return whether postures of this robot have a configuration, as the one at q [rad] has."""
+        try:
+            self.configuration(q)
+        except ProgramError:
+            return False
+        return True
 
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
         theta = self._chain.theta(q)

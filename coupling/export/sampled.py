@@ -13,7 +13,7 @@ from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath
-from coupling.programs.languages import Targets
+from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths.part import Part
@@ -101,7 +101,7 @@ class Sampled:
         return PoseCurve(self.pose, self.lever)
 
     def program(
-        self, name: str, rows: np.ndarray, targets: Targets, spline: bool, configured: bool
+        self, name: str, rows: np.ndarray, targets: Targets, spline: bool, posture: Posture
     ) -> Program:
         """Return the program through chosen rows.
 
@@ -112,7 +112,7 @@ class Sampled:
             rows: The rows, the first and the last among them.
             targets: What the path's targets are.
             spline: Whether a spline goes through them.
-            configured: Whether poses state the posture.
+            posture: Whether poses state it.
         """
         angles = self.axes.controller_angles(self.q[rows])
         durations = np.diff(self.time[rows]).tolist()
@@ -125,11 +125,14 @@ class Sampled:
             ]
             return Program(name, tuple(way), self.base.pose, self.tool.pose)
         poses = [tuple(row) for row in self.pose[rows].tolist()]
-        postures = [self.postures.configuration(q) if configured else None for q in self.q[rows]]
+        stated = posture == "always" or (
+            posture == "known" and self.axes.stated and self.postures.are_named(self.q[0])
+        )
+        postures = [self.postures.configuration(q) if stated else None for q in self.q[rows]]
         moves = [start, Move("linear", poses[0], speed=_APPROACH, configuration=postures[0])]
         moves += [
-            Move("spline" if spline else "linear", pose, duration=duration, configuration=posture)
-            for pose, duration, posture in zip(poses[1:], durations, postures[1:], strict=True)
+            Move("spline" if spline else "linear", pose, duration=duration, configuration=named)
+            for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)
         ]
         return Program(name, tuple(moves), self.base.pose, self.tool.pose)
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from coupling.programs.angles import abc_of
-from coupling.programs.program import HERE, Move, Pose, Program, ProgramFile
+from coupling.programs.program import HERE, Configuration, Move, Pose, Program, ProgramFile
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name and of a line that the controller takes.
@@ -86,11 +86,13 @@ def _data(program: Program) -> Iterator[str]:
     timed = program.timed
     poses = timed[0].pose is not None
     yield f"DEFDAT {program.name}"
-    yield f"DECL {'FRAME' if poses else 'AXIS'} P[{len(timed)}]"
+    named = [move.configuration for move in timed]
+    kind = ("POS" if all(named) else "FRAME") if poses else "AXIS"
+    yield f"DECL {kind} P[{len(timed)}]"
     if poses:
         rows = np.array([move.pose for move in timed])
         for k, (position, angles) in enumerate(zip(1e3 * rows[:, :3], abc_of(rows), strict=True)):
-            yield f"P[{k + 1}]={_frame(position, angles)}"
+            yield f"P[{k + 1}]={_frame(position, angles, named[k])}"
     else:
         for k, move in enumerate(timed):
             yield f"P[{k + 1}]={_axes(move)}"
@@ -102,11 +104,12 @@ def _aggregate(pose: Pose) -> str:
     return _frame(1e3 * row[0, :3], abc_of(row)[0])
 
 
-def _frame(position: np.ndarray, angles: np.ndarray) -> str:
-    fields = [*numbers(position, _MM).split(","), *numbers(angles, _DEG).split(",")]
-    return (
-        "{" + ",".join(f"{key} {value}" for key, value in zip("XYZABC", fields, strict=True)) + "}"
-    )
+def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | None = None) -> str:
+    values = [*numbers(position, _MM).split(","), *numbers(angles, _DEG).split(",")]
+    fields = [f"{key} {value}" for key, value in zip("XYZABC", values, strict=True)]
+    if posture is not None:
+        fields += [f"S {posture.status}", f"T {posture.turn}"]
+    return "{" + ",".join(fields) + "}"
 
 
 def _axes(move: Move) -> str:

@@ -12,6 +12,7 @@ from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, ra
 from coupling.programs.program import Program, ProgramFile
 
 Targets = Literal["cartesian", "joints"]
+Posture = Literal["never", "known", "always"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class Language:
         targets: What its programs may hold, the usual first.
         step: Times are whole multiples of this [s]; 0 for any.
         dense: Whether it has a point on every cycle.
-        configured: Whether its poses state the robot's posture.
+        posture: Whether its poses state the robot's posture: "never", "known" where the robot file says
+            how the controller counts, or "always", for the language has no pose without.
         joints: Number of joints that its programs are for; None for any.
     """
 
@@ -41,7 +43,7 @@ class Language:
     targets: tuple[Targets, ...] = ("cartesian", "joints")
     step: float = 0.0
     dense: bool = False
-    configured: bool = False
+    posture: Posture = "never"
     joints: int | None = 6
 
 
@@ -71,7 +73,15 @@ def _one(files: Sequence[ProgramFile], ending: str) -> ProgramFile:
 LANGUAGES = {
     language.name: language
     for language in (
-        Language("krl", krl.write, _read_krl, ".src", "spline", krl.LONGEST_NAME),
+        Language(
+            "krl",
+            krl.write,
+            _read_krl,
+            ".src",
+            "spline",
+            krl.LONGEST_NAME,
+            posture="known",
+        ),
         Language(
             "rapid",
             rapid.write,
@@ -79,7 +89,7 @@ LANGUAGES = {
             ".mod",
             "straight",
             rapid.LONGEST_NAME - 2,
-            configured=True,
+            posture="always",
         ),
         Language(
             "fanuc",
@@ -89,7 +99,7 @@ LANGUAGES = {
             "straight",
             fanuc.LONGEST_NAME - 3,
             step=1e-3,
-            configured=True,
+            posture="always",
         ),
         Language(
             "csv",

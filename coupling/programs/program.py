@@ -31,6 +31,10 @@ class Configuration:
         (1, -1, 4)
         >>> Configuration(False, False, -1, (0.0, 0.0, 0.0, -4.0, -1.0, 7.0)).turns
         (0, -1, 1)
+        >>> Configuration(False, False, -1, (-0.1, -1.6, 1.8, 0.0, -0.2, 0.0)).status
+        6
+        >>> Configuration(False, False, -1, (-0.1, -1.6, 1.8, 0.0, -0.2, 0.0)).turn
+        19
     """
 
     behind: bool
@@ -43,6 +47,16 @@ class Configuration:
         """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
         one, four, six = (int(self.angles[i] // (0.5 * pi)) for i in (0, 3, 5))
         return one, four, six
+
+    @property
+    def status(self) -> int:
+        """KUKA's S: 1 behind axis 1, 2 elbow above the line to the wrist, 4 joint 5 negative."""
+        return self.behind + 2 * (not self.below) + 4 * (self.wrist < 0)
+
+    @property
+    def turn(self) -> int:
+        """KUKA's T: a bit for each joint, the first the lowest, one where its angle is negative."""
+        return sum(1 << i for i, angle in enumerate(self.angles) if angle < 0.0)
 
     @property
     def turns(self) -> tuple[int, int, int]:

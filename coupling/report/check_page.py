@@ -87,7 +87,10 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
         xaxis_title="x [m]",
         yaxis_title="y [m]",
         zaxis_title="z [m]",
-        camera_eye={"x": 0.9, "y": -1.5, "z": 0.7},
+        camera={
+            "eye": {"x": 1.05, "y": -1.75, "z": 0.8},
+            "center": {"x": 0.0, "y": 0.0, "z": -0.12},
+        },
     )
     return style(figure, 620)
 

@@ -7,9 +7,8 @@
   const onDark = JSON.parse(document.getElementById("colours").textContent);
 
   async function unpacked(id) {
-    const packed = document.getElementById(id).textContent;
-    const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const packed = await fetch(`data:;base64,${document.getElementById(id).textContent}`);
+    const stream = packed.body.pipeThrough(new DecompressionStream("gzip"));
     return new Response(stream).text();
   }
 
@@ -40,14 +39,27 @@
     };
   }
 
+  // What is seen in space fills its place, and from farther where that is narrow: it is scaled by its height.
+  function framed(layout, width) {
+    const farther = Math.max(1, 0.95 * (layout.height ?? 450) / width);
+    for (const own of Object.entries(layout).filter(([key]) => /^scene/.test(key)).map((it) => it[1])) {
+      if (!layout.updatemenus) layout.margin = { l: 0, r: 0, t: 0, b: 0 };
+      const eye = own.camera?.eye;
+      if (!eye) continue;
+      const from = Object.fromEntries(Object.entries(eye).map(([key, at]) => [key, at * farther]));
+      own.camera = { ...own.camera, eye: from };
+    }
+  }
+
   let figures, hidden = {};
   function draw(name, night, width) {
     const place = document.getElementById(name), given = figures[name];
     const data = recoloured(given.data, night);
     for (const trace of hidden[name] ?? []) data[trace].visible = false;
     const layout = themed(given.layout, night);
+    framed(layout, width || place.clientWidth);
     if (width) {
-      const beside = place.closest(".figures").children.length;
+      const beside = Math.min(2, place.closest(".figures").children.length);
       layout.width = (width - 16 * (beside - 1)) / beside;
     }
     const config = { responsive: !width, displayModeBar: false, doubleClick: "reset" };

@@ -54,7 +54,7 @@ def arrows(found: dict[str, Any], factor: int) -> go.Figure:
             hoverinfo="text",
         )
     axes = {f"{axis}axis": {"title": f"{axis} [m]"} for axis in "xyz"}
-    camera = {"eye": {"x": 1.0, "y": -1.0, "z": 0.6}}
+    camera = {"eye": {"x": 1.35, "y": -1.35, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}}
     figure.update_layout(scene={**axes, "aspectmode": "data", "camera": camera})
     return style(figure, 620).update_layout(legend_itemsizing="constant")
 
@@ -88,6 +88,10 @@ def agreement(found: dict[str, Any]) -> go.Figure:
     return style(figure, 440)
 
 
+# Most measurements that are named on the axis of a narrow page.
+_NAMED = 22
+
+
 def residuals(found: dict[str, Any]) -> go.Figure:
     """Distance of measured from predicted by row, and predicted without that row."""
     names, _, measured, predicted = _rows(found)
@@ -109,7 +113,9 @@ def residuals(found: dict[str, Any]) -> go.Figure:
             textposition="none",
             hovertemplate="%{x}: %{y:.3f} mm (%{text})",
         )
-    figure.update_xaxes(title="measurement", tickangle=-60, ticktext=names, tickvals=labels)
+    every = -(-len(names) // _NAMED)
+    ticks = {"ticktext": names[::every], "tickvals": labels[::every], "tickangle": -90}
+    figure.update_xaxes(title="measurement", **ticks)
     figure.update_yaxes(title="distance [mm]")
     figure.update_layout(barmode="group")
     return style(figure, 440)

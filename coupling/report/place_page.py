@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from coupling.errors import ResultError
 from coupling.place.console import REPORT, changes, in_words
@@ -57,50 +56,51 @@ def place_page(stored: StoredPlacement) -> str:
         maps = [own for own in stored.maps if (own.across, own.up) == (across, up)]
         title = f"The part in the plane of {across} and {up}"
         name = f"map_{across}{up}"
-        sections.append((title, name, map_figure(figures, maps), _map_text(figures)))
+        sections.append((title, name, map_figures(figures, maps), _map_text(figures)))
     head = f"{_settings(figures)}{_gears(figures)}"
     return document(f"{figures['case']}: place", head, sections)
 
 
-def map_figure(figures: dict[str, Any], maps: list[PartMap]) -> go.Figure:
-    """Draw maps of one plane: a row for each setting, displacement and exposure beside each other."""
+def map_figures(figures: dict[str, Any], maps: list[PartMap]) -> tuple[go.Figure, ...]:
+    """Draw maps of one plane: for each setting displacement and exposure, each on one scale for all."""
     moved = "process" if figures["forced"] else "100 N"
-    what = (moved, "backlash 20 % off")
-    titles = [f"{_SETTINGS[own.name]}: {each}" for own in maps for each in what]
-    figure = make_subplots(
-        len(maps), 2, subplot_titles=titles, horizontal_spacing=0.16, vertical_spacing=0.16
-    )
-    for column, values in enumerate(([m.moved for m in maps], [m.exposure for m in maps]), start=1):
-        finite = [_UM * v[np.isfinite(v)] for v in values]
-        flat = np.concatenate(finite)
-        top = float(np.quantile(flat, 0.95)) if len(flat) else 1.0
-        for row, (own, shown) in enumerate(zip(maps, values, strict=True), start=1):
-            text = [
-                [_hint(own, i, j) for j in range(len(own.first))] for i in range(len(own.second))
-            ]
+    tops = [_top([own.moved for own in maps]), _top([own.exposure for own in maps])]
+    drawn = []
+    for own in maps:
+        for values, what, top in zip(
+            (own.moved, own.exposure), (moved, "backlash 20 % off"), tops, strict=True
+        ):
+            figure = go.Figure()
             figure.add_heatmap(
                 x=own.first,
                 y=own.second,
-                z=_UM * shown,
+                z=_UM * values,
                 zmin=0.0,
-                zmax=max(top, 1e-9),
+                zmax=top,
                 colorscale="Viridis",
-                colorbar={"title": "um", "x": 0.435 if column == 1 else 1.015, "thickness": 14},
-                showscale=row == 1,
-                text=text,
+                colorbar={"title": "um", "thickness": 14},
+                text=[
+                    [_hint(own, i, j) for j in range(len(own.first))]
+                    for i in range(len(own.second))
+                ],
                 hoverinfo="text",
-                row=row,
-                col=column,
             )
-            _mark(figure, figures, own, row, column)
-            figure.update_xaxes(title=f"{own.across} [m]", row=row, col=column)
-            figure.update_yaxes(title=f"{own.up} [m]", row=row, col=column)
-    return style(figure, 90 + 380 * len(maps))
+            _mark(figure, figures, own)
+            figure.update_xaxes(title=f"{own.across} [m]")
+            figure.update_yaxes(title=f"{own.up} [m]")
+            title = {"text": f"{_SETTINGS[own.name]}: {what}", "font": {"size": 14}, "x": 0.5}
+            drawn.append(style(figure, 420).update_layout(title=title, margin_t=46))
+    return tuple(drawn)
 
 
-def _mark(figure: go.Figure, figures: dict[str, Any], own: PartMap, row: int, column: int) -> None:
+def _top(values: list[np.ndarray]) -> float:
+    """Return where the colours of maps end [um]: 95 % of their places are below."""
+    flat = np.concatenate([_UM * each[np.isfinite(each)] for each in values])
+    return max(float(np.quantile(flat, 0.95)), 1e-9) if len(flat) else 1.0
+
+
+def _mark(figure: go.Figure, figures: dict[str, Any], own: PartMap) -> None:
     """Mark where the part is, and where the best settings have it."""
-    first = row == 1 and column == 1
     marks = [("best", [entry["setting"] for entry in figures["best"][:1]], "star", AFTER)]
     marks.insert(0, ("as it is", [figures["present_setting"]], "x", BEFORE))
     for name, settings, symbol, color in marks:
@@ -115,9 +115,7 @@ def _mark(figure: go.Figure, figures: dict[str, Any], own: PartMap, row: int, co
                 "line": {"color": "white", "width": 1.5},
             },
             name=name,
-            showlegend=first,
-            row=row,
-            col=column,
+            showlegend=True,
         )
 
 

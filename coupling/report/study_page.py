@@ -147,7 +147,7 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
             showlegend=False,
             **place,
         )
-        figure.update_xaxes(title=name, **place)
+        figure.update_xaxes(title=name, nticks=4, **place)
         if place["col"] == 1:
             figure.update_yaxes(title="max [um]", rangemode="tozero", **place)
     return style(figure, 90 + 250 * rows)

@@ -133,6 +133,15 @@ class Arc:
 
         return Segment(self.length, point)
 
+    def curvatures(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the curvature vectors at both ends [1/m], towards the axis, (3,) each."""
+        found = []
+        for angle in (self.angle, self.angle + self.sweep):
+            inwards = np.zeros(3)
+            inwards[self.plane.first], inwards[self.plane.second] = -np.cos(angle), -np.sin(angle)
+            found.append(inwards * self.radius * (self.sweep / self.length) ** 2)
+        return found[0], found[1]
+
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the unit tangents at both ends, (3,) each."""
         tangents = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
@@ -39,13 +40,34 @@ class GcodePath(ToolPathTable):
         return read_program(self.file)
 
     def task(self, part: Part) -> Task:
-        """Return what is to be made, and which words of the program change nothing."""
+        """Return what is to be made, which words change nothing, and how much the acceleration jumps."""
         ignored = self._program.ignored
         words = ", ".join(
             f"{word} ({count})" if count > 1 else word for word, count in ignored.items()
         )
-        remarks = (f"{self.file.name}: read and left out: {words}",) if words else ()
-        return replace(super().task(part), remarks=remarks)
+        remarks = [f"{self.file.name}: read and left out: {words}"] if words else []
+        if jump := self._jump():
+            remarks.append(
+                f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"
+                f" up to {jump:.3g} m/s^2 at the feed"
+            )
+        return replace(super().task(part), remarks=tuple(remarks))
+
+    def _jump(self) -> float:
+        """Return the largest jump of the acceleration within the moves that are driven without a rest.
+
+        At a feed v it is v^2 times the change of the curvature vector, v^2/r from a line to an arc.
+        """
+        return max(
+            (
+                (one.feed or self.rapid_m_s) ** 2
+                * float(np.linalg.norm(other.curvatures[0] - one.curvatures[1]))
+                for stretch in self._stretches()
+                if not isinstance(stretch, Dwell)
+                for one, other in pairwise(stretch)
+            ),
+            default=0.0,
+        )
 
     def upright(self, part: Part) -> UprightPath:
         """Return the tool path in the world before the tool is turned.

@@ -25,6 +25,9 @@ _ENDS = (2.0, 30.0)
 _FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
 
 
+_STRAIGHT = np.zeros(3)
+
+
 @dataclass(frozen=True)
 class Move:
     """A move of the tool's tip.
@@ -33,12 +36,14 @@ class Move:
         segment: Its curve.
         feed: Its speed [m/s]; None for a rapid.
         begins, ends: Unit tangents at its ends, (3,).
+        curvatures: Curvature vectors at its ends [1/m], (3,) each; zeros for a line.
     """
 
     segment: Segment
     feed: float | None
     begins: np.ndarray
     ends: np.ndarray
+    curvatures: tuple[np.ndarray, np.ndarray] = (_STRAIGHT, _STRAIGHT)
 
 
 @dataclass(frozen=True)
@@ -154,7 +159,7 @@ class _Machine:
         self.place = end
         if self.motion in (2.0, 3.0):
             arc = self._arc(values, start, end)
-            yield Move(arc.segment(), self._speed(), *arc.directions())
+            yield Move(arc.segment(), self._speed(), *arc.directions(), arc.curvatures())
         elif not np.isnan(start).any() and not np.array_equal(start, end):
             along = (end - start) / np.linalg.norm(end - start)
             yield Move(straight(start, end), self._speed(), along, along)

@@ -61,9 +61,13 @@ def paths(run: StoredRobot, factor: int) -> go.Figure:
     add(run.desired, "desired", DESIRED, 2)
     for (name, path), color in zip(run.actual.items(), (BEFORE, AFTER), strict=False):
         add(path, f"{name}, deviation x {factor}", color, 3)
-    axes = {f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"}
-    eye = {"x": 1.6, "y": 1.6, "z": 0.9}
-    figure.update_layout(scene={**axes, "aspectmode": "data", "camera": {"eye": eye}})
+    axes: dict[str, dict[str, object]] = {
+        f"{axis}axis": {"title": f"{axis} [mm]"} for axis in "xyz"
+    }
+    axes["zaxis"]["nticks"] = 3
+    eye, center = {"x": 1.95, "y": 1.95, "z": 1.1}, {"x": 0.0, "y": 0.0, "z": -0.05}
+    camera = {"eye": eye, "center": center}
+    figure.update_layout(scene={**axes, "aspectmode": "data", "camera": camera})
     return figure.update_layout(
         template="plotly_white",
         height=HEIGHT,

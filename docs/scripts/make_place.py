@@ -10,12 +10,14 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
 from coupling.case import Case, load_case
 from coupling.files.robot_file import shipped_robots
@@ -25,7 +27,8 @@ from coupling.place.judged import Judged
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.place.selection import selected
-from coupling.report.place_page import map_figure
+from coupling.report.place_page import map_figures
+from coupling.report.style import style
 from coupling.robot.difference import Difference
 from coupling.run.models import Models, cell_of
 from coupling.run.robustness import differing
@@ -180,16 +183,37 @@ def gears() -> str:
     return table(head, rows)
 
 
+def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
+    """Return maps as one picture of two columns, with a colour bar for each column."""
+    rows = len(figures) // 2
+    whole = make_subplots(
+        rows,
+        2,
+        subplot_titles=[own.layout.title.text for own in figures],
+        horizontal_spacing=0.16,
+        vertical_spacing=0.16,
+    )
+    for k, own in enumerate(figures):
+        place = {"row": k // 2 + 1, "col": k % 2 + 1}
+        heat, *marks = own.data
+        heat.update(showscale=k < 2, colorbar_x=(0.435, 1.015)[k % 2])
+        whole.add_trace(heat, **place)
+        for mark in marks:
+            whole.add_trace(mark.update(showlegend=k == 0), **place)
+        whole.update_xaxes(title=own.layout.xaxis.title, **place)
+        whole.update_yaxes(title=own.layout.yaxis.title, **place)
+    style(whole, 90 + 380 * rows)
+    legend = {"orientation": "h", "y": 1.03, "yanchor": "bottom"}
+    return whole.update_layout(width=1000, showlegend=True, margin_t=60, legend=legend)
+
+
 def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
     told: dict[str, Any] = figures_of(found)
     stored = StoredPlacement(told, found.maps)
     drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
-    figure = map_figure(told, drawn)
-    figure.update_layout(width=1000, showlegend=True, margin_t=60)
-    figure.update_layout(legend={"orientation": "h", "y": 1.03, "yanchor": "bottom"})
-    save("place_cone", figure)
+    save("place_cone", _beside_each_other(map_figures(told, drawn)))
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)
     return (

@@ -150,6 +150,37 @@ def test_the_feed_is_kept_through_tangents_and_the_tool_rests_in_corners(tmp_pat
     assert length == pytest.approx(0.24 + 0.02 * np.pi, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("lines", "jump"),
+    [
+        (("G1 X20 F1200", "G3 X30 Y10 J10", "G1 Y20"), 0.02**2 / 0.01),  # v^2/r
+        (("G1 X20 F600", "G3 X30 Y10 J10", "G1 Y20"), 0.01**2 / 0.01),
+        (("G3 X10 Y10 J10 F1200", "G2 X15 Y15 I5"), 0.02**2 * (1 / 0.01 + 1 / 0.005)),  # S
+        (("G1 X20 F1200", "G1 Y20"), 0.0),  # a corner
+        (("G1 X20 F1200", "G3 X30 Y10 J10 F600"), 0.0),  # another feed: a rest
+        (("G1 X20 F1200", "G3 X20 Y0 Z6 J10"), 0.0),  # the helix turns away by 5.5 deg and more
+    ],
+)
+def test_the_jump_of_the_acceleration_is_told(tmp_path, lines, jump):
+    """As the driven path has it: second differences far within the pieces, at a fine period."""
+    program = ("G21 G90 G17", "G0 X0 Y0 Z0", *lines, "M2")
+    (tmp_path / "part.ngc").write_text("\n".join(program))
+    table = GcodePath(
+        kind="gcode", file=tmp_path / "part.ngc", sample_s=0.001, corner_deg=3.0, blend_s=1.0
+    )
+    remarks = table.task(PART).remarks
+    told = [remark for remark in remarks if "acceleration jumps" in remark]
+    assert bool(told) == (jump > 0.0)
+    if not told:
+        return
+    assert f"by up to {jump:.3g} m/s^2" in told[0]
+    points = table.upright(PART).path.position[0]
+    second = np.diff(points, 2, axis=0) / 0.001**2
+    # Over ten periods the acceleration of a start of 1 s changes by far less.
+    seen = np.linalg.norm(second[10:] - second[:-10], axis=1).max()
+    assert seen == pytest.approx(jump, rel=0.05)
+
+
 def test_a_dwell_waits_and_a_rapid_has_its_own_speed(tmp_path):
     lines = ("G21 G90 G0 X0 Y0 Z0", "G0 X50", "G4 P1.5", "G1 X100 F600")
     with_wait = path(tmp_path, *lines, rapid_m_s=0.05)
@@ -227,5 +258,5 @@ def test_any_bytes_are_moves_or_one_sentence(tmp_path, content):
 def test_the_example_tells_what_it_leaves_out():
     table = {"kind": "gcode", "file": str(EXAMPLES / "toolpaths" / "groove.ngc")}
     task = validate(table, GcodePath, CaseError, "tool_path").task(PART)
-    (remark,) = task.remarks
-    assert remark == "groove.ngc: read and left out: G94, T1, M6, G43, H1, M30"
+    assert task.remarks[0] == "groove.ngc: read and left out: G94, T1, M6, G43, H1, M30"
+    assert "the acceleration jumps, by up to" in task.remarks[1]

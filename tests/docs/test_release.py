@@ -6,7 +6,9 @@ import hashlib
 import json
 import re
 import subprocess
+import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 import release
@@ -76,6 +78,30 @@ def test_checksums_are_those_of_sha256sum(tmp_path):
     (tmp_path / "SHA256SUMS").write_text(release.checksums([tmp_path / "a.whl"]))
     command = ["sha256sum", "--check", "SHA256SUMS"]
     assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
+
+
+def test_an_sdist_that_makes_another_wheel_is_refused(tmp_path):
+    """A project of one file, which is another one in its second sdist."""
+    project = tmp_path / "one-1.0"
+    project.mkdir()
+    keys = '[build-system]\nrequires = ["hatchling"]\nbuild-backend = "hatchling.build"\n'
+    (project / "pyproject.toml").write_text(f'{keys}[project]\nname = "one"\nversion = "1.0"\n')
+
+    def built(target: str, value: int) -> Path:
+        folder = tmp_path / f"{target}{value}"
+        (project / "one.py").write_text(f"x = {value}\n")
+        command = [sys.executable, "-m", "hatchling", "build", "-t", target, "-d", str(folder)]
+        subprocess.run(command, cwd=project, check=True, capture_output=True)
+        return next(folder.iterdir())
+
+    wheel = built("wheel", 1)
+    for value in (1, 2):
+        (tmp_path / f"again{value}").mkdir()
+    release.check_wheel_of(built("sdist", 1), wheel, tmp_path / "again1")
+    with pytest.raises(
+        release.ReleaseError, match=r"makes another wheel: one-1.0.*RECORD, one\.py"
+    ):
+        release.check_wheel_of(built("sdist", 2), wheel, tmp_path / "again2")
 
 
 def test_an_archive_without_a_library_is_refused(tmp_path):

@@ -228,6 +228,30 @@ def test_what_the_drives_cannot_do_is_not_written(run, command, tmp_path, key, m
     assert not (run / "krl").exists()
 
 
+def test_krl_says_the_posture_where_the_robot_file_says_how_the_controller_counts(
+    run, command, tmp_path
+):
+    """Joint 1 the other way round, joint 2 from the horizontal: with it the turns of its angles."""
+    assert command("export", run, "--to", "krl").returncode == 0
+    assert "DECL FRAME P[" in (run / "krl" / "stroke.dat").read_text()
+    robot = tmp_path / "robot.toml"
+    signs = np.diag([-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]).tolist()
+    keys = f"[controller]\njoint_matrix = {signs}\njoint_offset_deg = [0, -90, 90, 0, 0, 0]\n"
+    robot.write_text(find_robot("icme2008").read_text().replace("[sources]", f"{keys}[sources]"))
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace('"icme2008"', json.dumps(str(robot))))
+    done = command("export", run, "--to", "krl", "--overwrite")
+    assert done.returncode == 0, done.stderr
+    text = (run / "krl" / "stroke.dat").read_text()
+    start = np.rad2deg(read_program(run / "krl" / "stroke.src").moves[0].joints)
+    assert "DECL POS P[" in text
+    status = 2 + 4 * (start[4] < 0.0)
+    turn = sum(2**i for i in range(6) if start[i] < 0.0)
+    assert f",S {status},T {turn}}}" in text.splitlines()[2]
+    assert turn & 2  # joint 2 leans forward by less than 90 deg
+    assert start[0] * read_run(run).first.joints.q[0][0, 0] < 0.0
+
+
 def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, command, tmp_path):
     place = tmp_path / "p"
     assert command("export", run, "--to", "krl", "-o", place).returncode == 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from places import ROOT
@@ -13,8 +15,12 @@ from coupling.export.frames import Placed, part_frame, tool_frame, with_tool
 from coupling.export.postures import Postures, nearest_singular
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.programs.languages import LANGUAGES
+from coupling.programs.program import Move, Program
+from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
+from elastic_robot.kinematics import base_from_tool
 
 
 def robot_and_axes(name: str) -> tuple[Robot, ControllerAxes]:
@@ -80,6 +86,85 @@ def test_postures_have_their_names(name):
     robot, angles, expected = POSTURES[name]
     found = postures(robot).configuration(np.deg2rad(angles))
     assert (found.behind, found.below, found.wrist) == expected
+
+
+def flange_of(name: str, angles: list[float]) -> tuple[np.ndarray, Rotation]:
+    """Return where the maker's flange is in the controller's frame, at its angles [deg]."""
+    robot, axes = robot_and_axes(name)
+    bare = with_tool(robot, Placed(np.zeros(3), Rotation.identity()), axes)
+    chain = build_chain(bare)
+    q = axes.file_angles(np.deg2rad([angles]))[0]
+    pose = base_from_tool(chain, chain.model.createData(), chain.theta(q))
+    return pose.translation - axes.base_position, Rotation.from_matrix(pose.rotation)
+
+
+@pytest.mark.filterwarnings("ignore:Gimbal lock")
+@pytest.mark.parametrize(
+    ("angles", "config"),
+    [
+        ([7.962, -5.284, -36.250, 77.661, -51.975, -79.273], "N U T, 0, 0, 0"),
+        ([7.962, -5.284, -36.250, -102.339, 51.975, 100.727], "F U T, 0, 0, 0"),
+    ],
+)
+def test_published_positions_of_an_r2000_are_where_and_how_they_are_said_to_be(angles, config):
+    """Angles, X Y Z W P R and configuration of [OneRobotics2013], for the 165F of the series before.
+
+    Its last length is not given: the flange there is 55 mm farther out, the only number taken from it.
+    """
+    position, rotation = flange_of("fanuc_r2000ic", angles)
+    wpr = Rotation.from_euler("xyz", [135.0, -45.0, 0.0], degrees=True)
+    assert np.rad2deg((rotation * wpr.inv()).magnitude()) < 1e-3
+    there = position + rotation.apply([0.0, 0.0, 0.055])
+    np.testing.assert_allclose(there, [1.5, 0.0, 0.36], atol=5e-5)
+    own, axes = postures("fanuc_r2000ic"), robot_and_axes("fanuc_r2000ic")[1]
+    found = own.configuration(axes.file_angles(np.deg2rad([angles]))[0])
+    pose = (1.5, 0.0, 0.36, *wpr.as_quat().tolist())
+    moves = [Move("joint", joints=found.angles), Move("linear", pose, configuration=found)]
+    (file,) = LANGUAGES["fanuc"].write(Program("P", tuple(moves)))
+    assert f"CONFIG : '{config}'" in file.text
+
+
+@pytest.mark.filterwarnings("ignore:Gimbal lock")
+@pytest.mark.parametrize(("second", "third"), [(-100.0, 115.0), (-60.0, 90.0), (-40.0, 85.0)])
+def test_a_kuka_has_status_and_turn_that_a_controller_reported(second, third):
+    """$POS_ACT of a KUKA: X 1339.90503, Y 15.9216757, A 0.0, B 89.9999466, C -0.680795908, S 6, T 19.
+
+    Its flange is horizontal and points straight away from axis 1, so A1 is -atan(y / x), A4 = A6 = 0
+    and A5 = -(A2 + A3), whatever the robot's lengths; A5 negative is the 4 in S.
+    """
+    pytest.importorskip("rtbdata", reason="needs rtb-data, which is in the extra 'test'")
+    first = -np.rad2deg(np.arctan2(15.9216757, 1339.90503))
+    angles = [first, second, third, 0.0, -(second + third), 0.0]
+    position, rotation = flange_of("kuka_kr210", angles)
+    reported = Rotation.from_euler("ZYX", [0.0, 89.9999466, -0.680795908], degrees=True)
+    assert np.rad2deg((rotation * reported.inv()).magnitude()) < 1e-3
+    assert position[1] > 0.0
+    axes = robot_and_axes("kuka_kr210")[1]
+    found = postures("kuka_kr210").configuration(axes.file_angles(np.deg2rad([angles]))[0])
+    assert (found.status, found.turn) == (6, 19)
+
+
+def test_status_of_a_kuka_kr_3_is_that_of_its_published_formula():
+    """Behind axis 1 where 100 + 265 cos A2 + 270 cos(A2 + A3) < 0 mm; the elbow's bit by A3's sign.
+
+    The formula is in [RobotForum2011]; A3 counts from the stretched arm, whose axes 3 and 4 meet.
+    """
+    lengths = [(0, 0, 0.35), (0.1, 0, 0), (0.265, 0, 0), (0, 0, 0), (0.27, 0, 0), (0.075, 0, 0)]
+    turns = [(0, 0, -1), (0, 1, 0), (0, 1, 0), (-1, 0, 0), (0, 1, 0), (-1, 0, 0)]
+    robot = robot_and_axes("icme2008")[0]
+    joints = [
+        replace(joint, origin=origin, axis=axis)
+        for joint, origin, axis in zip(robot.joints, lengths, turns, strict=True)
+    ]
+    own = Postures(replace(robot, joints=tuple(joints)), ControllerAxes.as_described(6))
+    seen = set()
+    for q in np.random.default_rng(3).uniform(-3.0, 3.0, (200, 6)):
+        found = own.configuration(q)
+        behind = 100.0 + 265.0 * np.cos(q[1]) + 270.0 * np.cos(q[1] + q[2]) < 0.0
+        assert found.status == behind + 2 * (q[2] >= 0.0) + 4 * (q[4] < 0.0)
+        assert found.turn == sum(2**i for i in range(6) if q[i] < 0.0)
+        seen.add(found.status)
+    assert seen == set(range(8))
 
 
 @pytest.mark.parametrize(

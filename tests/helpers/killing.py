@@ -12,8 +12,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from places import LINE_CASE
+
+if TYPE_CHECKING:
+    from coupling.export.exported import Exported, Options
 
 PROGRAM = Path(__file__).parent / "logged_program.py"
 # What is about the run itself, and differs between two runs of one case.
@@ -164,6 +168,66 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (50, 1))
     path = ToolPath(np.linspace(0.0, 1.0, 50), pose)
     StoredProcess(Dying(), Store(folder)).evaluate(path)
+
+
+def die_while_exporting(folder: Path, stage: str, text: str) -> None:
+    """Export a program of one file, and be killed at a stage of writing its folder."""
+    from coupling.export import folder as writing
+    from coupling.files import whole_file
+
+    def die(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    renamed: list[Path] = []
+
+    def move(old: Path, new: Path) -> None:
+        if stage == ("complete", "put aside")[min(len(renamed), 1)]:
+            die()
+        os.replace(old, new)
+        renamed.append(new)
+
+    class Os:
+        def __getattr__(self, name: str) -> object:
+            return getattr(os, name)
+
+    class Renaming(Os):
+        rename = staticmethod(move)
+
+    class Syncing(Os):
+        fsync = staticmethod(die if stage == "written" else os.fsync)
+
+    writing.os, whole_file.os = Renaming(), Syncing()
+    if stage == "in place":
+        writing.sync_folder = die
+    exported, options = one_program(text)
+    writing.write_export(folder, [exported], options, overwrite=True)
+
+
+def one_program(text: str) -> tuple[Exported, Options]:
+    """Return a program of one file, WAY.src, with this text, as an export has it."""
+    from coupling.export.exported import Exported, Options
+    from coupling.export.postures import Nearest
+    from coupling.path.deviation import Deviation
+    from coupling.programs.languages import LANGUAGES
+    from coupling.programs.program import Move, Program, ProgramFile
+
+    start, end = (0.0,) * 6, (0.1,) * 6
+    moves = (Move("joint", joints=start), Move("joint", joints=end, duration=1.0))
+    none = Deviation(0.0, 0.0, 0.0, 0.0, 0.0)
+    exported = Exported(
+        robot="forming",
+        program=Program("WAY", moves),
+        files=(ProgramFile("WAY.src", text),),
+        points_tolerance=5e-6,
+        candidates=2,
+        loss=0.0,
+        command=none,
+        read_back=none,
+        drives=(),
+        nearest=Nearest(0.0, 1.0, "wrist"),
+        counted=True,
+    )
+    return exported, Options(LANGUAGES["krl"], "joints")
 
 
 def hold_a_scratch_folder(place: Path) -> None:

@@ -134,6 +134,21 @@ def test_turns_beyond_half_a_turn_are_counted():
     assert "CONFIG : 'F U B, 0, 1, -2'" in fanuc.text
 
 
+def test_krl_points_have_status_and_turn_where_the_posture_is_known():
+    posture = Configuration(True, False, -1, (-0.1, -1.0, 1.5, 0.0, -0.4, 3.0))
+    pose = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+    def points(named: Configuration | None) -> str:
+        moves = [Move("joint", joints=posture.angles), Move("linear", pose, configuration=named)]
+        moves.append(Move("spline", pose, duration=1.0, configuration=named))
+        return LANGUAGES["krl"].write(Program("WAY", tuple(moves)))[1].text
+
+    assert "DECL POS P[2]" in points(posture)
+    assert points(posture).count(",S 7,T 19}") == 2
+    assert "DECL FRAME P[2]" in points(None)
+    assert ",S " not in points(None)
+
+
 def test_a_long_fanuc_program_is_called_in_parts():
     poses = [(1.0 + 1e-4 * k, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0) for k in range(10_100)]
     posture = Configuration(False, False, -1, (0.0,) * 6)

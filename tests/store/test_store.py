@@ -5,10 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
-import subprocess
 import threading
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -218,18 +216,6 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
     assert (process.unkept, len(store.entries())) == (0, 1)
     StoredProcess(springs, store).evaluate(path())
     assert len(springs.asked) == 1
-
-
-@pytest.fixture
-def small_disk(tmp_path) -> Iterator[Path]:
-    """A disk of three megabytes."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(place)]
-    if subprocess.run(mount, capture_output=True).returncode != 0:
-        pytest.skip("needs the right to mount a small disk")
-    yield place
-    subprocess.run(["umount", "--lazy", str(place)], check=True)
 
 
 def test_a_full_disk_is_a_clear_error_and_loses_nothing(small_disk):

@@ -1,0 +1,64 @@
+"""The commands of the README, run in the order in which they stand, with the files that they name."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from places import EXAMPLES, ROOT
+
+from coupling.cli import main
+
+LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.MULTILINE)
+# Run in tests of their own, on longer passes and more robots than would be quick here:
+# tests/study/test_study.py, tests/learn/test_learning.py.
+ELSEWHERE = {"study", "learn", "mirror"}
+CASE = """
+[robot]
+description = "icme2008"
+home_deg    = [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]
+
+[part]
+position_m = [1.6, 0.1, 0.8]
+
+[tool_path]
+kind     = "line"
+points_m = [[0.0, 0.0, 0.0], [0.02, 0.01, -0.002]]
+feed_m_s = 0.1
+blend_s  = 0.1
+
+[process]
+model         = "elastic-wall"
+stiffness_N_m = 2.0e5
+
+[place]
+settings = 100
+cases    = 1
+"""
+
+
+def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("my_case.toml").write_text(CASE)
+    shutil.copy(EXAMPLES / "identify" / "fanuc_start.toml", "my_robot.toml")
+    shutil.copy(EXAMPLES / "identify" / "fanuc_r2000ic.csv", "measurements.csv")
+    seen = set()
+    for line in LINES:
+        words = shlex.split(line, comments=True)[1:]
+        seen.add(words[0])
+        if words[0] in ELSEWHERE:
+            continue
+        if words[0] == "compare":
+            shutil.copytree("results/corrected", "results/other")
+        with pytest.raises(SystemExit) as done:
+            main(words)
+        assert done.value.code in (0, None), f"{line}\n{capsys.readouterr().err}"
+        for option, value in pairwise(words):
+            assert option != "-o" or Path(value).exists(), line
+    assert seen >= ELSEWHERE
+    assert Path("results/corrected/krl/corrected.src").exists()
+    assert Path("cell/case.toml").exists()
