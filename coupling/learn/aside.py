@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from coupling.learn.parameters import Learnable, prior_of
 
-# Steps in backlash and damping of a gear, and their size by what was known before.
+# Steps in backlash and damping of a gear, and their sizes by what was known before: hollows are narrow,
+# and the first passes may have led to the wrong side of what was known.
 _STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
-_SIZE = 1.0 / 3.0
+_SIZES = (1.0 / 3.0, 2.0 / 3.0)
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Held:
         return self.values
 
 
-def sides(parameters: Sequence[Learnable], shown: Collection[int]) -> list[list[np.ndarray]]:
+def steps_aside(parameters: Sequence[Learnable], shown: Collection[int]) -> list[list[np.ndarray]]:
     """Return steps of log factors to both sides, for every gear whose play is shown.
 
     Args:
@@ -42,19 +44,19 @@ def sides(parameters: Sequence[Learnable], shown: Collection[int]) -> list[list[
         shown: Numbers of the parameters that matter.
 
     Returns:
-        For each gear whose backlash and damping matter four steps, (P,).
+        For each gear whose backlash and damping matter its steps, (P,).
     """
     of = {(own.gear, own.kind): k for k, own in enumerate(parameters) if k in shown}
-    size = _SIZE * prior_of(tuple(parameters))
+    prior = prior_of(tuple(parameters))
     found = []
     for gear in sorted({own.gear for own in parameters if own.gear is not None}):
         pair = [of[gear, kind] for kind in ("backlash", "damping") if (gear, kind) in of]
         if len(pair) < 2:
             continue
         steps = []
-        for signs in _STEPS:
+        for size, signs in product(_SIZES, _STEPS):
             step = np.zeros(len(parameters))
-            step[pair] = signs
-            steps.append(size * step)
+            step[pair] = size * prior[pair] * signs
+            steps.append(step)
         found.append(steps)
     return found

@@ -7,13 +7,13 @@ Cauchy's law and a prior; first with the derivatives of `coupling.learn.effect`,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from coupling.learn.aside import Held, sides
+from coupling.learn.aside import Held, steps_aside
 from coupling.learn.parameters import changed
 from coupling.learn.passes import Simulated
 from coupling.learn.problem import Columns, Problem
@@ -29,8 +29,8 @@ _DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
 # A step that explains less ends the fit; noise explains 1 for every unknown.
 _SETTLED = 0.3
 # Where a fit ends in a hollow beside the valley it leaves more than noise, and is tried again from
-# beside it: so many rounds at most, each from so many gears' best sides.
-_ROUNDS, _NEAR_NOISE, _SIDES = 3, 1.12, 3
+# beside it, so many times at most; from so many gears' best sides if the first of them lead no further.
+_TRIES, _NEAR_NOISE, _SIDES = 4, 1.12, 3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
 # Median length of a row of noise of size 1, by the number of its coordinates.
@@ -100,18 +100,15 @@ class Fitter:
         now, _ = self._descend(self._at(z), problem.effects)
         secants = problem.secants()
         now, converged = self._descend(now, secants)
-        for _ in range(_ROUNDS):
-            if size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals):
+        sides = self._sides(now, secants)
+        for _ in range(_TRIES):
+            beside = None if self._is_noise(now) else next(sides, None)
+            if beside is None:
                 break
-            best, least = None, now.cost - _SETTLED
-            for beside in self._sides(now, secants):
-                other, settled = self._descend(beside, secants)
-                cost = self._costed(other.z, other.slow, now.scale)[1]
-                if cost < least:
-                    best, least, converged = other, cost, settled
-            if best is None:
-                break
-            now = best
+            other, settled = self._descend(beside, secants)
+            if self._costed(other.z, other.slow, now.scale)[1] < now.cost - _SETTLED:
+                now, converged = other, settled
+                sides = self._sides(now, secants)
         matrix, _ = self._equations(now, secants)
         covariance = np.linalg.inv(matrix)
         return Fit(now.z, now.residuals, now.slow, covariance, converged)
@@ -133,19 +130,22 @@ class Fitter:
                 return now, True
         return now, False
 
-    def _sides(self, now: _At, secants: Sequence[Secant]) -> list[_At]:
-        """Return where to try again: beside what was found, in backlash and damping of one gear each.
+    def _is_noise(self, now: _At) -> bool:
+        """Whether hardly more is left than noise."""
+        return size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals)
 
-        All else is fitted to these with the derivatives that are known, which tells how promising a side
-        is; of every gear the best one is taken.
+    def _sides(self, now: _At, secants: Sequence[Secant]) -> Iterator[_At]:
+        """Yield where to try again: beside what was found, in backlash and damping of one gear each.
+
+        All else is fitted to these with derivatives that are known, which tells a gear's best side.
         """
         held = self._held(now, secants)
         shown = {int(k) for own in secants for k in own.shown}
         found = []
-        for steps in sides(self.problem.parameters, shown):
+        for steps in steps_aside(self.problem.parameters, shown):
             tried = [self._fitted_beside(now, held, step) for step in steps]
             found.append(min(tried, key=lambda own: own.cost))
-        return sorted(found, key=lambda own: own.cost)[:_SIDES]
+        yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
 
     def _held(self, now: _At, effects: Sequence[Columns]) -> list[Held]:
         """Return the derivatives at some unknowns, to be taken for those of others."""
