@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -116,3 +118,11 @@ def waves_of(poses: np.ndarray, near: float) -> list[Wave]:
         waves.append((group, nearest[group]))
         left[group] = False
     return waves
+
+
+def split(waves: list[Wave], most: int) -> Iterator[Wave]:
+    """Yield groups of at most so many places."""
+    for places, before in waves:
+        for start in range(0, len(places), most):
+            own = slice(start, start + most)
+            yield places[own], None if before is None else before[own]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from coupling.inverse.flanks import backlash_miss, margin
 from coupling.place.following import Following, following, led, reached
 from coupling.place.lanes import combined, cross, dot, largest_eigenvalue
-from coupling.place.moved import Moved, Wave, waves_of
+from coupling.place.moved import Moved, split, waves_of
 from coupling.place.serial_robot import SerialRobot
 from coupling.place.settings import Cell
 from coupling.place.stations import Stations
@@ -162,7 +162,7 @@ class Screen:
         found = Lanes.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = Moved(placed, self._cell.sphere_radius, self.stations)
         alive = np.arange(count)
-        for places, before in _split(self._waves, max(1, _AT_ONCE // count)):
+        for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
             if before is None:
                 q, came = led(self._serial, targets, self._home)
@@ -241,20 +241,8 @@ class Screen:
         )
 
     def _unwound(self, q: np.ndarray) -> np.ndarray:
-        """Return joint angles as they come about along the path, (k, joints, n).
-
-        Where the tool's axis goes round that of a joint, every round turns the joint by another 2 pi:
-        places that are near each other in space but not in time do not tell.
-        """
+        """Return joint angles along the path, (k, joints, n): each round about a joint adds 2 pi to it."""
         if not self._gapless:
             return q
         turns = np.cumsum(np.round(np.diff(q, axis=0) / (2.0 * np.pi)), axis=0)
         return np.concatenate([q[:1], q[1:] - 2.0 * np.pi * turns])
-
-
-def _split(waves: list[Wave], most: int) -> Iterator[Wave]:
-    """Return groups of at most so many places."""
-    for places, before in waves:
-        for start in range(0, len(places), most):
-            own = slice(start, start + most)
-            yield places[own], None if before is None else before[own]
