@@ -241,7 +241,7 @@ class Screen:
         )
 
     def _unwound(self, q: np.ndarray) -> np.ndarray:
-        """Return joint angles along the path, (k, joints, n): each round about a joint adds 2 pi to it."""
+        """Return joint angles along the path, (k, joints, n): a round adds 2 pi."""
         if not self._gapless:
             return q
         turns = np.cumsum(np.round(np.diff(q, axis=0) / (2.0 * np.pi)), axis=0)
