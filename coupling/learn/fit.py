@@ -7,28 +7,30 @@ Cauchy's law and a prior; first with the derivatives of `coupling.learn.effect`,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from coupling.learn.parameters import changed, prior_of
+from coupling.learn.aside import Held, steps_aside
+from coupling.learn.parameters import changed
 from coupling.learn.passes import Simulated
 from coupling.learn.problem import Columns, Problem
 from coupling.learn.residual import Residual, noise_of
+from coupling.learn.secant import Secant
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 _FLOOR = 1e-6
-_MOST_PASSES, _FRAME_PASSES = 12, 3
+_MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 2
 # Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
 _DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
 # A step that explains less ends the fit; noise explains 1 for every unknown.
 _SETTLED = 0.3
-# Where a fit ends in a hollow beside the valley it leaves more than noise: it is then tried again from
-# beside it, so many times, by a part of what was known before.
-_RESTARTS, _NEAR_NOISE, _ASIDE, _SEED = 3, 1.12, 0.25, 1
+# Where a fit ends in a hollow beside the valley it leaves more than noise, and is tried again from
+# beside it, so many times at most; from so many gears' best sides if the first of them lead no further.
+_TRIES, _NEAR_NOISE, _SIDES = 4, 1.12, 3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
 # Median length of a row of noise of size 1, by the number of its coordinates.
@@ -98,15 +100,15 @@ class Fitter:
         now, _ = self._descend(self._at(z), problem.effects)
         secants = problem.secants()
         now, converged = self._descend(now, secants)
-        rng, aside = np.random.default_rng(_SEED), np.zeros(problem.size)
-        aside[: len(start)] = _ASIDE * prior_of(problem.parameters)
-        for _ in range(_RESTARTS):
-            if size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals):
+        sides = self._sides(now, secants)
+        for _ in range(_TRIES):
+            beside = None if self._is_noise(now) else next(sides, None)
+            if beside is None:
                 break
-            beside = self._at(now.z + aside * rng.standard_normal(problem.size))
             other, settled = self._descend(beside, secants)
-            if self._costed(other.z, other.slow, now.scale)[1] < now.cost:
+            if self._costed(other.z, other.slow, now.scale)[1] < now.cost - _SETTLED:
                 now, converged = other, settled
+                sides = self._sides(now, secants)
         matrix, _ = self._equations(now, secants)
         covariance = np.linalg.inv(matrix)
         return Fit(now.z, now.residuals, now.slow, covariance, converged)
@@ -127,6 +129,46 @@ class Fitter:
             if gained < _SETTLED:
                 return now, True
         return now, False
+
+    def _is_noise(self, now: _At) -> bool:
+        """Whether hardly more is left than noise."""
+        return size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals)
+
+    def _sides(self, now: _At, secants: Sequence[Secant]) -> Iterator[_At]:
+        """Yield where to try again: beside what was found, in backlash and damping of one gear each.
+
+        All else is fitted to these with derivatives that are known, which tells a gear's best side.
+        """
+        held = self._held(now, secants)
+        shown = {int(k) for own in secants for k in own.shown}
+        found = []
+        for steps in steps_aside(self.problem.parameters, shown):
+            tried = [self._fitted_beside(now, held, step) for step in steps]
+            found.append(min(tried, key=lambda own: own.cost))
+        yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
+
+    def _held(self, now: _At, effects: Sequence[Columns]) -> list[Held]:
+        """Return the derivatives at some unknowns, to be taken for those of others."""
+        problem, count = self.problem, len(self.problem.parameters)
+        times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
+        x = now.z[:count]
+        return [Held(own.columns(x, time)) for own, time in zip(effects, times, strict=True)]
+
+    def _fitted_beside(self, now: _At, held: Sequence[Columns], step: np.ndarray) -> _At:
+        """Return what a step comes to with all that it does not change fitted to it."""
+        z = now.z.copy()
+        z[: len(step)] += step
+        after = self._at(z, now.scale)
+        free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
+        for _ in range(_FITTED):
+            matrix, right = self._equations(after, held)
+            z = after.z.copy()
+            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+            further = self._at(z, now.scale)
+            if further.cost >= after.cost:
+                break
+            after = further
+        return after
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return the slow parts of what given parameters leave, behind the frame that fits them best.

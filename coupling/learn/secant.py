@@ -33,6 +33,9 @@ class Secant:
         prior: Standard deviations of the log factors before, (P,).
         one: The pass.
         effect: The gears' equation, for what hardly matters.
+
+    Attributes:
+        shown: Numbers of the parameters that matter.
     """
 
     def __init__(
@@ -52,8 +55,8 @@ class Secant:
             prior * np.sqrt(np.mean(np.sum(own**2, axis=1), axis=0))
             for own in (moved[:, :3], moved[:, 3:])
         )
-        shown = turns > _NEGLIGIBLE_TURN if one.held is not None else False
-        self._looked_at = np.flatnonzero((shifts > _NEGLIGIBLE) | shown)
+        turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned)
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).
@@ -64,9 +67,9 @@ class Secant:
         """
         columns = self._plain.copy()
         # Towards what was known before, where the robot is better known.
-        steps = np.diag(np.where(x > 0.0, -_CHANGE, _CHANGE))[self._looked_at]
+        steps = np.diag(np.where(x > 0.0, -_CHANGE, _CHANGE))[self.shown]
         here, *aside = self._poses([x, *(x + steps)], time)
-        for k, there in zip(self._looked_at, aside, strict=True):
+        for k, there in zip(self.shown, aside, strict=True):
             columns[:, :, k] = (there - here) / (-_CHANGE if x[k] > 0.0 else _CHANGE)
         return columns
 

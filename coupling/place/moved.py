@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from scipy.spatial import KDTree
 
 from coupling.place.following import Targets
 from coupling.place.lanes import Columns, cross
@@ -11,6 +14,9 @@ from coupling.place.settings import Placed
 from coupling.place.stations import Stations
 from coupling.toolpaths.tilt import APPROACH
 from coupling.toolpaths.upright import keeps
+
+# Places, and as many of earlier groups that they are solved from; none before the first.
+Wave = tuple[np.ndarray, np.ndarray | None]
 
 
 class Moved:
@@ -90,46 +96,33 @@ def _turned(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(product)
 
 
-def order_of(position: np.ndarray) -> list[tuple[int, int | None]]:
-    """Return places, each with a neighbour that comes before it: the middle one first, then the nearest.
-
-    Args:
-        position: Where they are [m], (k, d).
-    """
-    first = int(np.argmin(np.linalg.norm(position - position.mean(axis=0), axis=1)))
-    order: list[tuple[int, int | None]] = [(first, None)]
-    distance = np.linalg.norm(position - position[first], axis=1)
-    nearest = np.full(len(position), first)
-    distance[first] = np.inf
-    for _ in range(len(position) - 1):
-        k = int(np.argmin(distance))
-        order.append((k, int(nearest[k])))
-        further = np.linalg.norm(position - position[k], axis=1)
-        closer = np.isfinite(distance) & (further < distance)
-        distance[closer], nearest[closer] = further[closer], k
-        distance[k] = np.inf
-    return order
-
-
-def waves_of(
-    order: list[tuple[int, int | None]], at_once: int
-) -> list[tuple[np.ndarray, np.ndarray | None]]:
+def waves_of(poses: np.ndarray, near: float) -> list[Wave]:
     """Return groups of places that are solved at once, each place with one of an earlier group.
 
+    The middle one first, then all that are near places before them; where none is, the nearest one.
+
     Args:
-        order: As `order_of` gives it.
-        at_once: Places in a group at most; the first place is one by itself.
+        poses: Where they are and how the tool is held there, as lengths [m], (k, d).
+        near: How far a place may be from the one that it is solved from [m].
     """
-    parent = dict(order)
-    waves: list[tuple[np.ndarray, np.ndarray | None]] = [(np.array([order[0][0]]), None)]
-    for start in range(1, len(order), at_once):
-        group = [place for place, _ in order[start : start + at_once]]
-        before = []
-        for place in group:
-            earlier = parent[place]
-            while earlier in group:
-                earlier = parent[earlier]
-            assert earlier is not None
-            before.append(earlier)
-        waves.append((np.array(group), np.array(before)))
+    first = int(np.argmin(np.linalg.norm(poses - poses.mean(axis=0), axis=1)))
+    group = np.array([first])
+    waves: list[Wave] = [(group, None)]
+    left = np.arange(len(poses)) != first
+    distance, nearest = np.full(len(poses), np.inf), np.full(len(poses), first)
+    while left.any():
+        away, which = KDTree(poses[group]).query(poses)
+        closer = away < distance
+        distance[closer], nearest[closer] = away[closer], group[which[closer]]
+        group = np.flatnonzero(left & (distance <= max(near, distance[left].min())))
+        waves.append((group, nearest[group]))
+        left[group] = False
     return waves
+
+
+def split(waves: list[Wave], most: int) -> Iterator[Wave]:
+    """Yield groups of at most so many places."""
+    for places, before in waves:
+        for start in range(0, len(places), most):
+            own = slice(start, start + most)
+            yield places[own], None if before is None else before[own]

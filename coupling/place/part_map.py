@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.place.objective import Goal
-from coupling.place.screen import Screen
 from coupling.place.settings import LENGTHS, NAMES, Ranges
+from coupling.place.sight import Sight
 
 # Points along the longer side of a map, at least and at most.
 _FEWEST, _MOST = 9, 41
@@ -40,12 +40,12 @@ class PartMap:
 
 
 def part_maps(
-    screen: Screen, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray, points: int
+    sight: Sight, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray, points: int
 ) -> list[PartMap]:
     """Return maps through a setting, in planes in which the part is free, two at most.
 
     Args:
-        screen: Looks at settings.
+        sight: Looks at settings.
         ranges: What is free.
         goal: What is to be small.
         name: Name of the setting.
@@ -55,11 +55,11 @@ def part_maps(
     longer = int(np.clip(np.sqrt(points), _FEWEST, _MOST))
     free = {NAMES[k] for k in ranges.free} & set(LENGTHS)
     planes = [plane for plane in _PLANES if set(plane) <= free][:2]
-    return [_map(screen, ranges, goal, name, setting, plane, longer) for plane in planes]
+    return [_map(sight, ranges, goal, name, setting, plane, longer) for plane in planes]
 
 
 def _map(
-    screen: Screen,
+    sight: Sight,
     ranges: Ranges,
     goal: Goal,
     name: str,
@@ -77,7 +77,7 @@ def _map(
     settings = np.tile(setting, (grid[0].size, 1))
     for k, values in zip(columns, grid, strict=True):
         settings[:, k] = values.ravel()
-    figures = screen.figures(settings)
+    figures = sight.figures(settings)
     admitted = goal.demands.admits(figures)
 
     def drawn(values: np.ndarray) -> np.ndarray:

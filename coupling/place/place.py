@@ -14,8 +14,8 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.place.judged import Judged, ProcessOf, judged
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
-from coupling.place.search import COARSE, FINE, filled, refined
-from coupling.place.selection import selected, with_extremes
+from coupling.place.search import filled, refined
+from coupling.place.sight import Sight
 from coupling.place.stations import Stations
 
 # Settings this close are one, over the box.
@@ -28,7 +28,7 @@ class CasePlacement:
 
     Attributes:
         placing: What was placed.
-        stations: Places of the path that the screen looked at.
+        stations: Places of the path that many settings were looked at.
         looked_at: Number of settings looked at.
         refused: Number of those of the first look that were refused, by reason.
         present: The case as it is; None where its robot cannot follow its path.
@@ -67,23 +67,19 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
 
     with _timed("selection", durations):
         watch(Progress("choosing places of the path", 0, 1))
-        stations = selected(placing.screen, placing.stations, ranges, table.seed)
-    screen = placing.screen(stations)
+        sight = Sight(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
         told = telling("looking at settings")
-        found = filled(screen, ranges, goal, table.settings, table.seed, told)
+        found = filled(sight, ranges, goal, table.settings, table.seed, told)
+    with _timed("last steps", durations):
         told = telling("refining the best of them")
-        found = refined(screen, goal, ranges, found, COARSE, table.seed, told)
+        found = refined(sight, goal, ranges, found, table.seed, told)
     if len(found.settings) == 0:
         reasons = ", ".join(f"{what}: {count}" for what, count in found.refused.items() if count)
         raise PlanningError(
             f"{placing.case.name}: expected a setting that the robot can work in, got none of"
             f" {found.looked_at} ({reasons}): widen the ranges in [place], or ask for less margin"
         )
-    with _timed("last steps", durations):
-        # The few places knew the extremes of settings all over the box, not of these.
-        more = with_extremes(placing.screen, stations, placing.stations, found.settings)
-        found = refined(placing.screen(more), goal, ranges, found, FINE, table.seed + 1, told)
     with _timed("whole path", durations):
         present = _present(placing, process_of)
         best = best_of(placing, found.settings, process_of, watch)
@@ -92,9 +88,16 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
         maps = []
         for k, (name, setting) in enumerate(shown):
             watch(Progress("drawing maps", k, len(shown)))
-            maps += part_maps(screen, ranges, goal, name, setting, table.settings // 4)
+            maps += part_maps(sight, ranges, goal, name, setting, table.settings // 4)
     return CasePlacement(
-        placing, stations, found.looked_at, found.refused, present, best, tuple(maps), durations
+        placing,
+        sight.stations,
+        found.looked_at,
+        found.refused,
+        present,
+        best,
+        tuple(maps),
+        durations,
     )
 
 
@@ -117,18 +120,23 @@ def best_of(
     for k, setting in enumerate(_distinct(placing, settings)):
         watch(Progress("judging the best along the whole path", k, len(settings)))
         try:
-            found.append(judged(placing, setting, process_of))
+            own = judged(placing, setting, process_of)
         except PlanningError as error:
             reasons.append(str(error))
+            continue
+        if np.isfinite(own.cost):
+            found.append(own)
+        else:
+            refused = placing.goal.demands.refusals(own.figures)
+            reasons += [what for what, wrong in refused.items() if wrong[0]]
         if len(found) == wanted:
             break
-    admitted = [own for own in found if np.isfinite(own.cost)]
-    if not admitted:
+    if not found:
         raise PlanningError(
             f"{placing.case.name}: expected a setting in which the robot can follow the whole path, got"
-            f" none: {reasons[0] if reasons else 'the best break a demand between the places looked at'}"
+            f" none: {reasons[0]}"
         )
-    return tuple(sorted(admitted, key=lambda own: own.cost))
+    return tuple(sorted(found, key=lambda own: own.cost))
 
 
 def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.inverse.flanks import backlash_miss, margin
 from coupling.place.following import Following, following, led, reached
 from coupling.place.lanes import combined, cross, dot, largest_eigenvalue
-from coupling.place.moved import Moved, order_of, waves_of
+from coupling.place.moved import Moved, split, waves_of
 from coupling.place.serial_robot import SerialRobot
 from coupling.place.settings import Cell
 from coupling.place.stations import Stations
@@ -20,8 +20,8 @@ from elastic_robot.parameters import Parameters
 
 # Settings computed at once: their arrays stay in the processor's cache.
 _AT_ONCE = 2048
-# Places solved at once from earlier ones, which are then near on a path that turns the tool, too.
-_PLACES_AT_ONCE = 32
+# How far a place may be from the one that it is solved from, as `Stations.poses` tells it [m].
+_NEAR = 0.1
 # Passes from one place of a path to the next.
 _PASSES = 12
 
@@ -136,7 +136,9 @@ class Screen:
         self._elastic = list(zip(chain.elastic_joint, chain.elastic_tilt, strict=True))
         self._limits = np.array([joint.limits or (-np.inf, np.inf) for joint in robot.joints])
         self._rates = np.array([joint.max_rate or np.inf for joint in robot.joints])
-        self._order = order_of(stations.poses)
+        poses = stations.poses
+        self._waves = waves_of(poses, _NEAR)
+        self._gapless = np.linalg.norm(np.diff(poses, axis=0), axis=1).max(initial=0.0) < _NEAR
 
     def figures(
         self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
@@ -150,7 +152,7 @@ class Screen:
         parts = []
         for start in range(0, len(settings), _AT_ONCE):
             chunk = settings[start : start + _AT_ONCE]
-            parts.append(self._worst(self.lanes(chunk)))
+            parts.append(self.worst(self.lanes(chunk)))
             told(start + len(chunk))
         return joined(parts)
 
@@ -160,9 +162,7 @@ class Screen:
         found = Lanes.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = Moved(placed, self._cell.sphere_radius, self.stations)
         alive = np.arange(count)
-        for places, before in waves_of(
-            self._order, min(_PLACES_AT_ONCE, max(1, _AT_ONCE // count))
-        ):
+        for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
             if before is None:
                 q, came = led(self._serial, targets, self._home)
@@ -223,8 +223,10 @@ class Screen:
             matrix += softness * arm[:, None] * arm[None]
         return np.sqrt(dot(moved, moved)), largest_eigenvalue(matrix)
 
-    def _worst(self, lanes: Lanes) -> Figures:
-        from_limits = np.minimum(lanes.q - self._limits[:, :1], self._limits[:, 1:] - lanes.q)
+    def worst(self, lanes: Lanes) -> Figures:
+        """Return what settings come to, from what they are at all places."""
+        q = self._unwound(lanes.q)
+        from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
         share = np.abs(lanes.rate) / self._rates[:, None]
         return Figures(
             reached=np.isfinite(lanes.q[0, 0]),
@@ -237,3 +239,10 @@ class Screen:
             swing=np.ptp(lanes.torque, axis=0).T,
             miss=backlash_miss(self._play[:, None], lanes.lever.max(axis=0)).T,
         )
+
+    def _unwound(self, q: np.ndarray) -> np.ndarray:
+        """Return joint angles along the path, (k, joints, n): a round adds 2 pi."""
+        if not self._gapless:
+            return q
+        turns = np.cumsum(np.round(np.diff(q, axis=0) / (2.0 * np.pi)), axis=0)
+        return np.concatenate([q[:1], q[1:] - 2.0 * np.pi * turns])

@@ -8,14 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.place.objective import Goal
-from coupling.place.screen import Figures, Screen, joined
+from coupling.place.screen import Figures, joined
 from coupling.place.settings import Ranges
+from coupling.place.sight import Sight
 
 # Settings that are refined, and how far they are apart at first, over the box.
 _REFINED, _APART = 8, 0.12
-# First step of a refinement over the box, and its factor from round to round: a search ends with a
-# thousandth, and another one begins with a fiftieth.
-COARSE, FINE, _FINER, _LAST = 0.12, 0.02, 0.72, 0.001
+# Settings this near to one that the whole path refuses are not begun with, over the box, and how many of
+# those that a few places admit are looked at along it.
+_BESIDE, _CONFIRMED = 0.03, 64
+# First step of a refinement over the box, its factor from round to round, its last one.
+_STEP, _FINER, _LAST = 0.12, 0.72, 0.001
 # Settings around each in every round: this part of those that fill the box, within bounds.
 _PART, _FEWEST, _MOST = 1.0 / 256.0, 12, 160
 
@@ -28,7 +31,7 @@ class Found:
 
     Attributes:
         settings: By `NAMES` [m], [rad], (n, 8).
-        figures: What they come to.
+        figures: What they come to along the whole path.
         cost: Of the goal [m], (n,).
         looked_at: Number of settings that were looked at.
         refused: Number of those that fill the box and were refused, by reason.
@@ -41,11 +44,11 @@ class Found:
     refused: dict[str, int]
 
 
-def filled(screen: Screen, ranges: Ranges, goal: Goal, count: int, seed: int, told: Told) -> Found:
+def filled(sight: Sight, ranges: Ranges, goal: Goal, count: int, seed: int, told: Told) -> Found:
     """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
-        screen: Looks at settings.
+        sight: Looks at settings.
         ranges: The box.
         goal: What is to be small.
         count: How many fill the box.
@@ -53,57 +56,75 @@ def filled(screen: Screen, ranges: Ranges, goal: Goal, count: int, seed: int, to
         told: Told how many of them are looked at.
     """
     settings = ranges.sampled(count, seed)
-    figures = screen.figures(settings, lambda done: told(done, count))
+    figures = sight.figures(settings, lambda done: told(done, count))
     cost = goal.cost(figures)
     reasons = goal.demands.refusals(figures)
     refused = {what: int(np.sum(wrong)) for what, wrong in reasons.items()}
-    rows = _apart(ranges, settings, cost)
-    return Found(settings[rows], figures.chosen(rows), cost[rows], count, refused)
+    left = np.argsort(cost, kind="stable")
+    left = left[np.isfinite(cost[left])]
+    chosen, kept, tried = settings[:0], [figures.chosen(left[:0])], 0
+    while len(left) and len(chosen) < _REFINED and tried < _CONFIRMED:
+        rows = _apart(ranges, settings, left, _REFINED - len(chosen))
+        whole = sight.confirmed(settings[rows])
+        tried += len(rows)
+        admitted = np.isfinite(goal.cost(whole))
+        chosen = np.concatenate([chosen, settings[rows[admitted]]])
+        kept.append(whole.chosen(np.flatnonzero(admitted)))
+        for row, distance in zip(rows, np.where(admitted, _APART, _BESIDE), strict=True):
+            left = left[ranges.apart(settings[row], settings[left]) >= distance]
+    return _sorted(goal, chosen, joined(kept), count, refused)
 
 
-def refined(
-    screen: Screen, goal: Goal, ranges: Ranges, found: Found, step: float, seed: int, told: Told
-) -> Found:
+def refined(sight: Sight, goal: Goal, ranges: Ranges, found: Found, seed: int, told: Told) -> Found:
     """Return settings that are at least as good, each from one that was found.
 
     Args:
-        screen: Looks at settings; it may look at other places than the one that has found them.
+        sight: Looks at settings.
         goal: What is to be small.
         ranges: The box.
         found: The settings.
-        step: First step over the box.
         seed: Of the steps.
         told: Told how many rounds are done.
     """
     if len(found.settings) == 0 or len(ranges.free) == 0:
         return found
     around = int(np.clip(_PART * found.looked_at, _FEWEST, _MOST))
-    rounds = int(np.ceil(np.log(_LAST / step) / np.log(_FINER)))
-    best, rng, looked_at = found.settings, np.random.default_rng(seed), found.looked_at
-    figures = screen.figures(best)
+    rounds = int(np.ceil(np.log(_LAST / _STEP) / np.log(_FINER)))
+    best, figures, cost = found.settings, found.figures, found.cost
+    rng, looked_at = np.random.default_rng(seed), found.looked_at
     for number in range(rounds):
-        tried = np.concatenate([ranges.around(own, step, around, rng) for own in best])
-        looked_at += len(tried)
-        settings = np.concatenate([best, tried])
-        figures = joined([figures, screen.figures(tried)])
-        own = np.concatenate([np.arange(len(best)), np.repeat(np.arange(len(best)), around)])
-        order = np.lexsort((goal.cost(figures), own))
-        rows = order[np.searchsorted(own[order], np.arange(len(best)))]
-        best, figures = settings[rows], figures.chosen(rows)
-        step *= _FINER
-        told(number + 1, rounds)
+        told(number, rounds)
+        step = _STEP * _FINER**number
+        tried = np.stack([ranges.around(own, step, around, rng) for own in best])
+        looked_at += len(best) * around
+        few = goal.cost(sight.figures(tried.reshape(-1, tried.shape[2]))).reshape(len(best), -1)
+        rows = np.flatnonzero(few.min(axis=1) < cost)
+        candidates = tried[rows, few.argmin(axis=1)[rows]]
+        if len(rows) == 0:
+            continue
+        whole = sight.confirmed(candidates)
+        better = goal.cost(whole) < cost[rows]
+        settings, both = np.concatenate([best, candidates]), joined([figures, whole])
+        now = np.arange(len(best))
+        now[rows[better]] = len(best) + np.flatnonzero(better)
+        best, figures = settings[now], both.chosen(now)
+        cost = goal.cost(figures)
+    return _sorted(goal, best, figures, looked_at, found.refused)
+
+
+def _sorted(
+    goal: Goal, settings: np.ndarray, figures: Figures, looked_at: int, refused: dict[str, int]
+) -> Found:
     cost = goal.cost(figures)
     order = np.argsort(cost, kind="stable")
-    return Found(best[order], figures.chosen(order), cost[order], looked_at, found.refused)
+    return Found(settings[order], figures.chosen(order), cost[order], looked_at, refused)
 
 
-def _apart(ranges: Ranges, settings: np.ndarray, cost: np.ndarray) -> np.ndarray:
-    """Return the numbers of the best settings that are apart from each other."""
-    order = np.argsort(cost, kind="stable")
-    order = order[np.isfinite(cost[order])]
+def _apart(ranges: Ranges, settings: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:
+    """Return the numbers of the first settings in an order that are apart from each other."""
     chosen: list[int] = []
-    while len(order) and len(chosen) < _REFINED:
-        best = int(order[0])
-        chosen.append(best)
-        order = order[ranges.apart(settings[best], settings[order]) >= _APART]
+    while len(order) and len(chosen) < most:
+        first = int(order[0])
+        chosen.append(first)
+        order = order[ranges.apart(settings[first], settings[order]) >= _APART]
     return np.array(chosen, dtype=int)

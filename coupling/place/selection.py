@@ -21,74 +21,72 @@ _MOVED, _ANGLES = 4.0, 0.3
 
 def selected(
     screen_of: Callable[[Stations], Screen], stations: Stations, ranges: Ranges, seed: int
-) -> Stations:
-    """Return the places at which torques, angles and displacements are extreme in sampled settings.
+) -> np.ndarray:
+    """Return the numbers of places at which torques, angles and displacements are extreme in samples.
 
     Greedily, each place is that which makes the sum of squares of what the extremes of those chosen
     miss of all, relative to their ranges, smallest.
 
     Args:
         screen_of: Function that looks at places.
-        stations: All places.
+        stations: The places to choose from.
         ranges: Settings to sample.
         seed: Of the sample.
     """
-    strongest = stations.strongest()
-    if strongest.count <= PLACES:
-        return strongest
-    few = strongest.chosen(np.linspace(0, strongest.count - 1, PLACES).astype(int))
+    if stations.count <= PLACES:
+        return np.arange(stations.count)
+    few = np.linspace(0, stations.count - 1, PLACES).astype(int)
     tried = ranges.sampled(_TRIED, seed)
-    good = tried[screen_of(few).figures(tried).reached][:_USED]
+    good = tried[screen_of(stations.chosen(few)).figures(tried).reached][:_USED]
     if len(good) == 0:
         return few
-    rows = _rows(screen_of(strongest).lanes(good))
+    rows, _ = _rows(screen_of(stations).lanes(good))
     if rows.shape[0] == 0:
         return few
-    return strongest.chosen(np.sort(_greedy(rows, PLACES)))
+    return _greedy(rows, PLACES)
 
 
-def with_extremes(
-    screen_of: Callable[[Stations], Screen],
-    chosen: Stations,
-    stations: Stations,
-    settings: np.ndarray,
-) -> Stations:
-    """Return chosen places and those at which some settings have their own extremes.
+def extremes_of(lanes: Lanes, known: np.ndarray, missed: np.ndarray) -> np.ndarray:
+    """Return the numbers of places at which settings have extremes that known places miss.
 
     Args:
-        screen_of: Function that looks at places.
-        chosen: Places of the path.
-        stations: All places.
-        settings: The settings, (n, 8).
+        lanes: The settings at all places.
+        known: Numbers of the known places.
+        missed: What they may miss of an extreme, as a part of its range along the path, for each
+            setting, (n,).
     """
-    strongest = stations.strongest()
-    rows = _rows(screen_of(strongest).lanes(settings))
-    known = np.flatnonzero(np.isin(strongest.time, chosen.time))
-    return strongest.chosen(np.union1d(known, rows.argmax(axis=1)))
+    rows, setting = _rows(lanes)
+    known_largest = rows[:, known].max(axis=1, initial=-np.inf)
+    further = rows.max(axis=1, initial=-np.inf) > known_largest + missed[setting]
+    return np.unique(rows[further].argmax(axis=1))
 
 
-def _rows(lanes: Lanes) -> np.ndarray:
-    """Return quantities whose largest values count, as parts of their ranges, (quantities, k)."""
-    places = len(lanes.q)
-    angles = np.concatenate([lanes.q, lanes.rate], axis=1).transpose(1, 2, 0).reshape(-1, places)
-    torque = lanes.torque.transpose(1, 2, 0).reshape(-1, places)
-    return np.concatenate(
-        [
-            _MOVED * _parts(lanes.deviation.T),
-            *(_parts(sign * torque) for sign in (1.0, -1.0)),
-            *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
-            _ANGLES * _parts(-lanes.regularity.T),
-        ]
-    )
+def _rows(lanes: Lanes) -> tuple[np.ndarray, np.ndarray]:
+    """Return quantities whose largest values count, as parts of their ranges, and whose they are.
+
+    Returns:
+        Quantities by rows, (r, k), and the number of the setting of each, (r,).
+    """
+    angles = np.concatenate([lanes.q, lanes.rate], axis=1)
+    quantities = [
+        _MOVED * _parts(lanes.deviation[:, None]),
+        *(_parts(sign * lanes.torque) for sign in (1.0, -1.0)),
+        *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
+        _ANGLES * _parts(-lanes.regularity[:, None]),
+    ]
+    rows = np.concatenate([own.transpose(1, 2, 0).reshape(-1, len(own)) for own in quantities])
+    settings = np.arange(lanes.q.shape[2])
+    owner = np.concatenate([np.tile(settings, own.shape[1]) for own in quantities])
+    told = np.isfinite(rows).all(axis=1)
+    return rows[told], owner[told]
 
 
-def _parts(rows: np.ndarray) -> np.ndarray:
-    """Return what changes along the path over its range, (quantities, k)."""
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    width = np.ptp(rows, axis=1)
-    moving = width > 1e-12 * np.abs(rows).max(axis=1, initial=1e-300)
-    scaled: np.ndarray = rows[moving] / width[moving, None]
-    return scaled
+def _parts(values: np.ndarray) -> np.ndarray:
+    """Return what changes along the path over its range, (k, quantities, n); NaN where nothing does."""
+    width = np.ptp(values, axis=0)
+    moving = width > 1e-12 * np.abs(values).max(axis=0, initial=1e-300)
+    parts: np.ndarray = values / np.where(moving, width, np.nan)
+    return parts
 
 
 def _greedy(rows: np.ndarray, count: int) -> np.ndarray:

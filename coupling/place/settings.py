@@ -58,14 +58,14 @@ class Ranges:
     def around(
         self, center: np.ndarray, share: float, count: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return settings near one, normally distributed with a share of the box, (count, 8)."""
+        """Return rounded settings near one, normally distributed with a share of the box, (count, 8)."""
         found = np.tile(center, (count, 1))
         free = self.free
         step = rng.normal(size=(count, len(free)))
         # Half of them move along few settings only: ridges are narrow across.
         step[::2] *= rng.random((len(step[::2]), len(free))) < 2.0 / max(len(free), 2)
         found[:, free] += share * step * self.width[free]
-        return np.clip(found, self.low, self.high)
+        return self.rounded(found)
 
     def apart(self, one: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Return how far settings are apart, the largest difference over the box, (n,)."""

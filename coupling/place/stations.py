@@ -56,8 +56,8 @@ class Stations:
 
     @property
     def poses(self) -> np.ndarray:
-        """Positions and, by what the tool's directions are off, orientations as lengths [m], (k, 9)."""
-        turned = [own.apply([1.0, 0.0, 0.0]) for own in (self.tool, self.axes)]
+        """Positions and, by what tool and axes are off, orientations as lengths [m], (k, 15)."""
+        turned = [own.apply(axis) for own in (self.tool, self.axes) for axis in np.eye(3)[:2]]
         return np.hstack([self.position, *(_ARM * directions for directions in turned)])
 
     def chosen(self, rows: np.ndarray) -> Stations:

@@ -43,12 +43,12 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
 class Robots:
     """The example robot, its command for the circles, and robots that differ from it."""
 
-    def __init__(self, robot: Robot, models: Models) -> None:
+    def __init__(self, robot: Robot, models: Models, seconds: float = 9.0) -> None:
         self.robot, self.models = robot, models
-        self.wanted = circles(robot)
+        self.wanted = circles(robot, seconds, turns=2.0 * seconds / 9.0)
         self.parameters = learnables(robot, "backlash")
         self.fmu = models.of(robot, "backlash").fmu
-        self.time = np.arange(0.0, 9.0 + 1e-9, 0.004)
+        self.time = np.arange(0.0, seconds + 1e-9, 0.004)
         self.wrench = self.wanted.wrench.held(self.time)
         self.path = InterpolatedPath(self.wanted.path).at(self.time)
         self.desired = self.path.position[0]

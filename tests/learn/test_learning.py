@@ -17,10 +17,17 @@ from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.effect import Effect
+from coupling.learn.fit import size_of
 from coupling.learn.judge import floating
 from coupling.learn.mirrored import mirrored
 from coupling.learn.next_case import next_case_text
-from coupling.learn.parameters import changed, factors_between, learnables, robot_with
+from coupling.learn.parameters import (
+    changed,
+    factors_between,
+    learnables,
+    prior_of,
+    robot_with,
+)
 from coupling.learn.passes import Seen
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
@@ -79,6 +86,19 @@ def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsu
         assert spread.deviation[names.index("joint[1].backlash")] < 0.1
         assert spread.noise == pytest.approx(NOISE, rel=0.1)
         assert np.all(spread.half > 1.9 * spread.deviation)
+
+
+def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
+    """Five seconds of a robot up to 45 % other, of which all that is left in the end is noise."""
+    short = Robots(example, robots.models, seconds=5.0)
+    prior = prior_of(short.parameters)
+    truth = 1.5 * prior * np.random.default_rng(108).uniform(-1.0, 1.0, len(prior))
+    fitter = short.fitter(short.measured(short.moved(truth)))
+    found = fitter.fit(0.0 * truth)
+    assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
+    for name in ("joint[1].backlash", "joint[4].backlash", "joint[5].backlash"):
+        own = [p.name for p in short.parameters].index(name)
+        assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
 def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, example):

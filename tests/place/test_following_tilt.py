@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from coupling.path.deviation import measure
 from coupling.place.moved import Moved
 from coupling.place.place import best_of
 from coupling.place.placing import placing
+from coupling.place.search import filled, refined
 from coupling.place.settings import NAMES
+from coupling.place.sight import Sight
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.study import run_compensation
 from docs.scripts.runs import example
@@ -75,18 +78,50 @@ def test_many_settings_move_the_tool_as_their_cases_do(name, tmp_path):
     require_as_in_cases(task_of(name, tool_path={"sample_s": 0.005}), tmp_path)
 
 
-def test_where_the_tool_goes_round_every_place_is_reached_from_one_near_it():
-    """One setting at all places at once, as it is judged: wherever a few places are reached."""
-    task = task_of("cone", lean_deg=[0.0, 25.0])
+def test_where_the_tool_goes_round_a_setting_comes_to_the_same_by_itself():
+    """Alone, many places are looked at at once; beside many others, place by place."""
+    task = task_of("cone", tool_path={"radius_m": 0.06}, lean_deg=[20.0, 70.0])
     every = task.stations.strongest()
-    few = every.chosen(np.arange(0, every.count, 12))
-    tried = task.ranges.sampled(8, seed=2)
-    near = task.screen(few).figures(tried)
-    well = tried[near.reached & (near.regularity > 0.03)]
-    assert len(well) >= 4
-    screen = task.screen(every)
-    for setting in well:
-        assert np.isfinite(screen.lanes(setting[None]).q).all()
+    screen = task.screen(every.chosen(np.linspace(0, every.count - 1, 24).astype(int)))
+    many = task.ranges.sampled(256, seed=5)
+    together = screen.lanes(many).q[:, :, :24]
+    alone = np.concatenate([screen.lanes(own[None]).q for own in many[:24]], axis=2)
+    assert np.isfinite(together).all(axis=(0, 1)).sum() >= 20
+    np.testing.assert_allclose(alone, together, atol=1e-6)
+
+
+def test_the_best_keep_to_what_is_demanded_between_the_few_places():
+    """They lie on the edge of the singular postures, and that runs between the places, too."""
+    free = {"lean_deg": [20.0, 70.0], "x_m": [1.1, 2.1], "z_m": [0.3, 1.3]}
+    task = task_of("cone", optimise="flanks", **free)
+    goal, ranges = task.goal, task.ranges
+    sight = Sight(task.screen, task.stations, ranges, goal.demands, seed=1)
+    found = filled(sight, ranges, goal, 256, 1, lambda done, total: None)
+    found = refined(sight, goal, ranges, found, 1, lambda done, total: None)
+    whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))
+    assert goal.demands.admits(whole).all()
+    np.testing.assert_allclose(goal.cost(whole), found.cost, rtol=1e-6)
+    assert 0.03 <= whole.regularity.min() < 0.0305
+
+
+def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_path(tmp_path):
+    """The tool's axis goes round that of joint 4: another turn of it and of joint 6 on every contour."""
+    task = task_of("cone", lean_deg=[20.0, 70.0])
+    joints = tuple(replace(joint, limits=(-9.0, 9.0)) for joint in task.robot.joints)
+    task = replace(task, robot=replace(task.robot, joints=joints))
+    every = task.stations.strongest()
+    screen, tried = task.screen(every), task.ranges.sampled(48, seed=5)
+    lanes = screen.lanes(tried)
+    jumps = np.abs(np.diff(lanes.q, axis=0)).max(axis=(0, 1))
+    wound = np.flatnonzero((jumps > np.pi) & (lanes.regularity.min(axis=0) > 0.03))
+    assert len(wound)
+    figures = screen.figures(tried[wound])
+    for number, k in enumerate(wound):
+        placed = written(task, tried[k], tmp_path)
+        robot = placed.robots[0]
+        path = robot.placement.path_in_base(placed.desired)
+        (q,) = InverseKinematics(robot.description, lanes.q[0, :, k]).plan(path).q
+        assert figures.limit_margin[number] == pytest.approx(9.0 - np.abs(q).max(), abs=0.02)
 
 
 def test_ranges_of_a_lean_from_the_wall_are_about_the_upright_tool():

@@ -17,7 +17,7 @@ from coupling.case import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.place.following import Targets, following, led, reached
 from coupling.place.lanes import Factor, largest_eigenvalue
-from coupling.place.moved import order_of, waves_of
+from coupling.place.moved import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.selection import selected
@@ -172,10 +172,11 @@ def test_displacement_and_compliance_are_those_of_all_springs(cone):
 
 def test_the_places_looked_at_know_the_extremes_of_the_whole_path(cone):
     """On settings that had no say in their choice: torques to a twelfth of what they pass through."""
-    chosen = selected(cone.screen, cone.stations, cone.ranges, seed=1)
+    every = cone.stations.strongest()
+    chosen = every.chosen(selected(cone.screen, every, cone.ranges, seed=1))
     assert chosen.count <= 24
     fresh = cone.ranges.sampled(24, seed=9)
-    few, all_ = (cone.screen(s).figures(fresh) for s in (chosen, cone.stations.strongest()))
+    few, all_ = (cone.screen(s).figures(fresh) for s in (chosen, every))
     good = all_.reached & few.reached & (all_.regularity > 0.03)
     assert good.sum() >= 20
     missed = (few.margin[good] - all_.margin[good]) / all_.swing[good]
@@ -236,19 +237,23 @@ def test_joint_limits_and_rates_are_those_of_the_planned_path():
     np.testing.assert_allclose(figures.rate_share[0], rates / 0.5, rtol=0.02)
 
 
-@given(st.integers(0, 10**6), st.integers(1, 40), st.integers(1, 9))
+@given(st.integers(0, 10**6), st.integers(1, 40), st.floats(0.01, 3.0))
 @settings(max_examples=30, deadline=None)
-def test_every_place_is_reached_once_from_one_before_it(seed, count, at_once):
+def test_every_place_is_reached_once_from_one_before_it(seed, count, near):
+    """From one that is near, or where none is from as near a one as there is."""
     position = np.random.default_rng(seed).normal(size=(count, 3))
-    done: set[int] = set()
-    for places, before in waves_of(order_of(position), at_once):
-        assert len(places) <= at_once
-        assert (before is None) == (not done)
-        if before is not None:
-            assert set(before.tolist()) <= done
-        assert not done & set(places.tolist())
-        done |= set(places.tolist())
-    assert done == set(range(count))
+    done: list[int] = []
+    for places, before in waves_of(position, near):
+        left = [k for k in range(count) if k not in done]
+        if before is None:
+            assert not done
+        else:
+            assert set(before.tolist()) <= set(done)
+            away = np.linalg.norm(position[places] - position[before], axis=1)
+            nearest = np.linalg.norm(position[left][:, None] - position[done], axis=2).min()
+            assert np.all(away <= max(near, nearest * (1.0 + 1e-12)))
+        done += places.tolist()
+    assert sorted(done) == list(range(count))
 
 
 def test_a_cell_places_part_tool_and_base_as_a_case_does(cone, tmp_path):

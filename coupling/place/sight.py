@@ -1,0 +1,77 @@
+"""What settings come to: at a few places of a path for the many, at all of them for the best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from coupling.place.objective import Demands
+from coupling.place.screen import Figures, Screen
+from coupling.place.selection import extremes_of, selected
+from coupling.place.settings import Ranges
+from coupling.place.stations import Stations
+
+# What the few places may miss of a largest value, as a part of its range along the path.
+_MISSED = 0.03
+
+
+class Sight:
+    """Looks at many settings at a few places of a path, and learns which these have to be.
+
+    The best of a box lie on the edges of what is admitted, and an edge that a few places draw is not
+    that of the path: between them a posture is more singular, a torque larger.  So whatever is to be
+    kept is looked at along the whole path, and extremes of it that were not known are from then on
+    (Blankenship and Falk, "Infinitely constrained optimization problems", JOTA 19 (1976) 261-281).
+
+    Args:
+        screen_of: Function that looks at places.
+        stations: All places.
+        ranges: Settings that the first few places are chosen for.
+        demands: What settings must keep to.
+        seed: Of the choice.
+    """
+
+    def __init__(
+        self,
+        screen_of: Callable[[Stations], Screen],
+        stations: Stations,
+        ranges: Ranges,
+        demands: Demands,
+        seed: int,
+    ) -> None:
+        self._screen_of, self._demands = screen_of, demands
+        self._every = stations.strongest()
+        self._few = selected(screen_of, self._every, ranges, seed)
+        self._whole, self._screen = screen_of(self._every), screen_of(self._every.chosen(self._few))
+
+    @property
+    def stations(self) -> Stations:
+        """The few places."""
+        return self._screen.stations
+
+    def figures(
+        self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
+    ) -> Figures:
+        """Return what settings come to at the few places.
+
+        Args:
+            settings: By `NAMES` [m], [rad], (n, 8).
+            told: Told how many are done.
+        """
+        return self._screen.figures(settings, told)
+
+    def confirmed(self, settings: np.ndarray) -> Figures:
+        """Return what settings come to along the path, and know their extremes from now on.
+
+        Args:
+            settings: By `NAMES` [m], [rad], (n, 8), a few.
+        """
+        lanes = self._whole.lanes(settings)
+        figures = self._whole.worst(lanes)
+        # A demand that is broken at all is seen at the place that breaks it.
+        missed = np.where(self._demands.admits(figures), _MISSED, 0.0)
+        known = np.union1d(self._few, extremes_of(lanes, self._few, missed))
+        if len(known) > len(self._few):
+            self._few, self._screen = known, self._screen_of(self._every.chosen(known))
+        return figures
