@@ -30,7 +30,7 @@ _DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
 _SETTLED = 0.3
 # Where a fit ends in a hollow beside the valley it leaves more than noise, and is tried again from
 # beside it, so many times at most; from so many gears' best sides if the first of them lead no further.
-_TRIES, _NEAR_NOISE, _SIDES = 4, 1.12, 3
+_TRIES, _NEAR_NOISE, _SIDES = 4, 1.2, 3
 # Cauchy's scale, by the median of the residual.
 _SCALE = 1.5
 # Median length of a row of noise of size 1, by the number of its coordinates.
