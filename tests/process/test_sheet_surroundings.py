@@ -165,3 +165,25 @@ def test_cells_that_did_not_bend_are_not_computed_again_and_would_be_the_same():
     assert 0.1 < same.mean() < 0.9
     scale = np.abs(anew.stiffness).max()
     np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=2e-2 * scale)
+
+
+def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
+    """So that its elements need not be computed again."""
+    sheet = model(0.012, 40, 0.1)
+    before = sheet.sphere(np.array([0.0, 0.0, REACH]), RADIUS)
+    pressed = sheet.sphere(np.array([0.0, 0.0, REACH - 5e-4]), RADIUS)
+    box = sheet.near(None, pressed.center[None])
+    state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
+    assemble = sheet.assemble
+    rim = assemble.rim(box)
+    moved = 1e-6 * np.random.default_rng(3).normal(size=rim.size)
+    state.around.carry(state.at_rim + moved, state.points)
+    seen = assemble.inside(box, state, (pressed,), state)
+    residual, tangent = seen.residual.copy(), seen.tangent.lower.copy()
+    points = state.points.copy()
+    around = assemble.linear(rim, state, replace(state, at_rim=state.at_rim + moved), 0.0)
+    around.carry(np.zeros(rim.size), state.points)
+    assert np.abs(state.points - points).max() > 0.0
+    again = assemble.inside(box, state, (pressed,), state)
+    for now, then in ((again.residual, residual), (again.tangent.lower, tangent)):
+        np.testing.assert_allclose(now, then, rtol=0.0, atol=1e-12 * np.abs(then).max())
