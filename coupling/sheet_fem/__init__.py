@@ -2,6 +2,6 @@
 
 The path to the force: schedule (where) -> forming (one equilibrium after the other) -> equilibrium
 (Newton's method) -> assembly -> element, contact, friction, banded -> section -> eigenbasis,
-material.  Theory and verification: docs/sheet_fem.md; the process that it serves:
-`coupling.process.sheet_fem`.
+material.  What smaller elements would give: fineness.  Theory and verification: docs/sheet_fem.md;
+the process that it serves: `coupling.process.sheet_fem`.
 """

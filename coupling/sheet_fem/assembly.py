@@ -78,9 +78,9 @@ class Inside(NamedTuple):
 
     Attributes:
         places: Elements that its control points shape, (e, 2).
-        unknowns: Their numbers of those, -1 for what is held, (e, 27).
-        force: Their forces [N], (e, 27); good until the next box is looked at.
-        stiffness: Derivatives of those [N/m], (e, 27, 27); as good.
+        unknowns: Numbers of their unknowns in the box, -1 for what is held, (e, 27).
+        force: Their forces [N], (e, 27); overwritten when a box is looked at again.
+        stiffness: Derivatives of those [N/m], (e, 27, 27); overwritten as well.
         residual: Unbalanced forces at the box's control points [N], (3 n,), zero where held.
         tangent: Derivative of the residual [N/m], (3 n, 3 n).
         wrenches: As of `Assembled`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # Excess of the force over its limit where the element is the tool's radius and that the thickness:
-# fitted to third contours of a cone, see docs/sheet_fem.md.
+# fitted to what docs/sheet_fem.md shows under "How fine".
 _EXCESS = 0.35
 # Size of the coarsest elements that were looked at, over the tool's radius.
 _COARSEST = 0.8

@@ -12,6 +12,7 @@ from command_line import BY_MODE, FILES
 from hypothesis import given
 from hypothesis import strategies as st
 from places import CASES
+from reported import compensated
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
@@ -30,7 +31,7 @@ from coupling.run.console import print_summary
 from coupling.run.folder import write_run
 from coupling.run.ssp import write_ssp
 from coupling.run.stored_run import read_run
-from coupling.run.study import Deviations, _gap, run_compensation
+from coupling.run.study import Deviations, _gap
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
@@ -238,13 +239,7 @@ SHORT = (
 def finished(tmp_path_factory):
     """Return the example shortened to two small contours, compensated, and its folder."""
     folder = tmp_path_factory.mktemp("cell")
-    case = load_case(changed(folder, *SHORT))
-    run = run_compensation(case)
-    out = folder / "out"
-    out.mkdir()
-    write_run(out, case, run)
-    write_report(out)
-    return case, run, out
+    return compensated(folder, load_case(changed(folder, *SHORT)))
 
 
 def test_two_robots_case_shortened_is_compensated(finished):

@@ -13,6 +13,7 @@ import pytest
 from browser import NEEDS_CHROMIUM, chromium, opened
 from line_case import line_case
 from pages import drawn_in
+from reported import compensated
 
 from coupling.case import Case
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -25,7 +26,7 @@ from coupling.report.views import View, from_above
 from coupling.robot.links import link_points
 from coupling.run.folder import write_run
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
-from coupling.run.study import Run, run_compensation
+from coupling.run.study import Run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
 
@@ -47,13 +48,7 @@ return [pairs(boxes).length, pairs(labels).length, labels.length, boxes.length];
 def finished(tmp_path_factory) -> tuple[Case, Run, Path]:
     """Case, run and run folder."""
     folder = tmp_path_factory.mktemp("report")
-    case = line_case(folder, "native")
-    run = run_compensation(case)
-    out = folder / "out"
-    out.mkdir()
-    write_run(out, case, run)
-    write_report(out)
-    return case, run, out
+    return compensated(folder, line_case(folder, "native"))
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from places import EXAMPLES, ROOT
+from wall_case import WALL_CASE
 
 from coupling.cli import main
 
@@ -17,24 +18,10 @@ LINES = re.findall(r"^elastic-robot .*$", (ROOT / "README.md").read_text(), re.M
 # Run in tests of their own, on longer passes and more robots than would be quick here:
 # tests/study/test_study.py, tests/learn/test_learning.py.
 ELSEWHERE = {"study", "learn", "mirror"}
-CASE = """
-[robot]
-description = "icme2008"
-home_deg    = [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]
-
-[part]
-position_m = [1.6, 0.1, 0.8]
-
-[tool_path]
-kind     = "line"
-points_m = [[0.0, 0.0, 0.0], [0.02, 0.01, -0.002]]
-feed_m_s = 0.1
-blend_s  = 0.1
-
-[process]
-model         = "elastic-wall"
-stiffness_N_m = 2.0e5
-
+CASE = WALL_CASE.format(
+    robot="icme2008", home=[0.0, 10.0, 20.0, 0.0, 60.0, 0.0], part=[1.6, 0.1, 0.8]
+)
+PLACE = """
 [place]
 settings = 100
 cases    = 1
@@ -43,7 +30,7 @@ cases    = 1
 
 def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path("my_case.toml").write_text(CASE)
+    Path("my_case.toml").write_text(CASE + PLACE)
     shutil.copy(EXAMPLES / "identify" / "fanuc_start.toml", "my_robot.toml")
     shutil.copy(EXAMPLES / "identify" / "fanuc_r2000ic.csv", "measurements.csv")
     seen = set()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from wall_case import WALL_CASE
 
 from coupling.case import load_case
 from coupling.cli.runs import conduct
@@ -25,24 +26,6 @@ from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 from coupling.run.study import run_compensation, run_coupling
 
-CASE = """
-[robot]
-description = "{robot}"
-home_deg    = {home}
-
-[part]
-position_m = {part}
-
-[tool_path]
-kind     = "line"
-points_m = [[0.0, 0.0, 0.0], [0.02, 0.01, -0.002]]
-feed_m_s = 0.1
-blend_s  = 0.1
-
-[process]
-model         = "elastic-wall"
-stiffness_N_m = 2.0e5
-"""
 # Robot, home, part.
 ROBOTS = {
     "icme2008": ([0.0, 10.0, 20.0, 0.0, 60.0, 0.0], [1.6, 0.1, 0.8]),
@@ -63,7 +46,7 @@ def ran(folder: Path, text: str, kind: str = "compensate") -> Path:
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory) -> dict[str, Path]:
     return {
-        name: ran(tmp_path_factory.mktemp(name), CASE.format(robot=name, home=home, part=part))
+        name: ran(tmp_path_factory.mktemp(name), WALL_CASE.format(robot=name, home=home, part=part))
         for name, (home, part) in ROBOTS.items()
     }
 
@@ -313,7 +296,7 @@ def test_a_robot_of_other_joints_gets_a_table_only(tmp_path, command):
     )
     rows = ["time,x,y,z,qx,qy,qz,qw", *(f"{0.01 * k},1.25,0,2.0,0,0,0,1" for k in range(60))]
     (tmp_path / "still.csv").write_text("\n".join(rows))
-    case = CASE.format(robot="arm.toml", home=[0.0, 0.0, 0.0], part=[0.0, 0.0, 0.0])
+    case = WALL_CASE.format(robot="arm.toml", home=[0.0, 0.0, 0.0], part=[0.0, 0.0, 0.0])
     head, _, tail = case.partition("[tool_path]")
     process = tail[tail.index("[process]") :].replace("2.0e5", "0.0")
     path = '[tool_path]\nkind = "csv"\nfile = "still.csv"\n\n'

@@ -9,18 +9,22 @@ from places import LINE_CASE
 from coupling.case import Case, load_case
 
 
-def line_case(folder: Path, kind: str, *changes: tuple[str, str]) -> Case:
-    """Write the case with changes of its text, and load it; `kind` is that of its FMUs."""
+def moving_line(*changes: tuple[str, str]) -> str:
+    """Return the case's text with changes."""
     text = LINE_CASE.read_text()
     for old, new in (
         ('"linear"', '"backlash"'),
         ('"quasistatic"', '"dynamic"'),
         ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
-        ("[robot]", f'[robot]\nfmu = "{kind}"'),
         *changes,
     ):
         assert old in text
         text = text.replace(old, new, 1)
+    return text
+
+
+def line_case(folder: Path, kind: str, *changes: tuple[str, str]) -> Case:
+    """Write the case with changes of its text, and load it; `kind` is that of its FMUs."""
     file = folder / f"{kind}.toml"
-    file.write_text(text)
+    file.write_text(moving_line(("[robot]", f'[robot]\nfmu = "{kind}"'), *changes))
     return load_case(file)

@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 import pytest
 from command_line import command
+from line_case import moving_line
 from places import LINE_CASE
 from studies import children, killed, rows, started, tables, wait_for_rows
 
@@ -40,15 +41,7 @@ SAMPLES = 120
 
 def moving(folder: Path, more: str = "", feed: str = "0.02") -> Path:
     """The small case, slow, on the moving robot with backlash by method inverse."""
-    text = LINE_CASE.read_text()
-    for old, new in (
-        ('"linear"', '"backlash"'),
-        ('"quasistatic"', '"dynamic"'),
-        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
-        ("feed_m_s = 0.1", f"feed_m_s = {feed}"),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
+    text = moving_line(("feed_m_s = 0.1", f"feed_m_s = {feed}"))
     file = folder / "stroke.toml"
     file.write_text(f"{text}\n{more}")
     return file

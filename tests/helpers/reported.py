@@ -1,0 +1,20 @@
+"""A case compensated, with its run folder and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from coupling.case import Case
+from coupling.report import write_report
+from coupling.run.folder import write_run
+from coupling.run.study import Run, run_compensation
+
+
+def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:
+    """Return the case, its run, and the run folder, `out` in a folder."""
+    run = run_compensation(case)
+    out = folder / "out"
+    out.mkdir()
+    write_run(out, case, run)
+    write_report(out)
+    return case, run, out
