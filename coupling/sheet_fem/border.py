@@ -60,20 +60,20 @@ def add_border(
     """Add elements' matrices to a border.
 
     Args:
-        inner: Inner unknowns of the elements' rows, -1 for none, (elements, 27).
-        outer: Outer unknowns of their columns, -1 for none, (elements, 27).
-        across: Matrices of inner rows and outer columns, (elements, 27, 27).
+        inner: Inner unknowns of the elements' columns, -1 for none, (elements, 27).
+        outer: Outer unknowns of their rows, -1 for none, (elements, 27).
+        across: Matrices of outer rows and inner columns, (elements, 27, 27).
         among: Matrices of outer rows and columns, (elements, 27, 27).
         to_across: Added to, (n, m).
         to_outer: Added to, (m, m).
     """
     for e in range(len(inner)):
-        for c in range(27):
-            column = outer[e, c]
-            if column < 0:
+        for r in range(27):
+            row = outer[e, r]
+            if row < 0:
                 continue
-            for r in range(27):
-                if inner[e, r] >= 0:
-                    to_across[inner[e, r], column] += across[e, r, c]
-                if outer[e, r] >= 0:
-                    to_outer[outer[e, r], column] += among[e, r, c]
+            for c in range(27):
+                if inner[e, c] >= 0:
+                    to_across[inner[e, c], row] += across[e, r, c]
+                if outer[e, c] >= 0:
+                    to_outer[row, outer[e, c]] += among[e, r, c]

@@ -55,24 +55,18 @@ def coarsen(
     summed: np.ndarray,
     tangent: np.ndarray,
 ) -> None:
-    """Add forces and stiffness of fine elements to those of the coarse ones in which they lie."""
+    """Add forces and (symmetric) stiffness of fine elements to those of the coarse ones in which they lie."""
     factor = blend.shape[0]
-    half = np.empty((27, 27))
+    own = np.empty((9, 3))
+    half, whole, turned = np.empty((9, 81)), np.empty((9, 81)), np.empty((27, 27))
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
         M = blend[i % factor, j % factor]
         into = (i // factor) * columns + j // factor
-        half[:, :] = 0.0
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                for k in range(3):
-                    summed[into, 3 * C + k] += weight * force[e, 3 * A + k]
-                    for r in range(27):
-                        half[3 * C + k, r] += weight * stiffness[e, 3 * A + k, r]
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                for r in range(27):
-                    for k in range(3):
-                        tangent[into, r, 3 * C + k] += weight * half[r, 3 * A + k]
+        np.dot(M.T, force[e].reshape(9, 3), own)
+        np.dot(M.T, stiffness[e].reshape(9, 81), half)
+        # The stiffness is symmetric: its columns are summed up as its rows are.
+        turned[:, :] = half.reshape(27, 27).T
+        np.dot(M.T, turned.reshape(9, 81), whole)
+        summed[into] += own.reshape(27)
+        tangent[into] += whole.reshape(27, 27)

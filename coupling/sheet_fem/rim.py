@@ -94,35 +94,19 @@ def see_rim(
         force: Nodal forces [N], (e, 27).
         stiffness: Their derivative, symmetric, (e, 27, 27).
         at_rim: Written: forces on the nine coarse splines, (e, 27).
-        across: Written: derivative of the nodal forces by them, (e, 27, 27).
+        across: Written: derivative of these forces by the nodes, (e, 27, 27).
         among: Written: derivative of their forces by them, (e, 27, 27).
     """
     factor = blend.shape[0]
-    M = np.empty((9, 9))
+    M, turned = np.empty((9, 9)), np.empty((27, 27))
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
-        at_rim[e] = 0.0
-        across[e] = 0.0
-        among[e] = 0.0
         for A in range(9):
             x, y = i + A // 3, j + A % 3
             inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
             for C in range(9):
                 M[A, C] = 0.0 if inside else blend[i % factor, j % factor, A, C]
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                if weight == 0.0:
-                    continue
-                for k in range(3):
-                    at_rim[e, 3 * C + k] += weight * force[e, 3 * A + k]
-                    for r in range(27):
-                        across[e, r, 3 * C + k] += weight * stiffness[e, r, 3 * A + k]
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                if weight == 0.0:
-                    continue
-                for k in range(3):
-                    for r in range(27):
-                        among[e, 3 * C + k, r] += weight * across[e, 3 * A + k, r]
+        np.dot(M.T, force[e].reshape(9, 3), at_rim[e].reshape(9, 3))
+        np.dot(M.T, stiffness[e].reshape(9, 81), across[e].reshape(9, 81))
+        turned[:, :] = across[e].T
+        np.dot(M.T, turned.reshape(9, 81), among[e].reshape(9, 81))
