@@ -106,8 +106,10 @@ def find_equilibrium(
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
         if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
+            _carried(after)
             return Equilibrium(after, *on_tools, iteration, state, spheres, box, stiffness)
         if rim is not None and unbalanced <= (1.0 if near else _NEAR):
+            _carried(after)
             after = _made_linear(assemble, rim, state, after, settings.kept)
             # That moves no control point that the box's elements see.
             near, last = True, np.inf
@@ -141,13 +143,19 @@ def _is_linear(state: SheetState, limit: float) -> bool:
     return bool(np.max(state.around.cells_at(state.at_rim).bent()) <= limit)
 
 
+def _carried(state: SheetState) -> None:
+    """Move all control points outside of the box, of which iterations move the edge."""
+    if state.around is not None:
+        state.around.carry(state.at_rim, state.points)
+
+
 def _move(state: SheetState, box: Box, inside: np.ndarray, at_rim: np.ndarray) -> None:
     """Move the control points of a box, and with its rim's unknowns the others."""
     moved = state.points[box.first_x : box.last_x, box.first_y : box.last_y]
     moved += inside.reshape(moved.shape)
     if state.around is not None:
         state.at_rim[:] += at_rim
-        state.around.carry(state.at_rim, state.points)
+        state.around.carry_edge(state.at_rim, state.points)
 
 
 # An iteration that raises the unbalanced forces is taken back by halves at most so many times.

@@ -39,7 +39,7 @@ _LARGEST_STEP = 0.5
 # Bending of a coarse element away from the tools up to which it may be linear, over the thickness ...
 _LINEAR = 0.2
 # ... and up to which it is not evaluated anew in every equilibrium: the error goes with its square.
-_KEPT = 0.02
+_KEPT = 0.05
 # How much larger than the window a box is when it follows the tools, over the window.
 _ROOM = 0.3
 # A load step is halved at most so many times.

@@ -52,6 +52,32 @@ class Rim:
         """Number of the rim's unknowns."""
         return int(self.outer.max()) + 1
 
+    @cached_property
+    def edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places of the control points outside of the box that its elements see, (p,) each."""
+        x, y = np.nonzero(self.box.grown(2, self.outside.shape).inside(self.outside.shape) & self.outside)
+        return x, y
+
+    @cached_property
+    def _edge_weights(self) -> np.ndarray:
+        """Weights of the rim's splines in those, (p, splines)."""
+        (x, y), (columns, rows) = self.edge, self._splines
+        weights: np.ndarray = self.splines.along_x[x][:, columns] * self.splines.along_y[y][:, rows]
+        return weights
+
+    @cached_property
+    def _splines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places of the splines that the rim's unknowns move, (splines,) each."""
+        x, y = np.nonzero((self.outer >= 0).any(axis=-1))
+        return x, y
+
+    def at_edge(self, at_rim: np.ndarray) -> np.ndarray:
+        """Return the moves of the edge's control points for the rim's unknowns [m], (p, 3)."""
+        numbers = self.outer[self._splines]
+        coarse = np.where(numbers >= 0, at_rim[numbers], 0.0)
+        moves: np.ndarray = self._edge_weights @ coarse
+        return moves
+
     def of_cells(self, numbers: np.ndarray) -> np.ndarray:
         """Return the numbers of the unknowns of all coarse elements, (cells, 27)."""
         return numbers.reshape(-1, 3)[self.splines.patches].reshape(-1, 27)

@@ -94,3 +94,8 @@ class Surroundings:
         """Set the control points outside of the box to where the rim's unknowns [m] carry them."""
         outside = self.rim.outside
         points[outside] = (self.points + self.rim.splines.fine(self.moved(at_rim)))[outside]
+
+    def carry_edge(self, at_rim: np.ndarray, points: np.ndarray) -> None:
+        """Set those of them that the box's elements see: only the rim's unknowns move these."""
+        x, y = self.rim.edge
+        points[x, y] = self.points[x, y] + self.rim.at_edge(at_rim)
