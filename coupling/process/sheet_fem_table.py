@@ -24,7 +24,7 @@ _Coefficient = Annotated[float, Field(ge=0.1, le=10.0)]
 
 # Side of an element, half side of the window about a tool, and distance of two equilibria, over the
 # radius of the tool.  A tool that goes by more than it touches leaves a row of dents, whose forces jump.
-_ELEMENT = 0.4
+_ELEMENT = 0.5
 _WINDOW = 2.0
 _POSITION = 0.5
 

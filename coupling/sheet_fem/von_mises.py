@@ -7,8 +7,9 @@ import numpy as np
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.material import Material, yield_stress
 
-# Stress beyond the yield stress, relative to it, at which the return mapping ends.
-_CONVERGED = 1e-13
+# Stress beyond the yield stress, relative to it, from which one more iteration of Newton's method ends
+# the return mapping: it leaves the square of that.
+_CONVERGED = 1e-7
 _MAX_ITERATIONS = 50
 
 
@@ -41,22 +42,29 @@ def von_mises(
     after = before
     c_sum, c_difference = bulk / 3.0, 2.0 * G
     if q > limit:
-        # Convex and falling in the multiplier: Newton's method from zero does not overshoot.
+        # The stress beyond the yield stress, which falls, times 1 + c_difference multiplier is nearly a
+        # straight line: what is taken off the deviator is, of a trial stress however large.
+        low, high = 0.0, np.inf
         for _ in range(_MAX_ITERATIONS):
             d_sum = 1.0 + c_sum * multiplier
             d_difference = 1.0 + c_difference * multiplier
-            xi = a_sum / d_sum**2 + a_difference / d_difference**2
-            xi_slope = -2.0 * (
-                c_sum * a_sum / d_sum**3 + c_difference * a_difference / d_difference**3
-            )
-            q = np.sqrt(1.5 * xi)
-            q_slope = 0.75 * xi_slope / q
+            part_sum = a_sum / (d_sum * d_sum)
+            part_difference = a_difference / (d_difference * d_difference)
+            q = np.sqrt(1.5 * (part_sum + part_difference))
+            q_slope = -1.5 / q * (c_sum * part_sum / d_sum + c_difference * part_difference / d_difference)
             after = before + 2.0 / 3.0 * multiplier * q
             limit, slope = yield_stress(material, after)
-            residual_slope = q_slope - slope * 2.0 / 3.0 * (q + multiplier * q_slope)
-            if q - limit <= _CONVERGED * limit:
+            beyond = q - limit
+            beyond_slope = q_slope - slope * 2.0 / 3.0 * (q + multiplier * q_slope)
+            if beyond > 0.0:
+                low = multiplier
+            else:
+                high = multiplier
+            multiplier -= beyond * d_difference / (c_difference * beyond + d_difference * beyond_slope)
+            if abs(beyond) <= _CONVERGED * limit:
                 break
-            multiplier += (limit - q) / residual_slope
+            if not low < multiplier < high:
+                multiplier = 0.5 * (low + high) if np.isfinite(high) else 2.0 * low + 1.0 / c_difference
         d_sum = 1.0 + c_sum * multiplier
         d_difference = 1.0 + c_difference * multiplier
         sum_ /= d_sum

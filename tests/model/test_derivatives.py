@@ -69,10 +69,15 @@ def test_states_of_a_step_at_once_are_those_one_by_one(example):
     for k in range(3):
         one = replace(stages, drives=drives[:, k], motion=motion[:, k])
         alone = residual_derivatives(*model, one)
-        assert np.array_equal(model_residual(*model, one), torques[k])
-        assert np.array_equal(alone.parameters.values, at_once.parameters.values[k])
+        assert_same(model_residual(*model, one), torques[k])
+        assert_same(alone.parameters.values, at_once.parameters.values[k])
         for name in ("x", "rate", "acceleration", "drive", "drive_rate", "wrench"):
-            assert np.array_equal(getattr(alone, name), getattr(at_once, name)[k])
+            assert_same(getattr(alone, name), getattr(at_once, name)[k])
+
+
+def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
+    """Products of matrices are summed in another order for several states than for one, by processor."""
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max(initial=0))
 
 
 @given(SEEDS, st.floats(1e3, 1e8), st.floats(1e-6, 1e-2), CURVES)
