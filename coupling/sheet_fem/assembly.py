@@ -272,11 +272,15 @@ class Assembler:
         x, y = places.T
         reach = (x < box.first_x) | (x + 3 > box.last_x) | (y < box.first_y) | (y + 3 > box.last_y)
         edge = np.flatnonzero(reach)
+        at = places[edge]
         seen = np.empty((len(edge), 27)), *(np.empty((len(edge), 27, 27)) for _ in range(2))
-        see_rim(
-            places[edge], box, rim.splines.blend, inside.force[edge], inside.stiffness[edge], *seen
-        )
-        outer = rim.at(rim.outer, places[edge] // rim.splines.factor)
+
+        def see(share: slice) -> None:
+            parts = inside.force[edge[share]], inside.stiffness[edge[share]]
+            see_rim(at[share], box, rim.splines.blend, *parts, *(part[share] for part in seen))
+
+        in_threads(see, len(edge))
+        outer = rim.at(rim.outer, at // rim.splines.factor)
         across, among = np.zeros((3 * box.size, size)), around.stiffness.copy()
         add_border(inside.unknowns[edge], outer, seen[1], seen[2], across, among)
         at_rim = around.force + around.stiffness @ state.at_rim

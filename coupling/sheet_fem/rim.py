@@ -55,7 +55,9 @@ class Rim:
     @cached_property
     def edge(self) -> tuple[np.ndarray, np.ndarray]:
         """Places of the control points outside of the box that its elements see, (p,) each."""
-        x, y = np.nonzero(self.box.grown(2, self.outside.shape).inside(self.outside.shape) & self.outside)
+        x, y = np.nonzero(
+            self.box.grown(2, self.outside.shape).inside(self.outside.shape) & self.outside
+        )
         return x, y
 
     @cached_property
@@ -127,12 +129,30 @@ def see_rim(
     M, turned = np.empty((9, 9)), np.empty((27, 27))
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
+        at_rim[e] = 0.0
+        across[e] = 0.0
+        among[e] = 0.0
         for A in range(9):
             x, y = i + A // 3, j + A % 3
             inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
             for C in range(9):
                 M[A, C] = 0.0 if inside else blend[i % factor, j % factor, A, C]
-        np.dot(M.T, force[e].reshape(9, 3), at_rim[e].reshape(9, 3))
-        np.dot(M.T, stiffness[e].reshape(9, 81), across[e].reshape(9, 81))
+        # Most weights are zero: a box's edge takes one or two rows of an element's points.
+        for A in range(9):
+            for C in range(9):
+                weight = M[A, C]
+                if weight == 0.0:
+                    continue
+                for k in range(3):
+                    at_rim[e, 3 * C + k] += weight * force[e, 3 * A + k]
+                    for r in range(27):
+                        across[e, 3 * C + k, r] += weight * stiffness[e, 3 * A + k, r]
         turned[:, :] = across[e].T
-        np.dot(M.T, turned.reshape(9, 81), among[e].reshape(9, 81))
+        for A in range(9):
+            for C in range(9):
+                weight = M[A, C]
+                if weight == 0.0:
+                    continue
+                for k in range(3):
+                    for r in range(27):
+                        among[e, 3 * C + k, r] += weight * turned[3 * A + k, r]

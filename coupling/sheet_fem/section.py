@@ -189,18 +189,34 @@ def _geometric(
 def _pull_back(
     G: np.ndarray, stress: np.ndarray, modulus: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
-    """Fill `first`, (6,), with G^T stress, and add G^T modulus G to `second`, (6, 6)."""
-    row = np.empty(6)
-    first[:] = 0.0
-    for k in range(6):
-        row[:] = 0.0
-        for m in range(6):
-            for j in range(6):
-                row[j] += modulus[k, m] * G[m, j]
-        for i in range(6):
-            first[i] += G[k, i] * stress[k]
-            for j in range(6):
-                second[i, j] += G[k, i] * row[j]
+    """Fill `first`, (6,), with G^T stress, and add G^T modulus G to `second`, (6, 6).
+
+    G is [[e, 0], [X, k]] with e and k diagonal.
+    """
+    half = np.empty((3, 3))  # of G^T modulus: what a does on m
+    for i in range(3):
+        first[i] = G[i, i] * stress[i]
+        first[3 + i] = G[3 + i, 3 + i] * stress[3 + i]
+        for k in range(3):
+            first[i] += G[3 + k, i] * stress[3 + k]
+        for j in range(3):
+            total = G[i, i] * modulus[i, 3 + j]
+            for k in range(3):
+                total += G[3 + k, i] * modulus[3 + k, 3 + j]
+            half[i, j] = total
+    for i in range(3):
+        for j in range(3):
+            both = half[i, j] * G[3 + j, 3 + j]
+            second[i, 3 + j] += both
+            second[3 + j, i] += both
+            second[3 + i, 3 + j] += G[3 + i, 3 + i] * modulus[3 + i, 3 + j] * G[3 + j, 3 + j]
+            total = G[i, i] * modulus[i, j]
+            for k in range(3):
+                total += G[3 + k, i] * modulus[3 + k, j]
+            total *= G[j, j]
+            for k in range(3):
+                total += half[i, k] * G[3 + k, j]
+            second[i, j] += total
 
 
 @compiled

@@ -10,6 +10,9 @@ from coupling.sheet_fem.material import Material, yield_stress
 # Stress beyond the yield stress, relative to it, from which one more iteration of Newton's method ends
 # the return mapping: it leaves the square of that.
 _CONVERGED = 1e-7
+# What is on the yield surface after an increment, to this share of the stress, is elastic in the next one
+# until it goes on: rounding does not choose between two tangents.
+_ON_SURFACE = 1e-9
 _MAX_ITERATIONS = 50
 
 
@@ -41,9 +44,13 @@ def von_mises(
     multiplier = 0.0
     after = before
     c_sum, c_difference = bulk / 3.0, 2.0 * G
-    if q > limit:
-        # The stress beyond the yield stress, which falls, times 1 + c_difference multiplier is nearly a
-        # straight line: what is taken off the deviator is, of a trial stress however large.
+    if q > (1.0 + _ON_SURFACE) * limit:
+        # The deviator falls with 1 + c multiplier, c a mean of both: so the stress beyond the yield
+        # stress, times that, is nearly a straight line.  It begins where the trial strain beyond the yield
+        # strain is all plastic.
+        c = (c_sum * a_sum + c_difference * a_difference) / xi
+        limit, slope = yield_stress(material, before + (q - limit) / (1.5 * c))
+        multiplier = max(q / limit - 1.0, 0.0) / c
         low, high = 0.0, np.inf
         for _ in range(_MAX_ITERATIONS):
             d_sum = 1.0 + c_sum * multiplier
@@ -51,7 +58,12 @@ def von_mises(
             part_sum = a_sum / (d_sum * d_sum)
             part_difference = a_difference / (d_difference * d_difference)
             q = np.sqrt(1.5 * (part_sum + part_difference))
-            q_slope = -1.5 / q * (c_sum * part_sum / d_sum + c_difference * part_difference / d_difference)
+            q_slope = (
+                -1.5
+                / q
+                * (c_sum * part_sum / d_sum + c_difference * part_difference / d_difference)
+            )
+            fall = 1.0 + c * multiplier
             after = before + 2.0 / 3.0 * multiplier * q
             limit, slope = yield_stress(material, after)
             beyond = q - limit
@@ -60,11 +72,11 @@ def von_mises(
                 low = multiplier
             else:
                 high = multiplier
-            multiplier -= beyond * d_difference / (c_difference * beyond + d_difference * beyond_slope)
+            multiplier -= beyond * fall / (c * beyond + fall * beyond_slope)
             if abs(beyond) <= _CONVERGED * limit:
                 break
             if not low < multiplier < high:
-                multiplier = 0.5 * (low + high) if np.isfinite(high) else 2.0 * low + 1.0 / c_difference
+                multiplier = 0.5 * (low + high) if np.isfinite(high) else 2.0 * low + 1.0 / c
         d_sum = 1.0 + c_sum * multiplier
         d_difference = 1.0 + c_difference * multiplier
         sum_ /= d_sum

@@ -77,7 +77,9 @@ def test_states_of_a_step_at_once_are_those_one_by_one(example):
 
 def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
     """Products of matrices are summed in another order for several states than for one, by processor."""
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max(initial=0))
+    np.testing.assert_allclose(
+        found, expected, rtol=0, atol=1e-13 * np.abs(expected).max(initial=0)
+    )
 
 
 @given(SEEDS, st.floats(1e3, 1e8), st.floats(1e-6, 1e-2), CURVES)

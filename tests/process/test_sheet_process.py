@@ -99,19 +99,19 @@ def test_the_stated_force_is_within_5_percent_of_the_limit_of_small_elements():
 
 
 def test_a_path_off_by_half_a_micron_has_nearly_the_same_forces():
-    """Or no command could be computed: forces answer with the stiffness of the contact, no jumps."""
+    """Or no command could be computed: forces answer in proportion, they do not jump."""
     at, points = rings(1.5e-3, 3e-3)
     process = table(sheet_size_m=[0.056, 0.056], element_m=None, position_m=None).process(
         Task(UPRIGHT, UPRIGHT.tool_path(at, points))
     )
     off = 5e-7 * np.sin(np.outer(at, [0.7, 1.1, 1.7]))
-    first, second = (
-        process.evaluate(UPRIGHT.tool_path(at, moved)) for moved in (points, points + off)
+    there, near, far = (
+        process.evaluate(UPRIGHT.tool_path(at, points + moved)).wrench.force[0]
+        for moved in (0.0 * off, off, 2.0 * off)
     )
-    # K of the process itself, and half as much again for what positions before do to it.
-    felt = np.linalg.norm(np.einsum("nij,nj->ni", first.stiffness, off), axis=1)
-    jumps = np.linalg.norm(second.wrench.force[0] - first.wrench.force[0], axis=1)
-    assert np.max(jumps) < 1.5 * np.max(felt)
+    apart = np.linalg.norm(far - there, axis=1).max()
+    assert apart < 3.0  # [N]; the sheet holds the tool with less than 2 N/um
+    assert np.linalg.norm(far - 2.0 * near + there, axis=1).max() < 0.1 * apart
 
 
 def test_a_moved_and_turned_part_turns_the_wrench(pressed):

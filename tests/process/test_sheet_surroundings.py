@@ -159,13 +159,16 @@ def test_cells_that_did_not_bend_are_not_computed_again_and_would_be_the_same():
     box = sheet.near(None, pressed.center[None])
     state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
     assemble = sheet.assemble
+    known = assemble.linear(assemble.rim(box), state, replace(state, around=None), 0.0)
+    state = replace(state, around=known, at_rim=np.zeros(known.rim.size))
     rim = assemble.rim(sheet.window(np.array([8e-3, 0.0])))
     kept = assemble.linear(rim, state, state, 2e-5)
     anew = assemble.linear(rim, state, replace(state, around=None), 2e-5)
-    same = np.all(kept.cells.stiffness == state.around.cells.stiffness, axis=(1, 2))
+    same = np.all(kept.cells.stiffness == known.cells.stiffness, axis=(1, 2))
     assert 0.1 < same.mean() < 0.9
+    # Of cells in equilibrium little follows the rim's unknowns.
     scale = np.abs(anew.stiffness).max()
-    np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=2e-2 * scale)
+    np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=1e-4 * scale)
 
 
 def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
