@@ -55,7 +55,7 @@ def coarsen(
     summed: np.ndarray,
     tangent: np.ndarray,
 ) -> None:
-    """Add forces and (symmetric) stiffness of fine elements to those of the coarse ones in which they lie."""
+    """Add forces and stiffness of fine elements to those of the coarse ones in which they lie."""
     factor = blend.shape[0]
     own = np.empty((9, 3))
     half, whole, turned = np.empty((9, 81)), np.empty((9, 81)), np.empty((27, 27))

@@ -10,8 +10,8 @@ from coupling.sheet_fem.material import Material, yield_stress
 # Stress beyond the yield stress, relative to it, from which one more iteration of Newton's method ends
 # the return mapping: it leaves the square of that.
 _CONVERGED = 1e-7
-# What is on the yield surface after an increment, to this share of the stress, is elastic in the next one
-# until it goes on: rounding does not choose between two tangents.
+# What is on the yield surface after an increment, to this share of the stress, begins the next one
+# elastic: rounding does not choose between two tangents.
 _ON_SURFACE = 1e-9
 _MAX_ITERATIONS = 50
 
@@ -46,8 +46,8 @@ def von_mises(
     c_sum, c_difference = bulk / 3.0, 2.0 * G
     if q > (1.0 + _ON_SURFACE) * limit:
         # The deviator falls with 1 + c multiplier, c a mean of both: so the stress beyond the yield
-        # stress, times that, is nearly a straight line.  It begins where the trial strain beyond the yield
-        # strain is all plastic.
+        # stress, times that, is nearly a straight line.  It begins where what the trial strain has
+        # beyond the yield strain is all plastic.
         c = (c_sum * a_sum + c_difference * a_difference) / xi
         limit, slope = yield_stress(material, before + (q - limit) / (1.5 * c))
         multiplier = max(q / limit - 1.0, 0.0) / c
