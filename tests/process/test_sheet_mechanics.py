@@ -91,6 +91,26 @@ def test_pure_shear_yields_at_the_von_mises_stress():
     np.testing.assert_allclose(stress, [0.0, 0.0, 100e6 / np.sqrt(3.0)], rtol=1e-12, atol=1e-3)
 
 
+@pytest.mark.parametrize("exponent", [0.0, 0.1, 0.229, 0.6, 1.0])
+@pytest.mark.parametrize("prestrain", [1e-6, 5e-4, 0.05])
+def test_flow_ends_on_the_yield_surface_however_far_it_was_beyond(exponent, prestrain):
+    rng = np.random.default_rng(7)
+    metal = Material(70e9, 0.33, 180e6, prestrain, exponent)
+    flowed = 0
+    for size in np.geomspace(1e-5, 1.0, 120):
+        before = np.array([*(0.01 * rng.normal(size=2)), 0.0, 0.3 * rng.random()])
+        after, stress, tangent = np.empty(4), np.empty(3), np.empty((3, 3))
+        plane_stress(metal, before[:3] + size * rng.normal(size=3), before, stress, tangent, after)
+        s1, s2, s12 = stress
+        mises = np.sqrt(s1**2 - s1 * s2 + s2**2 + 3.0 * s12**2)
+        limit, _ = yield_stress(metal, after[3])
+        assert mises <= limit * (1.0 + 1e-9)
+        if after[3] > before[3]:
+            assert mises == pytest.approx(limit, rel=1e-12)
+            flowed += 1
+    assert flowed > 60
+
+
 def test_hollomon_meets_hooke_at_its_prestrain():
     prestrain = hollomon_prestrain(70e9, 180e6, 0.2)
     assert 180e6 * prestrain**0.2 == pytest.approx(70e9 * prestrain, rel=1e-12)

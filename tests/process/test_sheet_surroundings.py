@@ -192,3 +192,24 @@ def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
     again = assemble.inside(box, state, (pressed,), after)
     for now, then in ((again.residual, residual), (again.tangent.lower, tangent)):
         np.testing.assert_allclose(now, then, rtol=0.0, atol=1e-12 * np.abs(then).max())
+
+
+def test_the_edge_moves_as_the_rest_of_the_surroundings_does():
+    """What the elements of a box see of the points outside of it is carried alone in the same way."""
+    sheet = model(0.012, 40, 0.1)
+    pressed = sheet.sphere(np.array([0.0, 4e-3, REACH - 5e-4]), RADIUS)
+    box = sheet.near(None, pressed.center[None])
+    state = sheet.flat()
+    rim = sheet.assemble.rim(box)
+    around = sheet.assemble.linear(rim, state, state, 0.0)
+    at_rim = 1e-4 * np.random.default_rng(4).normal(size=rim.size)
+    points, edge = state.points.copy(), state.points.copy()
+    around.carry(at_rim, points)
+    around.carry_edge(at_rim, edge)
+    seen = box.grown(2, state.points.shape)
+    np.testing.assert_allclose(
+        edge[seen.first_x : seen.last_x, seen.first_y : seen.last_y],
+        points[seen.first_x : seen.last_x, seen.first_y : seen.last_y],
+        atol=1e-16,
+    )
+    assert np.abs(edge - state.points).max() > 1e-6
