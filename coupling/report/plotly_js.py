@@ -1,4 +1,4 @@
-"""plotly.js with what a page draws, and no more: a browser reads and runs a third of it before the first plot.
+"""plotly.js with what a page draws, and little more: the browser has to read all that there is.
 
 plotly.js is one file of modules, each in a function that runs when another one asks for it,
 

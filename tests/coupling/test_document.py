@@ -15,7 +15,7 @@ from coupling.report import plotly_js as module
 from coupling.report.document import document
 from coupling.report.plotly_js import plotly_js
 
-IN_SPACE = dict(x=[0.0, 1.0, 0.0], y=[0.0, 0.0, 1.0], z=[0.0, 0.0, 1.0])
+IN_SPACE = {"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "z": [0.0, 0.0, 1.0]}
 # One figure of each kind of trace in our pages, and the marks that it leaves.
 DRAWN = {
     "scatter": (go.Scatter(x=[0.0, 1.0], y=[0.0, 1.0]), ".js-line"),
