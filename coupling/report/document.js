@@ -75,11 +75,18 @@
     draw(name, dark.matches);
   }
 
+  // What can be read is shown before plotly.js keeps the page busy; a hidden page has no frames.
+  const shown = new Promise((next) => {
+    setTimeout(next, 200);
+    requestAnimationFrame(() => setTimeout(next));
+  });
+
   try {
+    const parts = [unpacked("plotly"), unpacked("figures"), shown];
     const script = document.createElement("script");
-    script.textContent = await unpacked("plotly");
+    [script.textContent, figures] = await Promise.all(parts);
     document.head.append(script);
-    figures = JSON.parse(await unpacked("figures"));
+    figures = JSON.parse(figures);
   } catch (error) {
     document.getElementById("trouble").hidden = false;
     throw error;

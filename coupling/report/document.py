@@ -6,16 +6,16 @@ import base64
 import gzip
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 
 from coupling.report.colours import ON_DARK
+from coupling.report.plotly_js import plotly_js
 
 # Significant digits of what is drawn: a millisecond in an hour.
 _DIGITS = 7
@@ -60,7 +60,7 @@ def document(title: str, head: str, sections: Sequence[Section], end: str = "") 
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<link rel="icon" href="data:,"><style>{_STYLE.read_text(encoding="utf-8")}</style></head>'
         f"<body><main><h1>{title}</h1>{_TROUBLE}{head}{body}{end}</main>"
-        f'<script type="application/octet-stream" id="plotly">{_plotly()}</script>'
+        f'<script type="application/octet-stream" id="plotly">{_plotly(_kinds(drawn))}</script>'
         f'<script type="application/octet-stream" id="figures">{_packed(packed)}</script>'
         f'<script type="application/json" id="colours">{json.dumps(ON_DARK)}</script>'
         f"<script>{_SCRIPT.read_text(encoding='utf-8')}</script></body></html>"
@@ -73,9 +73,13 @@ _TROUBLE = (
 )
 
 
+def _kinds(figures: Mapping[str, go.Figure]) -> frozenset[str]:
+    return frozenset(trace.type for figure in figures.values() for trace in figure.data)
+
+
 @cache
-def _plotly() -> str:
-    return _packed(get_plotlyjs())
+def _plotly(kinds: frozenset[str]) -> str:
+    return _packed(plotly_js(kinds))
 
 
 def _packed(text: str) -> str:

@@ -1,0 +1,94 @@
+"""plotly.js with what a page draws, and little more: the browser has to read all that there is.
+
+plotly.js is one file of modules, each in a function that runs when another one asks for it,
+
+    var name = wrap((exports, module) => {...});     name()
+
+and the last one registers all kinds of traces that it can draw.  With those alone that a page has,
+most modules are asked for by none, and are left out.  The licence at the head stays.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from itertools import pairwise
+
+from plotly.offline import get_plotlyjs
+
+_NAME = r"[\w$]+"
+_REGISTERED = re.compile(rf"\.register\(\[({_NAME}\(\)(?:,{_NAME}\(\))*)\]\)")
+_LAST = re.compile(rf"return ({_NAME})\(\);?\}}\)\(\);")
+_ASKED_FOR = re.compile(rf"({_NAME})\(\)")
+_PASSED_ON = re.compile(rf"exports=({_NAME})\(\)\}}\);$")
+_TRACE = re.compile(r'moduleType:"trace",name:"(\w+)"')
+_COMPONENT = 'moduleType:"component"'
+# What the core draws without being asked.
+_CORE = frozenset({"scatter"})
+
+
+@cache
+def plotly_js(kinds: frozenset[str]) -> str:
+    """Return plotly.js for figures of some kinds of traces.
+
+    It is the whole one where the installed one is built in another way.
+
+    Example:
+        >>> len(plotly_js(frozenset({"scatter"}))) < len(get_plotlyjs())
+        True
+    """
+    whole = get_plotlyjs()
+    return _without_the_rest(whole, kinds - _CORE) or whole
+
+
+def _without_the_rest(whole: str, kinds: frozenset[str]) -> str | None:
+    """Return what is left of it, or None if it is not built as is told above."""
+    registered = [*_REGISTERED.finditer(whole)]
+    last = _LAST.search(whole, registered[-1].end()) if registered else None
+    if last is None:
+        return None
+    wrap = re.search(rf"var {re.escape(last[1])}=({_NAME})\(", whole)
+    if wrap is None:
+        return None
+    found = [*re.finditer(rf"var ({_NAME})={re.escape(wrap[1])}\(", whole)]
+    bounds = [*(one.start() for one in found), last.start()]
+    modules = {
+        one[1]: whole[start:end] for one, (start, end) in zip(found, pairwise(bounds), strict=True)
+    }
+    if not all(text.endswith("});") for text in modules.values()):
+        return None
+    every = registered[-1][1]
+    traces = {name: _kind(name, modules) for name in _ASKED_FOR.findall(every)}
+    if not kinds <= set(traces.values()):
+        return None
+    wanted = [name for name, kind in traces.items() if kind in kinds or kind == _COMPONENT]
+    modules[last[1]] = modules[last[1]].replace(every, ",".join(f"{name}()" for name in wanted))
+    head = whole[: bounds[0]]
+    kept = _asked_for(head + f"{last[1]}()", modules)
+    return head + "".join(modules[name] for name in modules if name in kept) + whole[last.start() :]
+
+
+def _kind(name: str, modules: dict[str, str]) -> str | None:
+    """Return the kind of trace that a registered module, or the one it passes on, draws."""
+    while name in modules:
+        text = modules[name]
+        if trace := _TRACE.search(text):
+            return trace[1]
+        if _COMPONENT in text:
+            return _COMPONENT
+        further = _PASSED_ON.search(text)
+        if further is None:
+            return None
+        name = further[1]
+    return None
+
+
+def _asked_for(text: str, modules: dict[str, str]) -> set[str]:
+    """Return the modules that a text asks for, directly or through others."""
+    kept: set[str] = set()
+    texts = [text]
+    while texts:
+        asked = {name for name in _ASKED_FOR.findall(texts.pop()) if name in modules} - kept
+        kept |= asked
+        texts += [modules[name] for name in asked]
+    return kept
