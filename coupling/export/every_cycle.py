@@ -1,0 +1,52 @@
+"""A program of rows on the controller's cycle, solved for where samples of the command lose too much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from coupling.errors import PlanningError
+from coupling.events import Progress
+from coupling.export.exported import Exported
+from coupling.export.job import Job
+from coupling.inverse.inversion import Wanted
+from coupling.path.histories import JointPath
+
+# What the inverse aims at, as parts of the tolerance, one after the other.
+_AIMS = (0.5, 0.1)
+
+
+def every_cycle(job: Job) -> Exported:
+    """Return the first rows that lose no more than is allowed, or those that lose least.
+
+    At first they are samples of the command.  What a drive does between two of them to turn a gear
+    through its play is lost, and the link that floats there drifts on with the momentum that is
+    missing.  Then the rows are those of the inverse of the moving robot, for the controller's own
+    interpolation, of the path that its tool takes under the command.
+    """
+    tolerance = job.options.tolerance
+    job.watch(Progress("sampling the command, reading it back", 0, 1))
+    best = _judged(job, job.stored.joints)
+    for aim in _AIMS:
+        if best.loss <= tolerance:
+            break
+        try:
+            rows = _inverse(job, aim * tolerance)
+        except PlanningError as cause:
+            why = f"other rows than samples of the command were sought in vain: {cause}"
+            return replace(best, remark="; ".join(filter(None, (best.remark, why))))
+        best = min(best, _judged(job, rows), key=lambda one: one.loss)
+    return best
+
+
+def _judged(job: Job, command: JointPath) -> Exported:
+    sampled = job.sampled(command)
+    return job.judged(sampled, sampled.points, job.options.tolerance).exported
+
+
+def _inverse(job: Job, goal: float) -> JointPath:
+    """Return rows of angles under which the moving robot's tool takes the path of the command."""
+    member, path = job.member, job.reference
+    assert member.inverter is not None
+    wanted = Wanted(path, member.planner.plan(path), job.loads.on(path))
+    controller = replace(job.case.controller, cycle=job.cycle, interpolation="cubic")
+    return member.inverter.invert(wanted, controller, goal, job.watch).joints
