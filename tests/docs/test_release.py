@@ -32,12 +32,19 @@ def test_the_recipe_requires_what_the_project_requires(recipe):
     for line in PROJECT["dependencies"]:
         name, bound = re.fullmatch(r"([\w-]+)([^;]*)(?:;.*)?", line).groups()
         required.add(f"{CONDA.get(name, name)} {bound}")
-    assert set(recipe["requirements"]["run"]) == required
+    python = recipe["context"]["python_min"]
+    run = [line.replace("${{ python_min }}", python) for line in recipe["requirements"]["run"]]
+    assert set(run) == required
 
 
 def test_the_recipe_has_the_projects_commands(recipe):
     commands = {f"{name} = {function}" for name, function in PROJECT["scripts"].items()}
     assert set(recipe["build"]["python"]["entry_points"]) == commands
+
+
+def test_the_recipe_has_the_licences_of_all_that_is_in_the_wheel(recipe):
+    assert recipe["about"]["license_file"] == PROJECT["license-files"]
+    assert [name for name in PROJECT["license-files"] if not (ROOT / name).is_file()] == []
 
 
 def test_every_file_says_the_version_and_the_words_of_the_project(recipe):
