@@ -17,6 +17,7 @@ from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
 from coupling.files.robot_file import find_robot
+from coupling.path.controller import Controller
 from coupling.path.histories import JointPath
 from coupling.programs.languages import LANGUAGES
 from coupling.run.folder import write_run
@@ -24,8 +25,13 @@ from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.runs import compensated, example
+from elastic_robot.trajectory import Trajectory
 
 CASES = ("cone", "milling_20000", "iso9283")
+# The last of them ten times as fast.
+_FAST = "iso9283_fast"
+# Of sensor interfaces [s].
+CYCLES = (0.004, 0.012)
 # Points from which a derivative is taken.
 _NEIGHBOURS = 5
 
@@ -38,7 +44,8 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 @cache
 def _run(name: str) -> tuple[Path, Case]:
     """Return the run folder of a case."""
-    case, folder = example(name), Path(_folder().name, name)
+    changes = {"tool_path": {"feed_m_s": 1.0}} if name == _FAST else {}
+    case, folder = example(name.removesuffix("_fast"), **changes), Path(_folder().name, name)
     folder.mkdir()
     write_run(folder, case, compensated(case))
     return folder, case
@@ -78,6 +85,38 @@ def splines() -> str:
         ("case", "loss, C2 cubic [um]", "loss, quintic by five points [um]"),
         [(f"`{name}`", _um(_exported(name, "krl").loss), _um(_with_other(name))) for name in CASES],
     )
+
+
+def cycles() -> str:
+    """Return what rows of angles lose as samples of the command, and as they are written."""
+
+    def rows() -> Iterator[tuple[str, ...]]:
+        for name in (*CASES, _FAST):
+            for cycle in CYCLES:
+                csv = LANGUAGES["csv"]
+                (one,) = export_run(_run(name)[0], Options(csv, "joints", cycle=cycle))
+                yield (
+                    f"`{name}`" if name != _FAST else "`iso9283` at 1 m/s",
+                    f"{1e3 * cycle:.0f} ms",
+                    _um(_of_samples(name, cycle)),
+                    _um(one.loss),
+                )
+
+    return table(("case", "cycle", "samples lose [um]", "the file loses [um]"), rows())
+
+
+def _of_samples(name: str, cycle: float) -> float:
+    """Return the loss of the command's own angles on a cycle [m]."""
+    folder, case = _run(name)
+    stored = read_run(folder).first
+    own = stored.joints
+    motion = Trajectory(own.time, own.q[0], *(given[0] for given in (own.qd, own.qdd) if given))
+    time = Controller(cycle).rows(own.time[0], own.time[-1])
+    samples = JointPath(time, (motion.at(time.clip(max=own.time[-1]))[0],))
+    with Models(case.fmu) as models:
+        cell, _ = cell_of(case.robots, models)
+        command = cell.simulate(own, stored.wrench, "dynamic")
+        return float(cell.simulate(samples, stored.wrench, "dynamic").distance_to(command).max())
 
 
 def _with_other(name: str) -> float:
@@ -134,7 +173,7 @@ def _um(length: float) -> str:
     return f"{1e6 * length:.2f}"
 
 
-PARTS = {"programs": programs, "splines": splines}
+PARTS = {"programs": programs, "cycles": cycles, "splines": splines}
 
 if __name__ == "__main__":
     sys.exit(finish(lambda: replace_parts("export", PARTS, sys.argv[1:])))
