@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -53,7 +54,7 @@ def init(
     for line in (
         f"{file}: {case.about}",
         *(f"{folder / name}: beside it" for name in case.texts if name != file.name),
-        f"Next: elastic-robot check {file}",
+        f"Next: elastic-robot check {shlex.quote(str(file))}",
     ):
         console.print(line, markup=False, soft_wrap=True)
 

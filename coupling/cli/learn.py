@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -102,7 +103,7 @@ def learn(
     case = target.with_name(f"{target.stem}_case.toml")
     _write(case, next_case_text(load_toml(last / "case.toml", CaseError), target))
     if no_next:
-        _say(console, f"Next command: elastic-robot compensate {case}")
+        _say(console, f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
         return
     kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
     with RunView(console) as view:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
@@ -23,7 +24,8 @@ def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -
 def read_header(file: Path, error: type[Exception]) -> list[str]:
     """Return the column names of a CSV file; `error` is raised if it cannot be read."""
     try:
-        with file.open(encoding="utf-8") as stream:
+        # Spreadsheets begin a table with a mark of its encoding.
+        with file.open(encoding="utf-8-sig") as stream:
             return [name.strip() for name in stream.readline().split(",")]
     except (OSError, UnicodeDecodeError) as cause:
         text = getattr(cause, "strerror", None) or cause
@@ -44,19 +46,20 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
     found = read_header(file, error)
     missing = [name for name in columns if name not in found]
     if missing:
+        hint = ": separate columns by commas" if len(found) == 1 and ";" in found[0] else ""
         raise error(
             f"{file}: columns {', '.join(missing)} are missing: expected {', '.join(columns)}, got"
-            f" {', '.join(found)}"
+            f" {', '.join(found) or 'an empty file'}{hint}"
         )
     try:
-        rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a table without rows is refused below
+            rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
     except ValueError as cause:
         raise error(f"{file}: is not a table of numbers: {cause}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):
-        raise error(
-            f"{file}: expected rows of {len(found)} numbers, one for each name, got"
-            f" {rows.shape[0]} rows of {rows.shape[1]}"
-        )
+        got = f"{rows.shape[0]} rows of {rows.shape[1]}" if len(rows) else "none"
+        raise error(f"{file}: expected rows of {len(found)} numbers, one for each name, got {got}")
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, column = bad[0]

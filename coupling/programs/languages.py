@@ -148,7 +148,7 @@ def _beside(path: Path, text: str) -> list[ProgramFile]:
 
 def _file(path: Path) -> ProgramFile:
     try:
-        return ProgramFile(path.name, path.read_text(encoding="utf-8"))
+        return ProgramFile(path.name, path.read_text(encoding="utf-8-sig"))
     except OSError as cause:
         raise ProgramError(f"{path}: cannot be read: {cause.strerror or cause}") from cause
     except UnicodeDecodeError:

@@ -19,7 +19,7 @@ _UNITS = {20.0: 0.0254, 21.0: 0.001}  # [m]
 _MOTIONS = (0.0, 1.0, 2.0, 3.0)
 # Words that change nothing of a path of the tool's tip.
 _IDLE_G = (40.0, 43.0, 49.0, 54.0, 61.0, 61.1, 64.0, 80.0, 94.0)
-_IDLE = "TSHD"
+_IDLE = "TSHDO"
 _ENDS = (2.0, 30.0)
 # No robot goes farther [m], faster [m/s], or waits longer [s].
 _FARTHEST, _FASTEST, _LONGEST = 100.0, 10.0, 3600.0
@@ -82,7 +82,9 @@ def read_program(file: Path) -> Program:
         if any(m in _ENDS for m in block.m):
             break
     if not any(isinstance(step, Move) for step in steps):
-        raise CaseError(f"{file}: expected moves from one point to another, got none")
+        unknown = machine.unknown
+        never = f": {', '.join(unknown)} never told" if 0 < len(unknown) < len(_AXES) else ""
+        raise CaseError(f"{file}: expected moves from one point to another, got none{never}")
     return Program(tuple(steps), dict(machine.ignored))
 
 
@@ -98,6 +100,11 @@ class _Machine:
     feed: float | None = None
     place: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
     ignored: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def unknown(self) -> list[str]:
+        """Letters of the coordinates that are not yet told."""
+        return [letter for letter, value in zip(_AXES, self.place, strict=True) if np.isnan(value)]
 
     def steps(self, block: Block) -> Iterator[Move | Dwell]:
         values = dict(block.values)
@@ -148,7 +155,7 @@ class _Machine:
     def _moved(self, values: dict[str, float]) -> Iterator[Move]:
         if self.motion is None:
             raise ValueError("expected G0, G1, G2 or G3 before the first coordinates, got none")
-        start, end = self.place, self.place.copy()
+        start, end, unknown = self.place, self.place.copy(), self.unknown
         for axis, letter in enumerate(_AXES):
             if letter in values:
                 way = self._lengths(values[letter])
@@ -158,9 +165,14 @@ class _Machine:
                 _bounded(letter, abs(end[axis]), 0.0, _FARTHEST, "m")
         self.place = end
         if self.motion in (2.0, 3.0):
+            if unknown:
+                raise ValueError(f"expected a place to begin an arc at, got none for {unknown[0]}")
             arc = self._arc(values, start, end)
             yield Move(arc.segment(), self._speed(), *arc.directions(), arc.curvatures())
-        elif not np.isnan(start).any() and not np.array_equal(start, end):
+        elif unknown:
+            if self.motion == 1.0:
+                self.ignored[f"G1 from an unknown {', '.join(unknown)}"] += 1
+        elif not np.array_equal(start, end):
             along = (end - start) / np.linalg.norm(end - start)
             yield Move(straight(start, end), self._speed(), along, along)
 
@@ -170,8 +182,6 @@ class _Machine:
         return None if self.motion == 0.0 else self.feed
 
     def _arc(self, values: dict[str, float], start: np.ndarray, end: np.ndarray) -> Arc:
-        if np.isnan(start).any():
-            raise ValueError("expected a place to begin an arc at, got one that is not known")
         plane, clockwise = PLANES[self.plane], self.motion == 2.0
         axes = (plane.first, plane.second)
         given = [letter for letter in _OFFSETS if letter in values]

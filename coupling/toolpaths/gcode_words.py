@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -60,7 +61,8 @@ def read_blocks(file: Path) -> Iterator[Block]:
     if len(content) > _LARGEST:
         raise CaseError(f"{file}: expected at most {_LARGEST} bytes, got more")
     # Comments are in any encoding; words are ASCII, and anything else in them is refused.
-    for number, line in enumerate(re.split(r"\r\n|\n|\r", content.decode("latin-1")), start=1):
+    text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
         try:
             block = _block(number, line)
         except ValueError as cause:

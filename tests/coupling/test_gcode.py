@@ -219,7 +219,9 @@ def test_a_dwell_waits_and_a_rapid_has_its_own_speed(tmp_path):
         (["G21 G4"], "P: expected 0 to 3600 s, got none"),
         (["G21", "M98 P1000"], "line 2: expected one program"),
         (["G21", "G81 X1"], "expected G0 to G4.* got G81"),
-        (["G21 G0 X0 Y0 Z0"], "expected moves from one point to another, got none"),
+        (["G21 G0 X0 Y0 Z0"], "expected moves from one point to another, got none$"),
+        (["G21 G0 X0 Y0", "G1 X10 F600"], "one point to another, got none: Z never told"),
+        (["G21 G0 X0 Y0", "G2 X10 R9 F9"], "line 2: expected a place to begin .* none for Z"),
         ([""], "expected moves"),
         (["(open comment G0 X1"], "expected words"),
     ],
@@ -227,6 +229,21 @@ def test_a_dwell_waits_and_a_rapid_has_its_own_speed(tmp_path):
 def test_what_is_not_read_is_told_with_its_line(tmp_path, lines, said):
     with pytest.raises(CaseError, match=said):
         moves(tmp_path, *lines)
+
+
+def test_what_is_cut_before_the_place_is_known_is_told(tmp_path):
+    file = tmp_path / "program.ngc"
+    file.write_text("G21 G0 X0 Y0\nG1 X10 F600\nG1 Z-1\nG1 Y5\n")
+    program = read_program(file)
+    assert len(program.steps) == 1
+    assert program.ignored == {"G1 from an unknown Z": 2}
+
+
+def test_a_program_with_a_mark_of_its_encoding_and_a_number_is_read(tmp_path):
+    lines = ["%", "O1000 (PART)", "G21 G90", "G0 X0 Y0 Z0", "G1 X10 F600", "M30"]
+    plain, marked = moves(tmp_path, *lines), moves(tmp_path, "\ufeff" + lines[0], *lines[1:])
+    ends = [move.segment.point(np.array([0.0, move.segment.length])) for move in plain + marked]
+    np.testing.assert_allclose(ends, 2 * [[[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]], atol=1e-15)
 
 
 def test_a_feed_that_would_fill_the_memory_is_told(tmp_path):

@@ -111,6 +111,9 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
     ("text", "words"),
     [
         ("time,x,y,z\n0,0,0,0\n", ["qx, qy, qz, qw are missing", "expected time, x"]),
+        ("", ["qz, qw are missing", "got an empty file"]),
+        ("time;x;y;z;qx;qy;qz;qw\n0;0;0;0;0;0;0;1\n", ["got time;x;", "columns by commas"]),
+        ("time,x,y,z,qx,qy,qz,qw\n", ["expected rows of 8 numbers, one for each name, got none"]),
         (
             "time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n",
             ["got 0 s after 1 s in row 2"],
@@ -142,6 +145,14 @@ def test_tables_survive_the_round_trip_exactly(tmp_path_factory, seed, rows):
     file = tmp_path_factory.mktemp("table") / "t.csv"
     write_table(file, ("a", "b"), data)
     assert np.array_equal(read_table(file, ("a", "b"), CaseError), data)
+
+
+def test_a_table_of_a_spreadsheet_is_read(tmp_path):
+    """With the mark of its encoding and the ends of lines that Excel writes."""
+    file = tmp_path / "t.csv"
+    file.write_bytes("\ufefftime,x\r\n0,1.5\r\n1,2.5\r\n".encode())
+    found = read_table(file, ("time", "x"), CaseError)
+    assert found.tolist() == [[0.0, 1.5], [1.0, 2.5]]
 
 
 def test_inverse_kinematics_returns_to_the_path(example):
