@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import uuid
 from collections.abc import Iterable
@@ -16,11 +17,11 @@ class WholeFile:
     """A file under a temporary name beside its own, which it gets when it is complete and on the disk.
 
     Args:
-        file: The file; one that is there is replaced.
+        file: The file; one that is there is replaced, behind a link the one that the link leads to.
         room: Room to take at once [bytes], so that a full disk is found before the work that fills it.
 
     Raises:
-        OSError: If it cannot be made, or there is less room.
+        OSError: If it cannot be made, there is less room, or a folder or a device has the name.
 
     Example:
         >>> import tempfile
@@ -31,7 +32,11 @@ class WholeFile:
     """
 
     def __init__(self, file: Path, room: int = 0) -> None:
-        self._file = file
+        self._file = file = Path(os.path.realpath(file))
+        # Who may do all would get a file in the place of /dev/null.
+        if file.exists() and not file.is_file():
+            kind = "folder" if file.is_dir() else "device or pipe"
+            raise OSError(errno.EEXIST, f"expected a file or a new name, got a {kind}")
         self._draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}{PARTIAL}")
         self._stream = self._draft.open("xb")
         try:
