@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+import sys
 
 # Small matrices: more BLAS threads only wait for each other.  Set before NumPy is loaded.
 for _library in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_library, "1")
 
-from coupling.cli.main import app, main
+try:
+    from coupling.cli.main import app, main
+except KeyboardInterrupt:  # the libraries take a second or two
+    print("stopped; nothing was written", file=sys.stderr)
+    raise SystemExit(130) from None
 
 __all__ = ["app", "main"]

@@ -58,7 +58,8 @@ def export(
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
     options = Options(language, chosen, name, 1e-6 * tolerance, cycle)
     folder = output or run / to
-    require_writable(folder, overwrite)
+    if run.is_dir():  # else reading it says what it is
+        require_writable(folder, overwrite)
     console = Console()
     with RunView(console) as view:
         found = export_run(run, options, view.watch)

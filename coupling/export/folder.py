@@ -33,6 +33,9 @@ def require_writable(folder: Path, overwrite: bool) -> None:
     # Programs that a killed export had put aside are still those of the folder.
     place = folder if folder.exists() else _aside(folder.resolve())
     if not place.exists():
+        above = next(one for one in folder.resolve().parents if one.exists())
+        if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
+            raise ProgramError(f"{folder}: cannot be made: {above} is no folder to write into")
         return
     if not place.is_dir():
         raise ProgramError(f"{folder}: expected the name of a folder, got a file")

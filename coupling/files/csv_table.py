@@ -56,7 +56,8 @@ def read_table(file: Path, columns: Sequence[str], error: type[Exception]) -> np
             warnings.simplefilter("ignore")  # a table without rows is refused below
             rows = np.loadtxt(file, delimiter=",", ndmin=2, skiprows=1, encoding="utf-8")
     except ValueError as cause:
-        raise error(f"{file}: is not a table of numbers: {cause}") from cause
+        reason, _, _ = str(cause).partition(";")  # behind it stands what a programmer may do
+        raise error(f"{file}: is not a table of numbers: {reason}") from cause
     if rows.shape[0] == 0 or rows.shape[1] != len(found):
         got = f"{rows.shape[0]} rows of {rows.shape[1]}" if len(rows) else "none"
         raise error(f"{file}: expected rows of {len(found)} numbers, one for each name, got {got}")

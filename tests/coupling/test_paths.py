@@ -113,6 +113,10 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
         ("time,x,y,z\n0,0,0,0\n", ["qx, qy, qz, qw are missing", "expected time, x"]),
         ("", ["qz, qw are missing", "got an empty file"]),
         ("time;x;y;z;qx;qy;qz;qw\n0;0;0;0;0;0;0;1\n", ["got time;x;", "columns by commas"]),
+        (
+            "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,0,0\n",
+            ["the number of columns changed from 8 to 3 at row 2"],
+        ),
         ("time,x,y,z,qx,qy,qz,qw\n", ["expected rows of 8 numbers, one for each name, got none"]),
         (
             "time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n",

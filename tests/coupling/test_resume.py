@@ -6,6 +6,8 @@ import json
 import os
 import random
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -264,3 +266,19 @@ def test_files_of_the_user_are_left_alone(task, tmp_path):
         (tmp_path / "output.txt").read_text().replace("\n", " ")
     )
     assert (tmp_path / "run.unfinished" / "thesis.csv").read_text() == "mine"
+
+
+def test_an_interrupt_while_the_command_is_loaded_says_so_too():
+    """Ctrl-C comes while NumPy is imported, simulated by an import that raises what it does."""
+    program = """
+import builtins, runpy
+known = builtins.__import__
+def imported(name, *rest, **named):
+    if name == "numpy":
+        raise KeyboardInterrupt
+    return known(name, *rest, **named)
+builtins.__import__ = imported
+runpy.run_module("coupling.cli", run_name="__main__")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "stopped; nothing was written\n")

@@ -294,6 +294,8 @@ def test_programs_are_replaced_only_when_asked_and_nothing_else_ever(run, comman
     file.write_text("x")
     done = command("export", run, "--to", "krl", "-o", file)
     assert "expected the name of a folder, got a file" in done.stderr
+    done = command("export", run, "--to", "krl", "-o", file / "deeper" / "p")
+    assert "file is no folder to write into" in done.stderr
     assert not [name for name in os.listdir(tmp_path) if name.startswith(".")]
 
 
@@ -349,6 +351,11 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
     done = command("export", tmp_path, "--to", "krl")
     assert done.returncode == 2
     assert "name a run folder" in done.stderr
+    file = tmp_path / "case.toml"
+    file.touch()
+    done = command("export", file, "--to", "krl")
+    assert done.returncode == 2
+    assert "case.toml/result.json: cannot be read: Not a directory" in done.stderr
 
 
 def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):
