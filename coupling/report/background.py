@@ -89,9 +89,12 @@ def parsed(case: str) -> dict[str, Any]:
     """Return the content of a case.toml.
 
     Raises:
-        ValueError: If it is no TOML, with what it is.
+        ValueError: If it is none, with what it is.
     """
     try:
-        return tomllib.loads(case)
+        content = tomllib.loads(case)
     except tomllib.TOMLDecodeError as cause:
         raise ValueError(f"case.toml: {cause}") from cause
+    if "process" not in content or "part" not in content:
+        raise ValueError("case.toml: expected the case of a run, got none")
+    return content

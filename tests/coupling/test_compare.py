@@ -76,6 +76,7 @@ def test_lines_and_page_tell_both(runs):
     ("spoil", "told"),
     [
         (lambda second: (second / "result.json").unlink(), "cannot be read"),
+        (lambda second: (second / "case.toml").unlink(), "expected the case of a run, got none"),
         (
             lambda second: (second / "case.toml").write_text("[part"),
             "expected the figures of a run",
