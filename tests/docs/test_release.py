@@ -42,11 +42,6 @@ def test_the_recipe_has_the_projects_commands(recipe):
     assert set(recipe["build"]["python"]["entry_points"]) == commands
 
 
-def test_the_recipe_has_the_licences_of_all_that_is_in_the_wheel(recipe):
-    assert recipe["about"]["license_file"] == PROJECT["license-files"]
-    assert [name for name in PROJECT["license-files"] if not (ROOT / name).is_file()] == []
-
-
 def test_every_file_says_the_version_and_the_words_of_the_project(recipe):
     meta = json.loads((ROOT / "codemeta.json").read_text())
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
