@@ -1,40 +1,33 @@
 """The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
 
-Gauss and Newton's method on the slow part of the residual of the forward simulation, with weights by
-Cauchy's law and a prior; first with the derivatives of `coupling.learn.effect`, then with those of
-`coupling.learn.secant`.
+All of a pass at once has hollows beside the valley: where a gear crosses its play too late or not at all
+is no matter of slopes, and what fits everything but a few crossings takes these for outliers.  What a
+crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
+further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
+is tried again from beside it (`coupling.learn.aside`) before it looks any further.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
 from coupling.learn.aside import Held, steps_aside
-from coupling.learn.parameters import changed
-from coupling.learn.passes import Simulated
-from coupling.learn.problem import Columns, Problem
-from coupling.learn.residual import Residual, noise_of
+from coupling.learn.descent import MOST_PASSES, SETTLED, At, Descent
+from coupling.learn.horizon import next_horizon
+from coupling.learn.problem import Problem
 from coupling.learn.secant import Secant
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 
-# Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
-_FLOOR = 1e-6
-_MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 2
-# Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
-_DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
-# A step that explains less ends the fit; noise explains 1 for every unknown.
-_SETTLED = 0.3
-# Where a fit ends in a hollow beside the valley it leaves more than noise, and is tried again from
-# beside it, so many times at most; from so many gears' best sides if the first of them lead no further.
-_TRIES, _NEAR_NOISE, _SIDES = 4, 1.2, 3
-# Cauchy's scale, by the median of the residual.
-_SCALE = 1.5
-# Median length of a row of noise of size 1, by the number of its coordinates.
-_LENGTHS = {count: float(np.sqrt(chi2.median(count))) for count in (3, 6)}
+# Changes of a log factor for differences, one after the other: the valley is narrower than the hollows.
+_CHANGES = (0.05, 0.01)
+# Passes of a fit to a part, tries from beside where it ends in a hollow, of a part and of the whole, and
+# of so many gears' best sides.
+_LED, _PART_TRIES, _TRIES, _SIDES = 6, 2, 4, 3
+# What is left is noise up to so many standard deviations of what noise leaves.
+_SURE = 2.0
 
 
 @dataclass(frozen=True)
@@ -57,24 +50,6 @@ class Fit:
     converged: bool
 
 
-@dataclass(frozen=True)
-class _At:
-    """The residual at some unknowns, and its robust cost."""
-
-    z: np.ndarray
-    simulated: tuple[Simulated, ...]
-    residuals: tuple[np.ndarray, ...]
-    slow: tuple[np.ndarray, ...]
-    scale: float
-    cost: float
-
-
-def size_of(parts: Sequence[np.ndarray]) -> float:
-    """Return the rms length of the positions in rows of several passes [m]."""
-    squares = [np.sum(rows[:, :3] ** 2, axis=1) for rows in parts]
-    return float(np.sqrt(np.mean(np.concatenate(squares))))
-
-
 class Fitter:
     """Fits one problem, also to other measurements at the same times.
 
@@ -84,9 +59,8 @@ class Fitter:
     """
 
     def __init__(self, problem: Problem, cut_off: float = CUT_OFF) -> None:
-        self.problem = problem
-        self._residuals = tuple(map(Residual, problem.passes))
-        self._slow = tuple(SlowPart.of(one.seen.time, cut_off) for one in problem.passes)
+        self.problem, self._cut_off = problem, cut_off
+        self._whole = self._descent(problem)
 
     def fit(self, start: np.ndarray) -> Fit:
         """Return the most likely parameters.
@@ -94,81 +68,19 @@ class Fitter:
         Args:
             start: Log factors to begin at, (P,).
         """
-        problem = self.problem
-        z = np.zeros(problem.size)
-        z[: len(start)] = start
-        now, _ = self._descend(self._at(z), problem.effects)
-        secants = problem.secants()
-        now, converged = self._descend(now, secants)
-        sides = self._sides(now, secants)
-        for _ in range(_TRIES):
-            beside = None if self._is_noise(now) else next(sides, None)
-            if beside is None:
-                break
-            other, settled = self._descend(beside, secants)
-            if self._costed(other.z, other.slow, now.scale)[1] < now.cost - _SETTLED:
-                now, converged = other, settled
-                sides = self._sides(now, secants)
-        matrix, _ = self._equations(now, secants)
-        covariance = np.linalg.inv(matrix)
-        return Fit(now.z, now.residuals, now.slow, covariance, converged)
-
-    def noise(self, residuals: Sequence[np.ndarray]) -> float:
-        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
-        noise = noise_of([rest[:, :3] for rest in residuals])
-        return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self._slow])))
-
-    def _descend(self, now: _At, effects: Sequence[Columns]) -> tuple[_At, bool]:
-        """Return the best that derivatives lead to, and whether they lead no further."""
-        for _ in range(_MOST_PASSES):
-            after = self._along(now, *self._equations(now, effects))
-            gained = 0.0 if after is None else now.cost - after.cost
-            if after is not None:
-                scale, cost = self._costed(after.z, after.slow)
-                now = replace(after, scale=scale, cost=cost)
-            if gained < _SETTLED:
-                return now, True
-        return now, False
-
-    def _is_noise(self, now: _At) -> bool:
-        """Whether hardly more is left than noise."""
-        return size_of(now.slow) <= _NEAR_NOISE * self.noise(now.residuals)
-
-    def _sides(self, now: _At, secants: Sequence[Secant]) -> Iterator[_At]:
-        """Yield where to try again: beside what was found, in backlash and damping of one gear each.
-
-        All else is fitted to these with derivatives that are known, which tells a gear's best side.
-        """
-        held = self._held(now, secants)
-        shown = {int(k) for own in secants for k in own.shown}
-        found = []
-        for steps in steps_aside(self.problem.parameters, shown):
-            tried = [self._fitted_beside(now, held, step) for step in steps]
-            found.append(min(tried, key=lambda own: own.cost))
-        yield from sorted(found, key=lambda own: own.cost)[:_SIDES]
-
-    def _held(self, now: _At, effects: Sequence[Columns]) -> list[Held]:
-        """Return the derivatives at some unknowns, to be taken for those of others."""
-        problem, count = self.problem, len(self.problem.parameters)
-        times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
-        x = now.z[:count]
-        return [Held(own.columns(x, time)) for own, time in zip(effects, times, strict=True)]
-
-    def _fitted_beside(self, now: _At, held: Sequence[Columns], step: np.ndarray) -> _At:
-        """Return what a step comes to with all that it does not change fitted to it."""
-        z = now.z.copy()
-        z[: len(step)] += step
-        after = self._at(z, now.scale)
-        free = np.setdiff1d(np.arange(len(z)), np.flatnonzero(step))
-        for _ in range(_FITTED):
-            matrix, right = self._equations(after, held)
-            z = after.z.copy()
-            z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
-            further = self._at(z, now.scale)
-            if further.cost >= after.cost:
-                break
-            after = further
-        return after
+        whole, now = self._whole, self._whole.framed(start)
+        before, seconds = 0.0, self._look(now, 0.0)
+        while seconds < np.inf:
+            part = self._descent(self.problem.until(seconds))
+            here = part.at(now.z)
+            if before == 0.0:
+                here, _ = part.descended(here, part.problem.effects)
+            here, _ = self._found(part, here, _LED, _PART_TRIES)
+            now, before = whole.at(here.z), seconds
+            seconds = self._look(now, before)
+        now, converged = self._found(whole, now, MOST_PASSES, _TRIES)
+        matrix, _ = whole.equations(now, self.problem.secants(_CHANGES[0]))
+        return Fit(now.z, now.residuals, now.slow, np.linalg.inv(matrix), converged)
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return the slow parts of what given parameters leave, behind the frame that fits them best.
@@ -176,74 +88,62 @@ class Fitter:
         Args:
             x: Log factors, (P,).
         """
-        count = len(x)
-        now = self._at(np.concatenate([x, np.zeros(self.problem.size - count)]))
-        for _ in range(_FRAME_PASSES):
-            matrix, right = self._equations(now, self.problem.effects)
-            step = np.zeros(self.problem.size)
-            step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])
-            now = self._at(now.z + step)
-        return now.slow
+        return self._whole.framed(x).slow
 
-    def _along(self, now: _At, matrix: np.ndarray, right: np.ndarray) -> _At | None:
-        """Return what is better in the direction of a step, damped until it is, or None."""
-        for damping in _DAMPINGS:
-            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
-            after = self._at(now.z + step, now.scale)
-            if after.cost < now.cost:
-                return after
-        return None
+    def noise(self, residuals: Sequence[np.ndarray]) -> float:
+        """Return what the slow parts of residuals would be of their noise alone [m], rms."""
+        return self._whole.noise(residuals)
 
-    def _at(self, z: np.ndarray, scale: float | None = None) -> _At:
-        problem = self.problem
-        values = changed(problem.parameters, z[: len(problem.parameters)])
-        simulated, residuals, slow = [], [], []
-        for number, one in enumerate(problem.passes):
-            path = one.simulated(problem.fmu, values)
-            rest = self._residuals[number].rows(path, problem.own(z, number))
-            simulated.append(path)
-            residuals.append(rest)
-            slow.append(self._slow[number](rest))
-        told = self._costed(z, tuple(slow), scale)
-        return _At(z, tuple(simulated), tuple(residuals), tuple(slow), *told)
+    def _descent(self, problem: Problem) -> Descent:
+        slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]
+        return Descent(problem, slow)
 
-    def _costed(
-        self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None
-    ) -> tuple[float, float]:
-        """Return the scale of the residual, unless given, and the robust cost with it."""
-        sizes = [np.linalg.norm(rest, axis=1) for rest in slow]
-        if scale is None:
-            # Rows of more coordinates are longer for the same noise.
-            alike = [
-                size * _LENGTHS[3] / _LENGTHS[rest.shape[1]]
-                for size, rest in zip(sizes, slow, strict=True)
-            ]
-            scale = max(_FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
-        cost = sum(
-            mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
-            for mean, size in zip(self._slow, sizes, strict=True)
-        )
-        return scale, cost + float(np.sum((z / self.problem.prior) ** 2))
+    def _look(self, now: At, before: float) -> float:
+        """Return how far to look next [s]."""
+        whole = self._whole
+        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before)
 
-    def _equations(self, now: _At, effects: Sequence[Columns]) -> tuple[np.ndarray, np.ndarray]:
-        """Return matrix and right side of a step."""
-        problem, count = self.problem, len(self.problem.parameters)
-        matrix = np.diag(problem.prior**-2.0)
-        right = -now.z / problem.prior**2
-        for number, one in enumerate(problem.passes):
-            mean, own = self._slow[number], problem.own(now.z, number)
-            # Columns are slow: taken at the means' own times they are their own means.
-            time = mean.time + own[6]
-            columns = effects[number].columns(now.z[:count], one.seen.time + own[6])
-            path = now.simulated[number]
-            residual = self._residuals[number]
-            frame = residual.by_frame(path, time, problem.frame_size)
-            full = np.concatenate([mean(residual.columns(columns)), frame], axis=2)
-            where = np.r_[:count, problem.rows_of(number)]
-            rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
-            weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
-            matrix[np.ix_(where, where)] += np.einsum(
-                "k,kap,kaq->pq", weight, full, full, optimize=True
-            )
-            right[where] += np.einsum("k,kap,ka->p", weight, full, rest, optimize=True)
-        return matrix, right
+    def _found(self, part: Descent, start: At, most: int, tries: int) -> tuple[At, bool]:
+        """Return what is found of a part, from some unknowns and beside them, and whether for good."""
+        secants = [part.problem.secants(change) for change in _CHANGES]
+
+        def refined(now: At) -> tuple[At, bool]:
+            settled = False
+            for own in secants:
+                now, settled = part.descended(now, own, most)
+            return now, settled
+
+        now, converged = refined(start)
+        sides = _sides(part, now, secants[0])
+        for _ in range(tries):
+            beside = None if _is_noise(part, now) else next(sides, None)
+            if beside is None:
+                break
+            other, settled = refined(beside)
+            if part.costed(other.z, other.slow, now.scale)[1] < now.cost - SETTLED:
+                now, converged = other, settled
+                sides = _sides(part, now, secants[0])
+        return now, converged
+
+
+def _is_noise(part: Descent, now: At) -> bool:
+    """Whether hardly more is left than noise, by how much chance there is in that."""
+    means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
+    return part.over_noise(now) <= 1.0 + _SURE / float(np.sqrt(2.0 * means))
+
+
+def _sides(part: Descent, now: At, secants: Sequence[Secant]) -> Iterator[At]:
+    """Yield where to try again: beside what was found, in backlash and damping of one gear each.
+
+    All else is fitted to these with derivatives that are known, which tells a gear's best side.
+    """
+    problem, count = part.problem, len(part.problem.parameters)
+    times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
+    x = now.z[:count]
+    held = [Held(own.columns(x, time)) for own, time in zip(secants, times, strict=True)]
+    shown = {int(k) for own in secants for k in own.shown}
+    found = []
+    for steps in steps_aside(problem.parameters, shown):
+        tried = [part.fitted_beside(now, held, step) for step in steps]
+        found.append(min(tried, key=lambda own: own.cost))
+    yield from sorted(found, key=lambda own: own.cost)[:_SIDES]

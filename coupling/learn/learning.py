@@ -12,8 +12,9 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
+from coupling.learn.descent import size_of
 from coupling.learn.effect import Effect
-from coupling.learn.fit import Fit, Fitter, size_of
+from coupling.learn.fit import Fit, Fitter
 from coupling.learn.judge import Judged, floating, judged, missing
 from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
 from coupling.learn.passes import Pass

@@ -13,6 +13,9 @@ from coupling.inverse.inversion import Wanted
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
 
+# How far behind the last sample a pass is simulated, as its clock may be off [s].
+_CLOCK = 0.3
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -61,6 +64,14 @@ class Pass:
         if self.seen.rotation is None:
             return None
         return RotationSpline(self.desired.time, self.desired.rotations[0])
+
+    def until(self, seconds: float) -> Pass:
+        """Return its first seconds."""
+        seen = self.seen.at_rows(np.flatnonzero(self.seen.time <= self.seen.time[0] + seconds))
+        last = int(np.searchsorted(self.desired.time, seen.time[-1] + _CLOCK))
+        count = min(last + 1, len(self.desired.time))
+        desired = self.desired.at_rows(np.arange(count))
+        return replace(self, wrench=self.wrench.first(count), desired=desired, seen=seen)
 
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
         """Return where the tool is on a robot with other parameters."""

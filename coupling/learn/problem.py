@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -87,11 +87,19 @@ class Problem:
         own = self.frame.prior[: self.frame_size]
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
 
-    def secants(self) -> tuple[Secant, ...]:
-        """What the parameters do in each pass, by differences of simulations."""
+    def until(self, seconds: float) -> Problem:
+        """Return the problem of the first seconds of every pass."""
+        return replace(self, passes=tuple(one.until(seconds) for one in self.passes))
+
+    def secants(self, change: float) -> tuple[Secant, ...]:
+        """What the parameters do in each pass, by differences of simulations.
+
+        Args:
+            change: Change of a log factor.
+        """
         prior = prior_of(self.parameters)
         return tuple(
-            Secant(self.fmus, self.parameters, prior, one, effect)
+            Secant(self.fmus, self.parameters, prior, one, effect, change)
             for one, effect in zip(self.passes, self.effects, strict=True)
         )
 

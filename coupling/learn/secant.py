@@ -17,8 +17,6 @@ from coupling.learn.parameters import Learnable, changed
 from coupling.learn.passes import Pass
 from coupling.robot.robot_fmu import RobotFmu
 
-# Change of a log factor for a difference: large beside where a floating gear forgets its past.
-_CHANGE = 0.05
 # Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
 # is measured [rad], are left to the gears' equation.
 _NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
@@ -33,6 +31,8 @@ class Secant:
         prior: Standard deviations of the log factors before, (P,).
         one: The pass.
         effect: The gears' equation, for what hardly matters.
+        change: Change of a log factor for a difference: large beside where a floating gear forgets its
+            past, small in the valley.
 
     Attributes:
         shown: Numbers of the parameters that matter.
@@ -45,8 +45,10 @@ class Secant:
         prior: np.ndarray,
         one: Pass,
         effect: Effect,
+        change: float,
     ) -> None:
         self._fmus, self._parameters, self._pass = fmus, parameters, one
+        self._change = change
         self._time = one.seen.time
         # What is left to the equation is left as it is for the parameters of the file.
         self._plain = effect.columns(np.zeros(len(parameters)), self._time)
@@ -67,10 +69,10 @@ class Secant:
         """
         columns = self._plain.copy()
         # Towards what was known before, where the robot is better known.
-        steps = np.diag(np.where(x > 0.0, -_CHANGE, _CHANGE))[self.shown]
+        steps = np.diag(np.where(x > 0.0, -self._change, self._change))[self.shown]
         here, *aside = self._poses([x, *(x + steps)], time)
         for k, there in zip(self.shown, aside, strict=True):
-            columns[:, :, k] = (there - here) / (-_CHANGE if x[k] > 0.0 else _CHANGE)
+            columns[:, :, k] = (there - here) / (-self._change if x[k] > 0.0 else self._change)
         return columns
 
     def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:

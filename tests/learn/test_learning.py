@@ -16,8 +16,8 @@ from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
+from coupling.learn.descent import size_of
 from coupling.learn.effect import Effect
-from coupling.learn.fit import size_of
 from coupling.learn.judge import floating
 from coupling.learn.mirrored import mirrored
 from coupling.learn.next_case import next_case_text
