@@ -20,7 +20,7 @@ from coupling.learn.smoothing import SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 _FLOOR = 1e-6
-MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 2
+MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
 # Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
 _DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
 # A step that explains less ends the way; noise explains 1 for every unknown.

@@ -10,7 +10,7 @@ is tried again from beside it (`coupling.learn.aside`) before it looks any furth
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,15 +19,17 @@ from coupling.learn.descent import MOST_PASSES, SETTLED, At, Descent
 from coupling.learn.horizon import next_horizon
 from coupling.learn.problem import Problem
 from coupling.learn.secant import Secant
+from coupling.learn.side_by_side import side_by_side
 from coupling.learn.smoothing import CUT_OFF, SlowPart
+from coupling.robot.robot_fmu import RobotFmu
 
 # Changes of a log factor for differences, one after the other: the valley is narrower than the hollows.
 _CHANGES = (0.05, 0.01)
 # Passes of a fit to a part, tries from beside where it ends in a hollow, of a part and of the whole, and
 # of so many gears' best sides.
-_LED, _PART_TRIES, _TRIES, _SIDES = 6, 2, 4, 3
-# What is left is noise up to so many standard deviations of what noise leaves.
-_SURE = 2.0
+_LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
+# What is left is noise up to so many standard deviations of what noise leaves, and up to so many times it.
+_SURE, _NEAR_NOISE = 2.0, 1.08
 
 
 @dataclass(frozen=True)
@@ -108,9 +110,9 @@ class Fitter:
         secants = [part.problem.secants(change) for change in _CHANGES]
 
         def refined(now: At) -> tuple[At, bool]:
-            settled = False
-            for own in secants:
-                now, settled = part.descended(now, own, most)
+            now, settled = part.descended(now, secants[0], most)
+            if not _is_noise(part, now):
+                now, settled = part.descended(now, secants[1], most)
             return now, settled
 
         now, converged = refined(start)
@@ -129,7 +131,8 @@ class Fitter:
 def _is_noise(part: Descent, now: At) -> bool:
     """Whether hardly more is left than noise, by how much chance there is in that."""
     means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
-    return part.over_noise(now) <= 1.0 + _SURE / float(np.sqrt(2.0 * means))
+    chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
+    return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
 def _sides(part: Descent, now: At, secants: Sequence[Secant]) -> Iterator[At]:
@@ -142,8 +145,13 @@ def _sides(part: Descent, now: At, secants: Sequence[Secant]) -> Iterator[At]:
     x = now.z[:count]
     held = [Held(own.columns(x, time)) for own, time in zip(secants, times, strict=True)]
     shown = {int(k) for own in secants for k in own.shown}
-    found = []
-    for steps in steps_aside(problem.parameters, shown):
-        tried = [part.fitted_beside(now, held, step) for step in steps]
-        found.append(min(tried, key=lambda own: own.cost))
+    gears = steps_aside(problem.parameters, shown)
+
+    def tried(fmu: RobotFmu, step: np.ndarray) -> At:
+        own = Descent(replace(problem, fmus=(fmu,)), part.slow)
+        return own.fitted_beside(now, held, step)
+
+    all_steps = [step for steps in gears for step in steps]
+    ordered = iter(side_by_side(problem.fmus, all_steps, tried))
+    found = [min((next(ordered) for _ in steps), key=lambda own: own.cost) for steps in gears]
     yield from sorted(found, key=lambda own: own.cost)[:_SIDES]

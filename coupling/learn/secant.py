@@ -8,13 +8,13 @@ some per cent, whose effect is looked at slowly, lead the rest of the way.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from coupling.learn.effect import Effect
 from coupling.learn.parameters import Learnable, changed
 from coupling.learn.passes import Pass
+from coupling.learn.side_by_side import side_by_side
 from coupling.robot.robot_fmu import RobotFmu
 
 # Parameters whose standard deviation before moves the tool by less [m], and turns it by less where that
@@ -76,16 +76,9 @@ class Secant:
         return columns
 
     def _poses(self, points: Sequence[np.ndarray], time: np.ndarray) -> list[np.ndarray]:
-        """Return how the tool stands for several log factors, each FMU with a share of them."""
-        count = len(self._fmus)
+        """Return how the tool stands for several log factors."""
 
-        def share(number: int) -> list[np.ndarray]:
-            values = [changed(self._parameters, x) for x in points[number::count]]
-            fmu = self._fmus[number]
-            return [self._pass.simulated(fmu, own).pose(time) for own in values]
+        def pose(fmu: RobotFmu, x: np.ndarray) -> np.ndarray:
+            return self._pass.simulated(fmu, changed(self._parameters, x)).pose(time)
 
-        found: list[np.ndarray] = [time] * len(points)
-        with ThreadPoolExecutor(count) as pool:
-            for number, own in enumerate(pool.map(share, range(count))):
-                found[number::count] = own
-        return found
+        return side_by_side(self._fmus, points, pose)
