@@ -7,6 +7,8 @@ moves by J_i de_i/dp.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -60,7 +62,7 @@ class Effect:
         inside = np.clip(time, self.theta.start, self.theta.end)
         jacobian = self._jacobian(inside)
         theta = self.theta.at(inside)
-        twists = self._twists(x)
+        twists = self._twists(x) if np.any(x) else self._of_file
         columns = np.empty((len(time), 6, len(x)))
         for k, parameter in enumerate(self._parameters):
             if parameter.gear is None:
@@ -72,6 +74,11 @@ class Effect:
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
+
+    @cached_property
+    def _of_file(self) -> dict[str, np.ndarray]:
+        """The gears' twists of the robot of the file, which every part of a pass asks for."""
+        return self._twists(np.zeros(len(self._parameters)))
 
     def _twists(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Return the gears' twist, and with each kind of parameter changed in all gears."""

@@ -28,8 +28,8 @@ _CHANGES = (0.05, 0.01)
 # Passes of a fit to a part, tries from beside where it ends in a hollow, of a part and of the whole, and
 # of so many gears' best sides.
 _LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
-# What is left is noise up to so many standard deviations of what noise leaves, and up to so many times it.
-_SURE, _NEAR_NOISE = 2.0, 1.08
+# What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
+_SURE, _NEAR_NOISE = 2.0, 1.12
 
 
 @dataclass(frozen=True)
