@@ -88,6 +88,20 @@ def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsu
         assert np.all(spread.half > 1.9 * spread.deviation)
 
 
+def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):
+    """Simulated a little beyond what was measured, as the clock may be off."""
+    truth = robots.factors(backlash=1.2)
+    whole = robots.measured(robots.moved(truth))
+    part = whole.until(3.0)
+    time = part.seen.time
+    assert time[-1] == pytest.approx(3.0)
+    assert len(part.wrench.time) == len(part.desired.time)
+    assert 3.1 < part.wrench.time[-1] < 4.0
+    paths = [one.simulated(robots.fmu, {}).position(time) for one in (whole, part)]
+    np.testing.assert_allclose(paths[1], paths[0], atol=1e-8)
+    assert whole.until(100.0).seen.time[-1] == whole.seen.time[-1]
+
+
 def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
     """Five seconds of a robot up to 45 % other, of which all that is left in the end is noise."""
     short = Robots(example, robots.models, seconds=5.0)
