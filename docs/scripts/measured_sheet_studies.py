@@ -19,7 +19,7 @@ from docs.scripts.runs import around_axis, example
 MEASURED = DOCS.parent / "examples" / "measured" / "numisheet2014_bm3"
 TENSILE_STRENGTH = 198e6  # of the benchmark's sheet [Pa]
 # Without a robot that moves, samples need not be denser than the positions [s].
-SAMPLE = 0.1
+SAMPLE = 0.065
 STEADY = ("exp_Fz", 700.0, 1330.0)
 
 
