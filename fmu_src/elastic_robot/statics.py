@@ -20,7 +20,9 @@ def equilibrium(
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
-    The result does not depend on history.  With a spring at the TCP it is found by `SpringStatics`.
+    The result does not depend on history.  With a spring at the TCP it is found by `SpringStatics`, and
+    without one where branches follow each other in a ring: two gears, one in its play, that turn each
+    other's torque.
 
     Args:
         dynamics: Forces of the robot.
@@ -39,11 +41,9 @@ def equilibrium(
         return np.zeros(0)
     sprung = acting.is_sprung
     with np.errstate(over="ignore", invalid="ignore"):
-        rest = (
-            SpringStatics(dynamics, curve, q, acting).rest()
-            if sprung
-            else _free_rest(dynamics, curve, q, acting)
-        )
+        rest = None if sprung else _free_rest(dynamics, curve, q, acting)
+        if rest is None:
+            rest = SpringStatics(dynamics, curve, q, acting).rest()
     if rest is None or not np.abs(rest).max() <= SETTINGS.most_deflection:
         spring = (
             f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"

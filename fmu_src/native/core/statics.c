@@ -228,7 +228,9 @@ bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double g
             return true;
     } else {
         begin(&s);
-        if (iterate(&s) && can_bend(&s))
+        /* Where branches follow each other in a ring the way downhill leads out of it. */
+        if ((iterate(&s) || er_anchored_equilibrium(robot, curve, gravity, q, load, x)) &&
+            can_bend(&s))
             return true;
     }
     list(posture, sizeof posture, "%.4g", robot->joints, q);
