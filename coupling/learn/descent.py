@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
+from coupling.errors import SimulationError
 from coupling.learn.parameters import changed
 from coupling.learn.passes import Simulated
 from coupling.learn.problem import Columns, Problem
@@ -163,8 +164,8 @@ class Descent:
             matrix, right = self.equations(after, held)
             z = after.z.copy()
             z[free] += np.linalg.solve(matrix[np.ix_(free, free)], right[free])
-            further = self.at(z, now.scale)
-            if further.cost >= after.cost:
+            further = self._tried(z, now.scale)
+            if further is None or further.cost >= after.cost:
                 break
             after = further
         return after
@@ -188,7 +189,14 @@ class Descent:
         """Return what is better in the direction of a step, damped until it is, or None."""
         for damping in _DAMPINGS:
             step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
-            after = self.at(now.z + step, now.scale)
-            if after.cost < now.cost:
+            after = self._tried(now.z + step, now.scale)
+            if after is not None and after.cost < now.cost:
                 return after
         return None
+
+    def _tried(self, z: np.ndarray, scale: float) -> At | None:
+        """Return what some unknowns leave; None of a robot that gives way under its own weight."""
+        try:
+            return self.at(z, scale)
+        except SimulationError:
+            return None

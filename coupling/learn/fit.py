@@ -79,7 +79,7 @@ class Fitter:
                 here, _ = part.descended(here, part.problem.effects)
             here, _ = self._found(part, here, _LED, _PART_TRIES)
             now, before = whole.at(here.z), seconds
-            seconds = self._look(now, before)
+            seconds = self._look(now, before, _is_noise(part, here))
         now, converged = self._found(whole, now, MOST_PASSES, _TRIES)
         matrix, _ = whole.equations(now, self.problem.secants(_CHANGES[0]))
         return Fit(now.z, now.residuals, now.slow, np.linalg.inv(matrix), converged)
@@ -100,10 +100,10 @@ class Fitter:
         slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]
         return Descent(problem, slow)
 
-    def _look(self, now: At, before: float) -> float:
+    def _look(self, now: At, before: float, explained: bool = True) -> float:
         """Return how far to look next [s]."""
         whole = self._whole
-        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before)
+        return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
 
     def _found(self, part: Descent, start: At, most: int, tries: int) -> tuple[At, bool]:
         """Return what is found of a part, from some unknowns and beside them, and whether for good."""

@@ -10,12 +10,19 @@ from coupling.learn.smoothing import SlowPart
 
 # What is looked at first [s], by how much more at least, and how far behind where noise ends.
 _FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
+# By which part more at least where what was looked at stays unexplained, as where a gear floats: else
+# a fit that comes to nothing takes longest.
+_STRIDE = 0.5
 # Means over so long [s] that are so many times noise are no longer explained.
 _OVER, _FAR = 0.2, 2.0
 
 
 def next_horizon(
-    slow: Sequence[np.ndarray], means: Sequence[SlowPart], noise: float, before: float
+    slow: Sequence[np.ndarray],
+    means: Sequence[SlowPart],
+    noise: float,
+    before: float,
+    explained: bool = True,
 ) -> float:
     """Return how far to look next [s], of every pass; infinite where all is explained or looked at.
 
@@ -24,11 +31,13 @@ def next_horizon(
         means: Their times.
         noise: What noise alone would leave of them [m], rms.
         before: How far was looked before [s]; 0 in the beginning.
+        explained: Whether that was explained.
     """
+    least = _LEAST if explained else max(_LEAST, _STRIDE * before)
     ends = [_explained(rest, mean, noise, before) for rest, mean in zip(slow, means, strict=True)]
     if min(ends) == np.inf:
         return np.inf
-    seconds = max(min(ends) + _BEHIND, before + _LEAST, _FIRST)
+    seconds = max(min(ends) + _BEHIND, before + least, _FIRST)
     longest = max(float(np.ptp(mean.time)) for mean in means)
     return seconds if seconds < longest else np.inf
 

@@ -15,8 +15,8 @@ _TOLD = 0.5
 # What a parameter's prior deviation does to the tool does not matter below this [m]; less a constant, as
 # the measuring frame takes one anyway.
 _MATTERS = 2e-6
-
-
+# Below this the path does not depend on it [m].
+_MOVES = 1e-8
 # A gear that floats for more than this part of the time makes a path that does not repeat.
 _MOSTLY = 0.5
 
@@ -45,13 +45,17 @@ class Judged:
 
     @property
     def matters(self) -> bool:
-        """Whether the tool's path depends on it."""
+        """Whether it moves the tool by more than is looked for."""
         return self.effect >= _MATTERS
 
     @property
     def written(self) -> float:
-        """Factor in the robot as written: 1 where the path does not depend on it."""
-        return self.factor if self.told or self.matters else 1.0
+        """Factor in the robot as written: 1 where the path does not depend on it.
+
+        What hardly matters by itself is written as it fits best beside the others: these make up for
+        it, and a dozen such left out are missed.
+        """
+        return self.factor if self.told or self.effect >= _MOVES else 1.0
 
 
 def judged(

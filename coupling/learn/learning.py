@@ -192,7 +192,7 @@ def _learned(
         over_noise = size_of(fit.slow) / max(fitter.noise(fit.residuals), 1e-12)
         spread = spread_of_fit(problem, fit, over_noise)
     x = fit.z[: len(parameters)]
-    effect = _effect(problem, x)
+    effect = effect_of(problem, x)
     moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)
     gears = diagnose(moving, passes[-1].wanted)
     verdicts = judged(
@@ -203,7 +203,7 @@ def _learned(
     return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
 
 
-def _effect(problem: Problem, x: np.ndarray) -> np.ndarray:
+def effect_of(problem: Problem, x: np.ndarray) -> np.ndarray:
     """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
     squares = np.zeros(len(x))
     for effect, one in zip(problem.effects, problem.passes, strict=True):

@@ -53,8 +53,8 @@ def remark(own: Judged) -> str:
     span = f"95 %: {own.low * value:.4g} to {own.high * value:.4g}"
     if own.told:
         return span
-    if own.matters:
-        return f"fits best, but {own.reason}; {span}"
+    if own.written != 1.0:
+        return f"fits best beside the others, but {own.reason}; {span}"
     return f"NOT LEARNED, kept: {own.reason}"
 
 

@@ -30,6 +30,12 @@ def test_a_fit_looks_further_where_what_it_looked_at_stays_unexplained():
     assert next_horizon([unexplained], [MEAN], NOISE, 3.2) == np.inf
 
 
+def test_strides_grow_where_a_fit_explains_nothing():
+    """By half of what was looked at: as where a gear floats all along."""
+    assert next_horizon([left(0.0)], [MEAN], NOISE, 4.0, explained=False) == pytest.approx(6.0)
+    assert next_horizon([left(0.0)], [MEAN], NOISE, 7.0, explained=False) == np.inf
+
+
 def test_a_fit_that_explains_all_looks_at_all():
     assert next_horizon([left(np.inf)], [MEAN], NOISE, 0.0) == np.inf
     assert next_horizon([left(9.9)], [MEAN], NOISE, 0.0) == np.inf

@@ -16,7 +16,6 @@ from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.learn.descent import size_of
 from coupling.learn.effect import Effect
 from coupling.learn.judge import floating
 from coupling.learn.mirrored import mirrored
@@ -25,7 +24,6 @@ from coupling.learn.parameters import (
     changed,
     factors_between,
     learnables,
-    prior_of,
     robot_with,
 )
 from coupling.learn.passes import Seen
@@ -100,19 +98,6 @@ def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):
     paths = [one.simulated(robots.fmu, {}).position(time) for one in (whole, part)]
     np.testing.assert_allclose(paths[1], paths[0], atol=1e-8)
     assert whole.until(100.0).seen.time[-1] == whole.seen.time[-1]
-
-
-def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
-    """Five seconds of a robot up to 45 % other, of which all that is left in the end is noise."""
-    short = Robots(example, robots.models, seconds=5.0)
-    prior = prior_of(short.parameters)
-    truth = 1.5 * prior * np.random.default_rng(108).uniform(-1.0, 1.0, len(prior))
-    fitter = short.fitter(short.measured(short.moved(truth)))
-    found = fitter.fit(0.0 * truth)
-    assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
-    for name in ("joint[1].backlash", "joint[4].backlash", "joint[5].backlash"):
-        own = [p.name for p in short.parameters].index(name)
-        assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
 def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, example):

@@ -17,19 +17,14 @@ from elastic_robot.tool_load import Acting, Load
 from elastic_robot.torque_curves import BacklashCurve
 from elastic_robot.trajectory import HeldCommand
 
-# Plays [rad] and drive angles [rad] at which the bent FANUC carries its flange upright, as it does under
-# a command that corrects for what it bends: gear 6 is loaded by some 1e-8 N m, and turned in its play
-# it loads itself more by way of the others.
+# Plays and drive angles [rad] at which the bent FANUC carries its flange upright, as it does under a
+# command that corrects for what it bends: gear 6 is loaded by some 1e-8 N m, and turned in its play it
+# loads itself more by way of the others.
 UPRIGHT = (
+    ((5e-4, 2.4e-4, 1.7e-4, 2.6e-4, 4e-4, 2.8e-4), (0.3, 0.25, -0.38, -2e-4, -0.9386729384, -0.85)),
     (
-        [4.988041172289967e-4, 2.4022192454715524e-4, 1.6840857600826966e-4]
-        + [2.5666991978156114e-4, 4.0122099594627057e-4, 2.756915727433226e-4],
-        [0.3, 0.25, -0.38, -2e-4, -0.9394133850779572, 0.5302806565752887],
-    ),
-    (
-        [1.7819300519063855e-4, 4.887349666444449e-4, 3.684603121157584e-4]
-        + [3.1248644928393054e-4, 4.3647014061798704e-4, 2.9460831817332126e-4],
-        [0.3, 0.25, -0.38, -2e-4, -0.9381559775752479, -0.14433077939803907],
+        (1.8e-4, 4.9e-4, 3.7e-4, 3.1e-4, 4.4e-4, 2.9e-4),
+        (0.3, 0.25, -0.38, -2e-4, -0.9381745334, -0.45),
     ),
 )
 

@@ -1,0 +1,71 @@
+"""Fits of parameters of robots that are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from circling_robots import Robots
+
+from coupling.errors import SimulationError
+from coupling.inverse.diagnosis import diagnose
+from coupling.inverse.inversion import MovingRobot
+from coupling.learn.descent import size_of
+from coupling.learn.judge import judged
+from coupling.learn.parameters import prior_of
+from coupling.learn.passes import Pass, Simulated
+from coupling.learn.robot_file import remark
+from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.models import Models
+
+
+@pytest.fixture(scope="module")
+def robots(example) -> Iterator[Robots]:
+    with Models("native") as models:
+        yield Robots(example, models)
+
+
+def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
+    """Five seconds of a robot up to 45 % other, of which all that is left in the end is noise."""
+    short = Robots(example, robots.models, seconds=5.0)
+    prior = prior_of(short.parameters)
+    truth = 1.5 * prior * np.random.default_rng(108).uniform(-1.0, 1.0, len(prior))
+    fitter = short.fitter(short.measured(short.moved(truth)))
+    found = fitter.fit(0.0 * truth)
+    assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
+    for name in ("joint[1].backlash", "joint[4].backlash", "joint[5].backlash"):
+        own = [p.name for p in short.parameters].index(name)
+        assert found.z[own] == pytest.approx(truth[own], abs=0.05)
+
+
+def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
+    """The fit goes on with a shorter one."""
+    truth = robots.factors(backlash=1.2, damping=0.9)
+    one, simulated, asked = robots.measured(robots.moved(truth), every=3), Pass.simulated, [0]
+
+    def now_and_then(self: Pass, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
+        asked[0] += 1
+        if asked[0] in (9, 10):  # the first steps that the gears' equation asks for
+            raise SimulationError("the joints are too soft for this load")
+        return simulated(self, fmu, changed)
+
+    monkeypatch.setattr(Pass, "simulated", now_and_then)
+    fitter = robots.fitter(one)
+    found = fitter.fit(0.0 * truth)
+    assert asked[0] > 10
+    assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
+
+
+def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
+    """As these make up for it; what the path does not depend on stays as it is in the file."""
+    prior = prior_of(robots.parameters)
+    x, effect = 0.3 * prior, np.full(len(prior), 1e-6)
+    effect[:5] = 0.0
+    gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
+    verdicts = judged(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
+    assert not any(own.told or own.matters for own in verdicts)
+    np.testing.assert_allclose([own.written for own in verdicts[:5]], 1.0, rtol=0)
+    np.testing.assert_allclose([np.log(own.written) for own in verdicts[5:]], x[5:])
+    assert remark(verdicts[0]).startswith("NOT LEARNED, kept: ")
+    assert remark(verdicts[-1]).startswith("fits best beside the others, but hardly matters here")
