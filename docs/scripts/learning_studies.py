@@ -256,6 +256,12 @@ class Shop:
         content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
         return self._compensated(next_case_text(content, file))
 
+    def left_by(self, robot: Path, truth: Truth) -> Left:
+        """Return what the command for a robot file leaves on the robot that really moves."""
+        content = tomllib.loads((self._first / "case.toml").read_text(encoding="utf-8"))
+        run = self._compensated(next_case_text(content, robot))
+        return Left.of(self.off(run, self.moved(run, truth)))
+
     def mirrored(self, truth: Truth, trial: Trial, cut_off: float, seed: int = 1) -> list[Left]:
         """Return what is left as the slow part of what was measured is subtracted, again and again."""
         source = _unseen(self._first)

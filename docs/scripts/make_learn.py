@@ -20,6 +20,7 @@ import tomli_w
 
 from coupling.files.robot_file import find_robot
 from coupling.learn.learning import Learned
+from docs.scripts.learning_others import others
 from docs.scripts.learning_studies import (
     DEPTH,
     Learning,
@@ -194,6 +195,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "intervals": intervals,
     "orientations": orientations,
     "trials": trials,
+    "others": others,
     "mirror": mirror,
 }
 

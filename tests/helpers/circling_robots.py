@@ -43,9 +43,11 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
 class Robots:
     """The example robot, its command for the circles, and robots that differ from it."""
 
-    def __init__(self, robot: Robot, models: Models, seconds: float = 9.0) -> None:
+    def __init__(
+        self, robot: Robot, models: Models, seconds: float = 9.0, rate: float = 2.0 / 9.0
+    ) -> None:
         self.robot, self.models = robot, models
-        self.wanted = circles(robot, seconds, turns=2.0 * seconds / 9.0)
+        self.wanted = circles(robot, seconds, turns=rate * seconds)
         self.parameters = learnables(robot, "backlash")
         self.fmu = models.of(robot, "backlash").fmu
         self.time = np.arange(0.0, seconds + 1e-9, 0.004)

@@ -39,6 +39,24 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
         assert found.z[own] == pytest.approx(truth[own], abs=0.05)
 
 
+def test_a_fit_that_looks_along_the_pass_finds_what_one_that_looks_at_all_of_it_does_not(
+    robots, example, monkeypatch
+):
+    """Six seconds of four circles: what a crossing does wrong is past before the next one."""
+    fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
+    prior = prior_of(fast.parameters)
+    truth = 1.5 * prior * np.random.default_rng(405).uniform(-1.0, 1.0, len(prior))
+    fitter = fast.fitter(fast.measured(fast.moved(truth)))
+
+    def over_noise() -> float:
+        found = fitter.fit(0.0 * truth)
+        return size_of(found.slow) / fitter.noise(found.residuals)
+
+    assert over_noise() < 1.1
+    monkeypatch.setattr("coupling.learn.fit.next_horizon", lambda *told: np.inf)
+    assert over_noise() > 2.0
+
+
 def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
     """The fit goes on with a shorter one."""
     truth = robots.factors(backlash=1.2, damping=0.9)
