@@ -41,7 +41,8 @@ class Fit:
         residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `coupling.learn.residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
-        covariance: Of all unknowns, as if residuals were noise and the derivatives right.
+        covariance: Of all unknowns, as if residuals were noise and the derivatives right; of stiffness by
+            those that tell less.
         converged: Whether the last step explained next to nothing.
     """
 
@@ -81,8 +82,7 @@ class Fitter:
             now, before = whole.at(here.z), seconds
             seconds = self._look(now, before, _is_noise(part, here))
         now, converged = self._found(whole, now, MOST_PASSES, _TRIES)
-        matrix, _ = whole.equations(now, self.problem.secants(_CHANGES[0]))
-        return Fit(now.z, now.residuals, now.slow, np.linalg.inv(matrix), converged)
+        return Fit(now.z, now.residuals, now.slow, self._covariance(now), converged)
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return the slow parts of what given parameters leave, behind the frame that fits them best.
@@ -95,6 +95,24 @@ class Fitter:
     def noise(self, residuals: Sequence[np.ndarray]) -> float:
         """Return what the slow parts of residuals would be of their noise alone [m], rms."""
         return self._whole.noise(residuals)
+
+    def _covariance(self, now: At) -> np.ndarray:
+        """Return the covariance of all unknowns, as if residuals were noise and the derivatives right.
+
+        A stiffness that is other makes a floating gear leave its flank at another time, which differences
+        of simulations take for knowledge of it; the gears' equation knows what it moves on its flanks.
+        """
+        secants = self.problem.secants(_CHANGES[0])
+        found, held = (
+            np.linalg.inv(self._whole.equations(now, own)[0])
+            for own in (secants, self.problem.effects)
+        )
+        wider = np.ones(len(found))
+        for k, parameter in enumerate(self.problem.parameters):
+            if parameter.kind == "stiffness":
+                wider[k] = max(1.0, float(np.sqrt(held[k, k] / found[k, k])))
+        covariance: np.ndarray = wider[:, None] * found * wider
+        return covariance
 
     def _descent(self, problem: Problem) -> Descent:
         slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import resource
 import tempfile
-import time as clock
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -110,7 +110,7 @@ class Learning:
     Attributes:
         left: What the commands leave: that of the file, then those learned.
         found: What was learned after each pass.
-        seconds: Wall time of each.
+        seconds: CPU time of each, of all processes together.
         off: Deviation under each command [m], (n, 3).
     """
 
@@ -146,6 +146,12 @@ def case_text(name: str, **changes: Mapping[str, Any]) -> dict[str, Any]:
     for section, keys in changes.items():
         data.setdefault(section, {}).update(keys)
     return data
+
+
+def _cpu() -> float:
+    """Return the CPU time of this process and of those that it has ended [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(own.ru_utime + own.ru_stime for own in used)
 
 
 def _unseen(run: Path) -> Source:
@@ -237,9 +243,10 @@ class Shop:
         for number in range(trial.passes):
             seen = self.seen(run, truth, trial, seed + number, path)
             sources.append(read_source(run, seen))
-            begin = clock.perf_counter()
-            told = learn(sources, Options(draws=trial.draws), self._models)
-            seconds.append(clock.perf_counter() - begin)
+            begin = _cpu()
+            with Models("native") as models:
+                told = learn(sources, Options(draws=trial.draws), models)
+            seconds.append(_cpu() - begin)
             found.append(told)
             if not told.refusal:
                 run = self.commanded(run, told)

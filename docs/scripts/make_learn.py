@@ -66,7 +66,7 @@ def robots() -> str:
         )
         for number, found in enumerate(_hidden(), start=1)
     ]
-    head = ("robot", "as its file says", "one pass", "two passes", "time of the fits [s]")
+    head = ("robot", "as its file says", "one pass", "two passes", "CPU time of the fits [s]")
     return table(head, rows)
 
 
