@@ -41,8 +41,8 @@ class Fit:
         residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `coupling.learn.residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
-        covariance: Of all unknowns, as if residuals were noise and the derivatives right; of stiffness by
-            those that tell less.
+        covariance: Of all unknowns, as if residuals were noise and the derivatives right; of stiffness
+            by those derivatives that tell less.
         converged: Whether the last step explained next to nothing.
     """
 
@@ -99,8 +99,8 @@ class Fitter:
     def _covariance(self, now: At) -> np.ndarray:
         """Return the covariance of all unknowns, as if residuals were noise and the derivatives right.
 
-        A stiffness that is other makes a floating gear leave its flank at another time, which differences
-        of simulations take for knowledge of it; the gears' equation knows what it moves on its flanks.
+        Another stiffness makes a floating gear leave its flank at another time, which differences of
+        simulations take for knowledge of it; the gears' equation knows what it moves on its flanks.
         """
         secants = self.problem.secants(_CHANGES[0])
         found, held = (

@@ -11,11 +11,12 @@ from circling_robots import Robots
 from coupling.errors import SimulationError
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.learn.descent import size_of
+from coupling.learn.descent import Descent, size_of
 from coupling.learn.judge import judged
 from coupling.learn.parameters import prior_of
 from coupling.learn.passes import Pass, Simulated
 from coupling.learn.robot_file import remark
+from coupling.learn.smoothing import SlowPart
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
 
@@ -73,6 +74,23 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
     found = fitter.fit(0.0 * truth)
     assert asked[0] > 10
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
+
+
+def test_no_stiffness_is_surer_than_the_gears_equation_makes_it(robots):
+    """Differences of simulations take when a floating gear leaves its flank for knowledge of it."""
+    one = robots.measured(robots.moved(robots.factors(backlash=1.1)), every=3)
+    fitter = robots.fitter(one)
+    found = fitter.fit(np.zeros(len(robots.parameters)))
+    descent = Descent(fitter.problem, [SlowPart.of(one.seen.time)])
+    at, problem = descent.at(found.z), fitter.problem
+    by_equation, by_simulation = (
+        np.sqrt(np.diag(np.linalg.inv(descent.equations(at, own)[0])))
+        for own in (problem.effects, problem.secants(0.05))
+    )
+    own = np.sqrt(np.diag(found.covariance))
+    stiff = [k for k, p in enumerate(robots.parameters) if p.kind == "stiffness"]
+    assert np.min(by_simulation[stiff] / by_equation[stiff]) < 0.8
+    assert np.all(own[stiff] > 0.999 * by_equation[stiff])
 
 
 def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
