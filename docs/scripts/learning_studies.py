@@ -257,11 +257,15 @@ class Shop:
 
     def commanded(self, run: Path, found: Learned) -> Path:
         """Return the run folder of the next command."""
+        content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
+        return self._compensated(next_case_text(content, self.written(found)))
+
+    def written(self, found: Learned) -> Path:
+        """Return the file of a robot that was learned."""
         file = self._folder / f"learned{self._count}.toml"
         start = tomllib.loads(found.sources[0].file.read_text(encoding="utf-8"))
         file.write_text(learned_text(found, start, file), encoding="utf-8")
-        content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
-        return self._compensated(next_case_text(content, file))
+        return file
 
     def left_by(self, robot: Path, truth: Truth) -> Left:
         """Return what the command for a robot file leaves on the robot that really moves."""

@@ -250,19 +250,26 @@ def speed() -> str:
 
 def learned() -> str:
     """Return what is left on robots unlike their file: as it is, learned, placed, and both."""
-    rows = []
-    for name, title in (("cone", "as it is"), ("cone_robust", "placed")):
-        with Shop(case_text(name, tool_path={"depth_m": DEPTH})) as shop:
-            robots = {
-                "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
-                "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
-                "all parameters other": hidden(shop.robot, 11),
-            }
-            for robot, truth in robots.items():
-                found = shop.learned(truth, Trial(passes=1))
-                told = "refused: nothing to learn" if found.found[0].refusal else found.left[-1]
-                rows.append((title, robot, f"{found.left[0]}", f"{told}"))
-    return table(("cone", "robot", "before learning", "after one measured pass"), rows)
+    rows: dict[str, list[tuple[str, ...]]] = {"as it is": [], "placed": []}
+    cases = (case_text(name, tool_path={"depth_m": DEPTH}) for name in ("cone", "cone_robust"))
+    with Shop(next(cases)) as shop, Shop(next(cases)) as robust:
+        robots = {
+            "all backlash x 0.8": all_alike(shop.robot, "backlash", 0.8),
+            "all backlash x 1.2": all_alike(shop.robot, "backlash", 1.2),
+            "all parameters other": hidden(shop.robot, 11),
+        }
+        for robot, truth in robots.items():
+            for title, own in (("as it is", shop), ("placed", robust)):
+                found = own.learned(truth, Trial(passes=1))
+                refused = found.found[0].refusal
+                told = "refused: nothing to learn" if refused else f"{found.left[-1]}"
+                if own is shop:
+                    file, both = shop.written(found.found[0]), ""
+                else:
+                    both = f"{robust.left_by(file, truth)}"
+                rows[title].append((title, robot, f"{found.left[0]}", told, both))
+    head = ("cone", "robot", "before learning", "after one measured pass", "of the cone as it is")
+    return table(head, [row for own in rows.values() for row in own])
 
 
 PARTS: dict[str, Callable[[], str]] = {
