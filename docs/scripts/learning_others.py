@@ -77,6 +77,14 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
         ),
         "example, cone elsewhere": (_cone(home, "icme2008", (1.3, 0.4, 0.6)), 61),
         "example, pyramid": (_cone(home, "icme2008", (1.6, 0.0, 0.8), kind="pyramid"), 75),
+        "example, ISO 9283 at 0.25 m/s, base rolled by 6 degrees": (
+            case_text(
+                "iso9283",
+                robot={"base_rpy_deg": [6.0, 0.0, 0.0]},
+                tool_path={"feed_m_s": 0.25},
+            ),
+            71,
+        ),
     }
 
 
