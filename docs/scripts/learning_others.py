@@ -12,7 +12,8 @@ from typing import Any
 import tomli_w
 
 from coupling.files.robot_file import find_robot
-from docs.scripts.learning_studies import DEPTH, Left, Shop, Trial, Truth, case_text, hidden
+from docs.scripts.learning_shop import Shop
+from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth, case_text, hidden
 from docs.scripts.page import table
 from docs.scripts.runs import CASES
 

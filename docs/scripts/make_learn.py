@@ -21,15 +21,14 @@ import tomli_w
 from coupling.files.robot_file import find_robot
 from coupling.learn.learning import Learned
 from docs.scripts.learning_others import others
+from docs.scripts.learning_shop import Shop, cone
 from docs.scripts.learning_studies import (
     DEPTH,
     Learning,
-    Shop,
     Trial,
     all_alike,
     case_text,
     changed,
-    cone,
     hidden,
     of_kinds,
     sequence,

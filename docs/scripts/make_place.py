@@ -34,7 +34,8 @@ from coupling.robot.difference import Difference
 from coupling.run.models import Models, cell_of
 from coupling.run.robustness import differing
 from coupling.run.study import loop_of
-from docs.scripts.learning_studies import DEPTH, Shop, Trial, all_alike, case_text, hidden
+from docs.scripts.learning_shop import Shop
+from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.rotation_study import rotations

@@ -1,0 +1,182 @@
+"""Where robots whose parameters are hidden are run, measured in simulation, and learned."""
+
+from __future__ import annotations
+
+import resource
+import tempfile
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from scipy.spatial.transform import Rotation
+
+from coupling.case import Case, load_case
+from coupling.learn.alignment import aligned
+from coupling.learn.learning import Learned, Options, learn
+from coupling.learn.mirrored import measured_deviation, mirrored
+from coupling.learn.next_case import next_case_text
+from coupling.learn.passes import Seen
+from coupling.learn.robot_file import learned_text
+from coupling.learn.source import Source, read_source
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.run.folder import write_run
+from coupling.run.models import Models
+from coupling.run.study import run_compensation
+from docs.scripts.learning_studies import DEPTH, Learning, Left, Trial, Truth, case_text
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
+
+# Of the command's end nothing is judged, and nothing measured [s].
+CUT = 0.3
+_PLAIN = Trial()
+
+
+def _cpu() -> float:
+    """Return the CPU time of this process and of those that it has ended [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(own.ru_utime + own.ru_stime for own in used)
+
+
+def _unseen(run: Path) -> Source:
+    """Return a run as something to learn from, without what was measured."""
+    return read_source(run, Seen("", np.zeros(1), np.zeros((1, 3))))
+
+
+class Shop:
+    """Where robots are run and measured; a context manager that ends them.
+
+    Args:
+        data: The case.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self._scratch = tempfile.TemporaryDirectory()
+        self._folder = Path(self._scratch.name)
+        self._models = Models("native")
+        self._count = 0
+        self._first = self._compensated(tomli_w.dumps(data))
+
+    def __enter__(self) -> Shop:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._models.__exit__(*error)
+        self._scratch.cleanup()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the case's file."""
+        return self._case(self._first).robots[0].description
+
+    def _case(self, run: Path) -> Case:
+        return load_case(run / "case.toml")
+
+    def _compensated(self, text: str) -> Path:
+        """Run a case into a new run folder."""
+        self._count += 1
+        file = self._folder / f"case{self._count}.toml"
+        file.write_text(text, encoding="utf-8")
+        folder = self._folder / f"run{self._count}"
+        folder.mkdir()
+        case = load_case(file)
+        write_run(folder, case, run_compensation(case))
+        return folder
+
+    def moved(self, run: Path, truth: Truth, command: JointPath | None = None) -> ToolPath:
+        """Return the path that the tool really takes under a run's command, in axes of the base."""
+        source = _unseen(run)
+        placed = self._case(self._first).robots[0]
+        nominal, chain = Parameters.of(placed.description), build_chain(placed.description)
+        values = {}
+        for name, factor in truth.factors.items():
+            coordinate, kind = name.rsplit(".", 1)
+            value = getattr(nominal, kind)[chain.elastic_names.index(coordinate)]
+            values[name] = factor * float(value)
+        curve = truth.torque_curve or placed.torque_curve
+        fmu = self._models.of(placed.description, curve).fmu
+        wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
+        return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
+
+    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath) -> Seen:
+        """Return what is measured of the path that the tool really takes."""
+        rng = np.random.default_rng(seed)
+        source = _unseen(run)
+        time, at = source.stored.desired.time, source.placement
+        rows = np.flatnonzero(time <= min(time[-1] - CUT, trial.seconds))[:: trial.every]
+        noise = trial.noise * rng.standard_normal((len(rows), 3))
+        seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
+        held = None
+        if trial.turn_noise > 0.0:
+            turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
+            held = at.rotation * turns * path.rotations[0][rows]
+        return Seen("measured.csv", time[rows], seen, held)
+
+    def off(self, run: Path, path: ToolPath) -> np.ndarray:
+        """Return how far the tool really is from its desired path [m], (n, 3)."""
+        desired = _unseen(run).stored.desired
+        judged = desired.time <= desired.time[-1] - CUT
+        off: np.ndarray = (path.position[0] - desired.position[0])[judged]
+        return off
+
+    def learned(self, truth: Truth, trial: Trial = _PLAIN, seed: int = 1) -> Learning:
+        """Measure, learn, command and measure again."""
+        run, sources = self._first, []
+        path = self.moved(run, truth)
+        off, found, seconds = [self.off(run, path)], [], []
+        for number in range(trial.passes):
+            seen = self.seen(run, truth, trial, seed + number, path)
+            sources.append(read_source(run, seen))
+            begin = _cpu()
+            with Models("native") as models:
+                told = learn(sources, Options(draws=trial.draws), models)
+            seconds.append(_cpu() - begin)
+            found.append(told)
+            if not told.refusal:
+                run = self.commanded(run, told)
+                path = self.moved(run, truth)
+            off.append(self.off(run, path))
+            print(truth.name, *map(Left.of, off), *(f"{s:.1f} s" for s in seconds), flush=True)
+        return Learning(tuple(map(Left.of, off)), tuple(found), tuple(seconds), tuple(off))
+
+    def commanded(self, run: Path, found: Learned) -> Path:
+        """Return the run folder of the next command."""
+        content = tomllib.loads((run / "case.toml").read_text(encoding="utf-8"))
+        return self._compensated(next_case_text(content, self.written(found)))
+
+    def written(self, found: Learned) -> Path:
+        """Return the file of a robot that was learned."""
+        file = self._folder / f"learned{self._count}.toml"
+        start = tomllib.loads(found.sources[0].file.read_text(encoding="utf-8"))
+        file.write_text(learned_text(found, start, file), encoding="utf-8")
+        return file
+
+    def left_by(self, robot: Path, truth: Truth) -> Left:
+        """Return what the command for a robot file leaves on the robot that really moves."""
+        content = tomllib.loads((self._first / "case.toml").read_text(encoding="utf-8"))
+        run = self._compensated(next_case_text(content, robot))
+        return Left.of(self.off(run, self.moved(run, truth)))
+
+    def mirrored(self, truth: Truth, trial: Trial, cut_off: float, seed: int = 1) -> list[Left]:
+        """Return what is left as the slow part of what was measured is subtracted, again and again."""
+        source = _unseen(self._first)
+        command, found = source.stored.joints, []
+        for number in range(trial.passes + 1):
+            path = self.moved(self._first, truth, command)
+            found.append(Left.of(self.off(self._first, path)))
+            seen = self.seen(self._first, truth, trial, seed + number, path)
+            seen = read_source(self._first, seen).seen
+            seen = aligned(seen, source.stored.desired, own_frame=False)
+            deviation, offset = measured_deviation(seen, source.stored.desired)
+            command = mirrored(source.robot, command, seen.time + offset, deviation, cut_off)
+        return found
+
+
+@cache
+def cone() -> Shop:
+    """Return the first contours of the example cone, 24 s."""
+    return Shop(case_text("cone", tool_path={"depth_m": DEPTH}))
