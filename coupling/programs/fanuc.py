@@ -145,7 +145,8 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
     if move.joints is not None:
         yield f"\tUF : {FRAME}, UT : {FRAME},"
         values = [
-            f"J{i}= {fixed(a, DEGREE_DECIMALS)} deg" for i, a in enumerate(np.rad2deg(move.joints), start=1)
+            f"J{i}= {fixed(a, DEGREE_DECIMALS)} deg"
+            for i, a in enumerate(np.rad2deg(move.joints), start=1)
         ]
         yield f"\t{', '.join(values[:3])},"
         yield f"\t{', '.join(values[3:])}"
@@ -160,7 +161,9 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
             + ","
         )
         turns = zip("WPR", angles, strict=True)
-        yield "\t" + ", ".join(f"{key} = {fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns)
+        yield "\t" + ", ".join(
+            f"{key} = {fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns
+        )
     yield "};"
 
 

@@ -33,8 +33,7 @@ PTP_REL PTP_SPLINE PUBLIC PULSE REAL REPEAT RESUME RETURN SCIRC SEC SIGNAL SLIN 
 STRUC SWITCH SWRITE SREAD THEN TIME_BLOCK TO TRIGGER TRUE UNTIL WAIT WHEN WHILE WITH
 """
 RESERVED = frozenset(_RESERVED_WORDS.split())
-# Decimals of millimetres; with those of degrees 0.1 um and 0.2 urad, about what a number of the controller
-# holds.
+# Decimals of millimetres; with those of degrees 0.1 um and 0.2 urad, about what the controller holds.
 _MM = 4
 
 
@@ -124,7 +123,9 @@ def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | No
 def _axes(move: Move) -> str:
     assert move.joints is not None
     angles = np.rad2deg(move.joints)
-    return "{" + ",".join(f"A{i + 1} {fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles)) + "}"
+    return (
+        "{" + ",".join(f"A{i + 1} {fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles)) + "}"
+    )
 
 
 def _share(percent: float) -> str:

@@ -36,7 +36,8 @@ def module(timed: list[Move]) -> str:
 
 
 @pytest.mark.skipif(
-    importlib.util.find_spec("rapidchecker") is None, reason="needs rapidchecker, as the lock has it"
+    importlib.util.find_spec("rapidchecker") is None,
+    reason="needs rapidchecker, as the lock has it",
 )
 def test_rapid_modules_keep_the_grammar_and_damaged_ones_do_not(tmp_path):
     expected = set()
