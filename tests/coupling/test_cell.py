@@ -28,10 +28,11 @@ from coupling.report import write_report
 from coupling.robot.cell import Cell, Member, Placement
 from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
+from coupling.run.deviations import Deviations
 from coupling.run.folder import write_run
 from coupling.run.ssp import write_ssp
 from coupling.run.stored_run import read_run
-from coupling.run.study import Deviations, _gap
+from coupling.run.study import _gap
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
