@@ -304,7 +304,8 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     )
     gap = _gap(case, finer)
     np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
-    between = replace(run, correction=finer, other_before=None, other_after=None, gap=gap)
+    none = dict.fromkeys(("other_before", "other_after", "unloaded_after"))
+    between = replace(run, correction=finer, gap=gap, **none)
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():
         assert np.array_equal(robot.desired.time, desired.time)
