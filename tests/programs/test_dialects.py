@@ -72,13 +72,13 @@ def test_rapid_that_sets_its_frames_and_speeds_on_the_way_is_read():
     ("line", "words"),
     [
         ("sp.v_max := 3;", "expected a component of speeddata, got 'v_max'"),
-        ("wo := Offs(wo,0,0,1);", "expected numbers in brackets"),
+        ("sp := Faster(sp,1);", "expected numbers in brackets"),
         ("wo.uframe := [[0,0,0],[1,0,0,0]];", "expected one wo for all targets"),
     ],
 )
 def test_data_that_rapid_sets_to_what_is_not_known_are_refused(line, words):
     text = RAPID_POSTED.replace("ENDPROC", f"{line}\nENDPROC")
-    with pytest.raises(ProgramError, match=f"line 18: {words}"):
+    with pytest.raises(ProgramError, match=f"line 17: {words}"):
         read_rapid(text)
 
 
@@ -87,8 +87,10 @@ def test_krl_taught_with_a_pendant_is_read_with_its_speeds_and_in_one_frame():
     assert [move.speed for move in found.moves] == pytest.approx([0.2, 0.05])
     assert (found.base, found.tool) == (None, None)  # numbers 2 and 3 of the controller
     other = KRL_TAUGHT_POINTS.replace("FP2={TOOL_NO 3,BASE_NO 2", "FP2={TOOL_NO 3,BASE_NO 1")
-    with pytest.raises(ProgramError, match=r"line 8: expected one \$BASE for all poses"):
-        read_krl(KRL_TAUGHT, other)
+    here = KRL_TAUGHT.replace("FDAT_ACT=FP1", "$BASE={X 1,Y 2,Z 3,A 0,B 0,C 0}")
+    for source, points in ((KRL_TAUGHT, other), (here, KRL_TAUGHT_POINTS)):
+        with pytest.raises(ProgramError, match=r"line 8: expected one \$(BASE|TOOL) for all poses"):
+            read_krl(source, points)
 
 
 def test_damaged_ones_are_read_or_refused():

@@ -155,10 +155,6 @@ REFUSED = {
     "krl huge": (*moved("krl", "LIN {X 1e300}"), ["line 15", "at most 1e+08"]),
     "krl infinite": (*moved("krl", "LIN {X inf}"), ["expected a number", "'inf'"]),
     "krl another base": (*moved("krl", "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}"), ["one $BASE"]),
-    "krl base in a clause": (
-        *moved("krl", "SLIN {X 1} WITH $BASE=SBASE(4)"),
-        ["line 15", "expected one $BASE for all poses"],
-    ),
     "krl half a point": ("krl", "DEF A()\nLIN {X 1}\nEND", ["X, Y, Z, A, B, C", "Y, Z"]),
     "krl no target": (*moved("krl", "LIN"), ["line 15", "expected a motion to a point"]),
     "krl no motion": ("krl", "DEF A()\nEND", ["expected motions, got none"]),
