@@ -143,16 +143,18 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         loop = loop_of(case, cell, watch)
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
-        other_after: ToolPath | None = None
         unloaded_after: ToolPath | None = None
+        if kind == "compensate":
+            with _timed("unloaded", durations):
+                none = WrenchHistory.none(found.desired.time, len(found.joints.q))
+                unloaded_after = _simulated(cell, found.joints, none, case.mode)
+        other_after: ToolPath | None = None
         with _timed("other_mode", durations):
             other = other_mode(case.mode)
             before = found.before
             other_before = _simulated(cell, before.joints, before.wrench, other)
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.answer.wrench, other)
-                none = WrenchHistory.none(found.desired.time, len(found.joints.q))
-                unloaded_after = _simulated(cell, found.joints, none, case.mode)
         replays: tuple[Replay, ...] = ()
         if kind == "compensate":
             with _timed("robustness", durations):
