@@ -1,8 +1,8 @@
 """Build what a release consists of, and try it where nothing else of the project is: make release.
 
-Sdist and wheel with the C core's libraries for all platforms, and their SHA256SUMS.  The sdist makes
-the same wheel again.  The wheel is installed into a fresh environment, where its command builds an FMU
-and corrects a command.
+The recipe for conda-forge is parsed and rendered for its platforms.  Sdist and wheel with the C core's
+libraries for all platforms, and their SHA256SUMS.  The sdist makes the same wheel again.  The wheel is
+installed into a fresh environment, where its command builds an FMU and corrects a command.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ import elastic_robot
 
 ROOT = Path(__file__).parents[1]
 VERSION = elastic_robot.__version__
+# What conda-forge builds for by itself; the recipe's package is the same for all.
+CONDA_PLATFORMS = ("linux-64", "osx-arm64", "win-64")
 
 
 class ReleaseError(Exception):
@@ -52,6 +54,28 @@ def checksums(files: Sequence[Path]) -> str:
     return "".join(
         f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in sorted(files)
     )
+
+
+def check_recipe(text: str) -> None:
+    """Check that rattler-build takes a recipe: its keys, specifications of versions, licence, variables.
+
+    Raises:
+        ReleaseError: If it does not.
+    """
+    from rattler_build import (
+        PlatformConfig,
+        RattlerBuildError,
+        RenderConfig,
+        Stage0Recipe,
+        VariantConfig,
+    )
+
+    try:
+        recipe = Stage0Recipe.from_yaml(text)
+        for platform in CONDA_PLATFORMS:
+            recipe.render(VariantConfig(), RenderConfig(PlatformConfig(target_platform=platform)))
+    except RattlerBuildError as error:
+        raise ReleaseError(f"recipe.yaml: {error}") from error
 
 
 def build(folder: Path) -> tuple[Path, Path]:
@@ -157,6 +181,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     output: Path = parser.parse_args(arguments).output
     try:
         text = changes(VERSION, (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"))
+        check_recipe((ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8"))
         shutil.rmtree(output, ignore_errors=True)
         files = build(output)
         check_content(*files)

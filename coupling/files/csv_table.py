@@ -23,6 +23,8 @@ def write_table(file: Path | TextIO, columns: Sequence[str], data: np.ndarray) -
 
 def read_header(file: Path, error: type[Exception]) -> list[str]:
     """Return the column names of a CSV file; `error` is raised if it cannot be read."""
+    if file.is_fifo():  # tables are read again for their numbers, and a pipe nobody writes to waits
+        raise error(f"{file}: expected a file, got a pipe, which cannot be read twice")
     try:
         # Spreadsheets begin a table with a mark of its encoding.
         with file.open(encoding="utf-8-sig") as stream:

@@ -12,7 +12,14 @@ import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import wpr_of
-from coupling.programs.program import HERE, Configuration, Move, Program, ProgramFile
+from coupling.programs.program import (
+    DEGREE_DECIMALS,
+    HERE,
+    Configuration,
+    Move,
+    Program,
+    ProgramFile,
+)
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name; lines and positions of one program, which are numbered with four digits.
@@ -24,7 +31,7 @@ RESERVED = frozenset(_RESERVED_WORDS.split())
 # Frames of the program: their numbers on the controller, and the register that sets them.
 FRAME = 9
 # Decimals of mm and deg that the controller itself writes are 3; it keeps more.
-_MM, _DEG = 4, 5
+_MM = 4
 _SHORTEST_MS, _LONGEST_MS = 1, 32000
 _HEADER = """\
 /PROG  {name}
@@ -88,7 +95,7 @@ def _frames(program: Program) -> Iterator[str]:
         row = np.array([pose])
         values = [
             *numbers(1e3 * row[0, :3], _MM).split(","),
-            *numbers(wpr_of(row)[0], _DEG).split(","),
+            *numbers(wpr_of(row)[0], DEGREE_DECIMALS).split(","),
         ]
         for k, value in enumerate(values, start=1):
             yield f"PR[{FRAME},{k}]={value if not value.startswith('-') else f'({value})'}"
@@ -138,9 +145,11 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
     if move.joints is not None:
         yield f"\tUF : {FRAME}, UT : {FRAME},"
         values = [
-            f"J{i}= {fixed(a, _DEG)} deg" for i, a in enumerate(np.rad2deg(move.joints), start=1)
+            f"J{i}= {fixed(a, DEGREE_DECIMALS)} deg"
+            for i, a in enumerate(np.rad2deg(move.joints), start=1)
         ]
-        yield f"\t{', '.join(values)}"
+        yield f"\t{', '.join(values[:3])},"
+        yield f"\t{', '.join(values[3:])}"
     else:
         assert move.pose is not None
         assert angles is not None
@@ -152,7 +161,9 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
             + ","
         )
         turns = zip("WPR", angles, strict=True)
-        yield "\t" + ", ".join(f"{key} = {fixed(value, _DEG)} deg" for key, value in turns)
+        yield "\t" + ", ".join(
+            f"{key} = {fixed(value, DEGREE_DECIMALS)} deg" for key, value in turns
+        )
     yield "};"
 
 

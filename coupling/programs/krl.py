@@ -11,7 +11,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from coupling.programs.angles import abc_of
-from coupling.programs.program import HERE, Configuration, Move, Pose, Program, ProgramFile
+from coupling.programs.program import (
+    DEGREE_DECIMALS,
+    HERE,
+    Configuration,
+    Move,
+    Pose,
+    Program,
+    ProgramFile,
+)
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name and of a line that the controller takes.
@@ -25,8 +33,8 @@ PTP_REL PTP_SPLINE PUBLIC PULSE REAL REPEAT RESUME RETURN SCIRC SEC SIGNAL SLIN 
 STRUC SWITCH SWRITE SREAD THEN TIME_BLOCK TO TRIGGER TRUE UNTIL WAIT WHEN WHILE WITH
 """
 RESERVED = frozenset(_RESERVED_WORDS.split())
-# Decimals: 0.1 um and 0.2 urad, about what a number of the controller holds.
-_MM, _DEG = 4, 5
+# Decimals of millimetres; with those of degrees 0.1 um and 0.2 urad, about what the controller holds.
+_MM = 4
 
 
 def write(program: Program) -> tuple[ProgramFile, ...]:
@@ -105,7 +113,7 @@ def _aggregate(pose: Pose) -> str:
 
 
 def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | None = None) -> str:
-    values = [*numbers(position, _MM).split(","), *numbers(angles, _DEG).split(",")]
+    values = [*numbers(position, _MM).split(","), *numbers(angles, DEGREE_DECIMALS).split(",")]
     fields = [f"{key} {value}" for key, value in zip("XYZABC", values, strict=True)]
     if posture is not None:
         fields += [f"S {posture.status}", f"T {posture.turn}"]
@@ -115,7 +123,9 @@ def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | No
 def _axes(move: Move) -> str:
     assert move.joints is not None
     angles = np.rad2deg(move.joints)
-    return "{" + ",".join(f"A{i + 1} {fixed(a, _DEG)}" for i, a in enumerate(angles)) + "}"
+    return (
+        "{" + ",".join(f"A{i + 1} {fixed(a, DEGREE_DECIMALS)}" for i, a in enumerate(angles)) + "}"
+    )
 
 
 def _share(percent: float) -> str:

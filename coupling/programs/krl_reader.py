@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
+from coupling.programs.krl_frames import Frames
+from coupling.programs.krl_values import ASSIGNED, fields_of, key_of, points, statements
 from coupling.programs.program import Motion, Move, Pose, Program
 from coupling.programs.text import real, shortened
 
@@ -22,12 +23,12 @@ _MOTIONS: dict[str, Motion] = {
 _MOVE = re.compile(
     r"(PTP|SPTP|LIN|SLIN|SPL)\s+(\{[^{}]*\}|[$A-Z_][\w$]*(?:\s*\[\s*\d+\s*\])?)(.*)", re.IGNORECASE
 )
-_ASSIGNED = re.compile(
-    r"(?:DECL\s+)?(?:GLOBAL\s+)?(?:(?:FRAME|POS|E6POS|AXIS|E6AXIS)\s+)?"
-    r"([$A-Z_][\w$]*(?:\s*\[\s*\d+\s*\])?)\s*=\s*(\{[^{}]*\})",
+# As the system variable, in a clause of a spline's motion, or by the pendant's routine.
+_SPEED = re.compile(
+    r"(?:\$VEL\.CP\s*=|\$VEL\s*=\s*SVEL_CP\s*\(|BAS\s*\(\s*#(?:VEL_CP|CP_PARAMS)\s*,)"
+    r"\s*([^\s,;)]+)",
     re.IGNORECASE,
 )
-_SPEED = re.compile(r"\$VEL\.CP\s*=\s*([^\s,;]+)", re.IGNORECASE)
 _BLOCK = re.compile(r"TIME_BLOCK\s+(START|PART\s*=|END\s*=)\s*(.*)", re.IGNORECASE)
 # Words that choose or repeat motions, and motions that are not read.
 _REFUSED_WORDS = """
@@ -59,47 +60,12 @@ def read(source: str, data: str = "", name: str = "") -> Program:
         >>> move.motion, [round(x, 9) for x in move.pose[:3]], move.speed
         ('linear', [0.001, 0.002, 0.003], 0.5)
     """
-    reader = _Reader(name or "KRL", _points(data, f"{name or 'KRL'}: points"))
-    for number, line in _lines(source):
+    reader = _Reader(name or "KRL", points(data, f"{name or 'KRL'}: points"))
+    for number, line in statements(data):
+        reader.frames.take(line, False, f"{reader.name}: line {number}")
+    for number, line in statements(source):
         reader.take(line, f"{reader.name}: line {number}")
     return reader.program()
-
-
-def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield statements with the numbers of their lines, without comments and file headers."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        bare = line.split(";", 1)[0].strip()
-        if bare and not bare.startswith("&"):
-            yield number, bare
-
-
-def _points(data: str, where: str) -> dict[str, dict[str, float]]:
-    """Return the fields of the points that a .dat gives values."""
-    found = {}
-    for number, line in _lines(data):
-        given = _ASSIGNED.fullmatch(line)
-        if given:
-            found[_key(given[1])] = _fields(given[2], f"{where}: line {number}")
-    return found
-
-
-def _key(name: str) -> str:
-    return re.sub(r"\s", "", name).upper()
-
-
-def _fields(aggregate: str, where: str) -> dict[str, float]:
-    """Return the numbers of {X 1, Y 2, ..}, with or without the name of its type before a colon."""
-    inner = aggregate.strip("{} \t")
-    fields = {}
-    for part in inner.split(":", 1)[-1].split(","):
-        words = part.split()
-        if len(words) != 2:
-            raise ProgramError(
-                f"{where}: expected a letter and a number, got {shortened(part.strip())!r}"
-            )
-        if re.fullmatch(r"[XYZABC]|A[1-6]", words[0], re.IGNORECASE):
-            fields[words[0].upper()] = real(words[1], where)
-    return fields
 
 
 @dataclass
@@ -109,12 +75,13 @@ class _Reader:
     name: str
     points: dict[str, dict[str, float]]
     title: str = ""
-    frames: dict[str, Pose | None] = field(default_factory=dict)
+    frames: Frames = field(default_factory=Frames)
     moves: list[Move] = field(default_factory=list)
     last: dict[str, float] = field(default_factory=dict)
     speed: float | None = None
     spline: bool = False
     left: str = ""
+    begun: bool = False
     block: list[tuple[int, float]] | None = None
 
     def take(self, line: str, where: str) -> None:
@@ -129,6 +96,7 @@ class _Reader:
             self.title = line[3:].split("(")[0].strip()
         if word == "DEF" and self.moves:
             raise ProgramError(f"{where}: expected one program in the file, got another one")
+        self.frames.take(line, self.begun, where)
         if word in ("$BASE", "$TOOL"):
             self._frame(word, line, where)
         elif word in _MOTIONS:
@@ -141,17 +109,14 @@ class _Reader:
             self.spline = word != "ENDSPLINE"
         elif (speed := _SPEED.match(line)) is not None:
             self.speed = real(speed[1], where)
-        elif (given := _ASSIGNED.fullmatch(line)) is not None:
-            self.points[_key(given[1])] = _fields(given[2], where)
+        elif (given := ASSIGNED.fullmatch(line)) is not None:
+            self.points[key_of(given[1])] = fields_of(given[2], where)
 
     def _frame(self, word: str, line: str, where: str) -> None:
-        if self.moves and any(move.pose for move in self.moves):
-            raise ProgramError(f"{where}: expected one {word} for all poses, got another one")
-        given = _ASSIGNED.fullmatch(line)
-        if given is None:  # a number of a frame that the controller holds
-            self.frames[word] = None
-            return
-        self.frames[word] = self._pose(_fields(given[2], where), where)
+        given, source = ASSIGNED.fullmatch(line), line.partition("=")[2]
+        # Without a value it is a number of a frame that the controller holds.
+        pose = None if given is None else self._pose(fields_of(given[2], where), where)
+        self.frames.set(word, source, pose, self.begun, where)
 
     def _pose(self, fields: dict[str, float], where: str) -> Pose:
         missing = [key for key in _FRAME_KEYS if key not in fields]
@@ -167,8 +132,8 @@ class _Reader:
             raise ProgramError(f"{where}: expected a motion to a point, got {shortened(line)!r}")
         word, target, rest = given.groups()
         if target.startswith("{"):
-            fields = _fields(target, where)
-        elif (key := _key(target)) in self.points:
+            fields = fields_of(target, where)
+        elif (key := key_of(target)) in self.points:
             fields = self.points[key]
         elif self._leaves(word, target):
             return
@@ -191,12 +156,13 @@ class _Reader:
             )
         self.last = {**self.last, **fields}
         self.moves.append(Move(motion, self._pose(self.last, where), speed=speed))
+        self.begun = True
 
     def _leaves(self, word: str, target: str) -> bool:
         """Tell whether a motion only leads to or from the path, to where the controller knows."""
         if word.upper() not in ("PTP", "SPTP") or self.block is not None:
             return False
-        if any(move.pose for move in self.moves):
+        if self.begun:
             self.left = shortened(target)
         return True
 
@@ -244,5 +210,5 @@ class _Reader:
             raise ProgramError(f"{self.name}: expected TIME_BLOCK END, got the end of the file")
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
-        base, tool = self.frames.get("$BASE"), self.frames.get("$TOOL")
+        base, tool = self.frames.poses.get("$BASE"), self.frames.poses.get("$TOOL")
         return Program(self.title or self.name, tuple(self.moves), base, tool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import degrees
 from typing import Literal
 
 # "joint": all joints run from target to target in proportion; "linear": the TCP goes straight and its
@@ -14,6 +14,8 @@ Motion = Literal["joint", "linear", "spline"]
 # x, y, z [m], qx, qy, qz, qw.
 Pose = tuple[float, ...]
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+# Decimals of the degrees that programs write.
+DEGREE_DECIMALS = 5
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,8 @@ class Configuration:
         behind: The wrist's centre is behind axis 1.
         below: The wrist's centre is below the line from axis 2 to axis 3: the elbow points down.
         wrist: Sign of joint 5's angle, 1 or -1.
-        angles: Angles of the controller's joints, from which its turns follow [rad].
+        angles: Angles of the controller's joints, from which its turns follow [rad], to the digits
+            that programs write: a joint that is off zero by rounding alone is not in the turn below.
 
     Example:
         >>> Configuration(False, False, -1, (1.7, 0.0, 0.0, -0.1, -1.0, 7.0)).quadrants
@@ -33,7 +36,7 @@ class Configuration:
         (0, -1, 1)
         >>> Configuration(False, False, -1, (-0.1, -1.6, 1.8, 0.0, -0.2, 0.0)).status
         6
-        >>> Configuration(False, False, -1, (-0.1, -1.6, 1.8, 0.0, -0.2, 0.0)).turn
+        >>> Configuration(False, False, -1, (-0.1, -1.6, 1.8, 0.0, -0.2, -1e-9)).turn
         19
     """
 
@@ -45,7 +48,7 @@ class Configuration:
     @property
     def quadrants(self) -> tuple[int, int, int]:
         """Quarter turn in which joints 1, 4 and 6 are, 0 from zero to 90 deg."""
-        one, four, six = (int(self.angles[i] // (0.5 * pi)) for i in (0, 3, 5))
+        one, four, six = (int(self._written(i) // 90.0) for i in (0, 3, 5))
         return one, four, six
 
     @property
@@ -56,13 +59,17 @@ class Configuration:
     @property
     def turn(self) -> int:
         """KUKA's T: a bit for each joint, the first the lowest, one where its angle is negative."""
-        return sum(1 << i for i, angle in enumerate(self.angles) if angle < 0.0)
+        return sum(1 << i for i in range(len(self.angles)) if self._written(i) < 0.0)
 
     @property
     def turns(self) -> tuple[int, int, int]:
         """Whole turn in which joints 1, 4 and 6 are, 0 from -180 to 180 deg."""
-        one, four, six = (int((self.angles[i] + pi) // (2.0 * pi)) for i in (0, 3, 5))
+        one, four, six = (int((self._written(i) + 180.0) // 360.0) for i in (0, 3, 5))
         return one, four, six
+
+    def _written(self, joint: int) -> float:
+        """Return a joint's angle as a program writes it [deg]."""
+        return round(degrees(self.angles[joint]), DEGREE_DECIMALS)
 
 
 @dataclass(frozen=True)

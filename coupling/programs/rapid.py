@@ -9,7 +9,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from coupling.programs.program import HERE, Configuration, Move, Pose, Program, ProgramFile
+from coupling.programs.program import (
+    DEGREE_DECIMALS,
+    HERE,
+    Configuration,
+    Move,
+    Pose,
+    Program,
+    ProgramFile,
+)
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
 # Characters of a name, and of a line that the editor of the pendant shows whole.
@@ -21,8 +29,8 @@ MOD MODULE NOSTEPIN NOT NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN S
 TASK TEST THEN TO TRAP TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR MAIN
 """
 RESERVED = frozenset(_RESERVED_WORDS.split())
-# Decimals: 0.1 um, 0.2 urad, and 0.1 urad in a quaternion; seconds.
-_MM, _DEG, _QUATERNION, _SECONDS = 4, 5, 8, 6
+# Decimals: 0.1 um, and 0.1 urad in a quaternion; seconds.
+_MM, _QUATERNION, _SECONDS = 4, 8, 6
 _EXTERNAL = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 # Characters that follow the program's name in those of its data.
 _MARK = 2
@@ -70,7 +78,7 @@ def _module(program: Program) -> Iterator[str]:
 
 def _move(move: Move, how: str, frames: str) -> Sequence[str]:
     if move.joints is not None:
-        angles = numbers(np.rad2deg(move.joints), _DEG)
+        angles = numbers(np.rad2deg(move.joints), DEGREE_DECIMALS)
         target: tuple[str, ...] = (f"    MoveAbsJ [[{angles}],", f"      {_EXTERNAL}]\\NoEOffs,")
     else:
         assert move.pose is not None

@@ -15,6 +15,7 @@ from coupling.programs.rapid_values import (
     number_list,
     placement,
     value_of,
+    with_component,
 )
 from coupling.programs.text import real, shortened
 
@@ -26,6 +27,7 @@ _DECLARED = re.compile(
     r"(robtarget|jointtarget|tooldata|wobjdata|speeddata)\s+(\w+)\s*:=\s*(.*)",
     re.IGNORECASE | re.DOTALL,
 )
+_ASSIGNED = re.compile(r"(\w+)(?:\s*\.\s*(\w+))?\s*:=\s*(.*)", re.DOTALL)
 _HEADING = re.compile(r"\s*((?:MODULE|ENDMODULE|(?:LOCAL\s+)?PROC|ENDPROC)\b)", re.IGNORECASE)
 # Texts in quotes, comments, semicolons and what is between them.
 _PIECE = re.compile(r'"[^"]*"|!.*|;|[^;"!]+|"')
@@ -62,7 +64,13 @@ def _statements(text: str, name: str) -> Iterator[tuple[int, str]]:
     """Yield statements with the lines they begin in, without comments."""
     begun = 0
     words: list[str] = []
+    in_header = False  # what a controller writes between two lines %%% above the module
     for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() == "%%%":
+            in_header = not in_header
+            continue
+        if in_header:
+            continue
         if not words and (heading := _HEADING.match(line)) is not None:
             yield number, line[heading.start(1) :].split("!")[0].strip()
             continue
@@ -110,8 +118,23 @@ class _Reader:
             self.data[name.upper()] = (kind.lower(), value_of(value, where))
         elif word in _MOTIONS:
             self._move(word, statement[len(word) :], where)
+        elif (given := _ASSIGNED.fullmatch(statement)) is not None and given[
+            1
+        ].upper() in self.data:
+            self._assign(given[1], given[2], given[3], where)
         elif word.startswith("MOVE"):
             raise ProgramError(f"{where}: expected MoveL, MoveJ or MoveAbsJ, got {shortened(word)}")
+
+    def _assign(self, name: str, component: str | None, text: str, where: str) -> None:
+        """Give data, or a component of them, another value."""
+        kind, value = self.data[name.upper()]
+        used = {one.upper() for pair in self.frames for one in pair}
+        if name.upper() in used and any(move.pose for move in self.moves):
+            raise ProgramError(f"{where}: expected one {name} for all targets, got another one")
+        new = value_of(text, where)
+        if component is not None:
+            new = with_component(kind, value, component, new, where)
+        self.data[name.upper()] = (kind, new)
 
     def _known(self, text: str, kind: str, where: str) -> Value:
         """Return the value of a name, or one in brackets."""
@@ -123,7 +146,9 @@ class _Reader:
         return found[1]
 
     def _move(self, word: str, rest: str, where: str) -> None:
-        arguments = [part.split("\\") for part in arguments_of(rest)]
+        # A comma may stand before an option as well.
+        whole = re.sub(r",\s*\\", r"\\", rest)
+        arguments = [part.split("\\") for part in arguments_of(whole)]
         if len(arguments) != 4 or not arguments[0][0].strip():
             raise ProgramError(
                 f"{where}: expected a target, a speed, a zone and a tool, got {len(arguments)} arguments"

@@ -15,6 +15,15 @@ _DEEPEST = 6
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
 
+# Components that are given a value by themselves, and where they stand in what has them.
+_COMPONENTS = {
+    "wobjdata": {"UFRAME": 3, "OFRAME": 4},
+    "tooldata": {"TFRAME": 1},
+    "robtarget": {"TRANS": 0, "ROT": 1, "ROBCONF": 2, "EXTAX": 3},
+    "jointtarget": {"ROBAX": 0, "EXTAX": 1},
+    "speeddata": {"V_TCP": 0, "V_ORI": 1, "V_LEAX": 2, "V_REAX": 3},
+}
+
 # Number, word or list of them.
 Value = float | str | list["Value"]
 
@@ -64,6 +73,18 @@ def number_list(value: Value, count: int, what: str, where: str) -> list[float]:
             f"{where}: expected {count} numbers as {what}, got {shortened(str(value))}"
         )
     return [x for x in value if isinstance(x, float)]
+
+
+def with_component(kind: str, value: Value, component: str, new: Value, where: str) -> Value:
+    """Return data of a kind with another value of one of their components.
+
+    Raises:
+        ProgramError: If they have none of that name.
+    """
+    at = _COMPONENTS.get(kind, {}).get(component.upper())
+    if at is None or not isinstance(value, list) or len(value) <= at:
+        raise ProgramError(f"{where}: expected a component of {kind}, got {shortened(component)!r}")
+    return [*value[:at], new, *value[at + 1 :]]
 
 
 def arguments_of(text: str) -> list[str]:

@@ -21,15 +21,27 @@ def mode_names(mode: str) -> tuple[str, str]:
     return own, next(name for name in _MODES.values() if name != own)
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
+def table(
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    kind: str = "",
+    groups: Sequence[tuple[str, int]] = (),
+) -> str:
     """Return a table of cells of HTML.
 
     Args:
         header: Cells of its first row.
         rows: Cells of the others.
-        kind: "words" for a table of text, whose columns begin at the left.
+        kind: "words" for a table of text, whose columns begin at the left; "dense" for one that is
+            to be seen whole on a narrow screen.
+        groups: What stands above the header, each over so many columns.
     """
-    lines = [[f'<th scope="col">{cell}</th>' for cell in header]]
+    above = [
+        f'<th scope="colgroup" colspan="{columns}">{cell}</th>' if cell else "<td></td>"
+        for cell, columns in groups
+    ]
+    lines = [above] if groups else []
+    lines += [[f'<th scope="col">{cell}</th>' for cell in header]]
     lines += [[f"<td>{cell}</td>" for cell in row] for row in rows]
     content = "".join(f"<tr>{chr(10).join(line)}</tr>" for line in lines)
     marked = f' class="{kind}"' if kind else ""
@@ -42,11 +54,14 @@ def deviations(run: StoredRobot) -> str:
     shares, (own, other) = figures["shares_m"], mode_names(figures["mode"])
     parts = [shares_of(run, stage) for stage in run.actual]
     whole = [figures["deviation_before_m"], figures["deviation_after_m"]][: len(parts)]
-    nothing: list[Any] = [None] * (len(parts) - 1)
+    # A run of an earlier version has none after.
+    gravity, process = (
+        [shares[part], shares.get(f"{part}_after")] for part in ("gravity", "process")
+    )
     rows: list[tuple[str, Sequence[Any]]] = [
-        (f"{own}, {HOW[figures['before']]}" if nothing == [] else own, whole),
-        ("&nbsp; gravity alone", [shares["gravity"], *nothing]),
-        ("&nbsp; process (loaded minus unloaded)", [shares["process"], *nothing]),
+        (f"{own}, {HOW[figures['before']]}" if len(parts) == 1 else own, whole),
+        ("&nbsp; gravity alone", gravity[: len(parts)]),
+        ("&nbsp; process (loaded minus unloaded)", process[: len(parts)]),
         ("&nbsp; motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
             f"&nbsp; while gears are in their play, and {BEHIND:g} s behind",
@@ -56,19 +71,23 @@ def deviations(run: StoredRobot) -> str:
         (f"{other} under the same command and wrench", [part.other for part in parts]),
     ]
     stage_columns = ("max", "rms", "at t = [s]")
-    header = ["deviation [um]"]
-    for stage in run.actual:
-        header += [f"{stage}: {stage_columns[0]}", *stage_columns[1:]]
+    header = ["deviation [um]", *stage_columns * len(parts)]
+    groups = [("", 1), *((stage, len(stage_columns)) for stage in run.actual)]
     told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
     how = (
         f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on"
-        " the path that the tool really takes. Shares do not add up: they point to different sides.</p>"
+        " the path that the tool really takes. Its gravity alone is where the corrected command leads"
+        " the tool without the process, which then moves it by the process's share. Shares do not add"
+        " up: they point to different sides.</p>"
         if figures["kind"] == "compensate"
         else ""
     )
     return (
         table(
-            header, [(name, *sum(cells, ())) for name, cells in told if any(map(_is_told, cells))]
+            header,
+            [(name, *sum(cells, ())) for name, cells in told if any(map(_is_told, cells))],
+            "dense",
+            groups,
         )
         + how
         + _of_beat(figures)

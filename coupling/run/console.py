@@ -20,9 +20,10 @@ from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
 from coupling.run.beat import beat_parts
+from coupling.run.deviations import Deviations
 from coupling.run.plant import OnPlant
 from coupling.run.robustness import Replay
-from coupling.run.study import Deviations, Run, RunBegins
+from coupling.run.study import Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation
 from coupling.store import Waits

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.path.deviation import Deviation
 from coupling.run.beat import beat_parts
+from coupling.run.deviations import Deviations
 from coupling.run.plant import OnPlant
-from coupling.run.study import Deviations, Run
+from coupling.run.study import Run
 from coupling.solve.correction import Pass
 from coupling.solve.fixed_point import Evaluation
 
@@ -35,7 +37,6 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         if tool is None or not warning.robot or warning.robot == run.robots[tool]
     )
     gap = {} if run.gap is None or tool is not None else {"pinch_gap_m": run.gap.as_dict()}
-    dynamic = deviations.dynamic
     return {
         "case": case,
         "kind": run.kind,
@@ -52,7 +53,9 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "shares_m": {
             "gravity": deviations.gravity.as_dict(),
             "process": deviations.process.as_dict(),
-            "dynamic_after": None if dynamic is None else dynamic.as_dict(),
+            "gravity_after": _told(deviations.gravity_after),
+            "process_after": _told(deviations.process_after),
+            "dynamic_after": _told(deviations.dynamic),
         },
         "robustness": [
             {
@@ -73,6 +76,10 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "fmu_fingerprint": run.fmu_fingerprint,
         "versions": versions(),
     }
+
+
+def _told(deviation: Deviation | None) -> dict[str, float] | None:
+    return None if deviation is None else deviation.as_dict()
 
 
 def _beat(run: Run, tool: int | None) -> dict[str, Any] | None:

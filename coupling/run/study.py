@@ -12,7 +12,7 @@ from coupling.errors import SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.deviation import Deviation, ToolGap, measure
+from coupling.path.deviation import ToolGap
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Cell
 from coupling.robot.robot import RateWarning
@@ -49,6 +49,7 @@ class Run:
         other_before, other_after: Paths of the robots simulated in the other mode, without inertia for
             moving ones, under the commands and wrenches of the paths before and after; None where that
             was not possible, and after a coupling no path after.
+        unloaded_after: Paths under the corrected command and gravity alone; None likewise.
         robustness: What the corrected command leaves on robots that differ from the model.
         plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
@@ -66,6 +67,7 @@ class Run:
     mode: Mode
     other_before: ToolPath | None
     other_after: ToolPath | None
+    unloaded_after: ToolPath | None
     robustness: tuple[Replay, ...]
     plant: OnPlant | None
     drives: tuple[tuple[DriveMotion, ...], ...]
@@ -92,43 +94,6 @@ class Run:
         if self.kind == "couple":
             return None
         return self.correction.achieved if self.mode == "dynamic" else self.other_after
-
-
-@dataclass(frozen=True)
-class Deviations:
-    """Deviations of one tool or the worst of several, in a run.
-
-    Attributes:
-        before: Deviation of the loaded tool from the desired path, command = desired path.
-        after: Deviation of the achieved path from the desired one.
-        gravity: Deviation of the unloaded tool from the desired path, command = desired path.
-        process: Deviation of the loaded tool from the unloaded one, under the same command.
-        dynamic: Deviation of the path under the corrected command, simulated in dynamic mode, from the
-            desired one; None where that was not run.
-    """
-
-    before: Deviation
-    after: Deviation
-    gravity: Deviation
-    process: Deviation
-    dynamic: Deviation | None
-
-    @classmethod
-    def of(cls, run: Run, tool: int | None = None) -> Deviations:
-        """Return the deviations of one tool of a run, or the worst of all."""
-
-        def own(path: ToolPath) -> ToolPath:
-            return path if tool is None else path.tools[tool]
-
-        found, desired = run.correction, own(run.desired)
-        before, unloaded = own(run.before), own(found.unloaded)
-        return cls(
-            before=measure(before, desired),
-            after=measure(own(found.achieved), desired),
-            gravity=measure(unloaded, desired),
-            process=measure(before, unloaded),
-            dynamic=None if run.dynamic is None else measure(own(run.dynamic), desired),
-        )
 
 
 def run_coupling(case: Case, watch: Watch = unwatched) -> Run:
@@ -178,6 +143,11 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         loop = loop_of(case, cell, watch)
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
+        unloaded_after: ToolPath | None = None
+        if kind == "compensate":
+            with _timed("unloaded", durations):
+                none = WrenchHistory.none(found.desired.time, len(found.joints.q))
+                unloaded_after = _simulated(cell, found.joints, none, case.mode)
         other_after: ToolPath | None = None
         with _timed("other_mode", durations):
             other = other_mode(case.mode)
@@ -204,6 +174,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             mode=case.mode,
             other_before=other_before,
             other_after=other_after,
+            unloaded_after=unloaded_after,
             robustness=replays,
             plant=plant,
             drives=tuple(

@@ -14,7 +14,8 @@ from coupling.case import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
 from coupling.run.beat import Parts
-from coupling.run.study import Deviations, Run
+from coupling.run.deviations import Deviations
+from coupling.run.study import Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, coupled, example

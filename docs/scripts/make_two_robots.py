@@ -9,7 +9,8 @@ import plotly.graph_objects as go
 
 from coupling.case import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.run.study import Deviations, Run
+from coupling.run.deviations import Deviations
+from coupling.run.study import Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force

@@ -28,10 +28,11 @@ from coupling.report import write_report
 from coupling.robot.cell import Cell, Member, Placement
 from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
+from coupling.run.deviations import Deviations
 from coupling.run.folder import write_run
 from coupling.run.ssp import write_ssp
 from coupling.run.stored_run import read_run
-from coupling.run.study import Deviations, _gap
+from coupling.run.study import _gap
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
@@ -303,7 +304,8 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     )
     gap = _gap(case, finer)
     np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
-    between = replace(run, correction=finer, other_before=None, other_after=None, gap=gap)
+    none = dict.fromkeys(("other_before", "other_after", "unloaded_after"))
+    between = replace(run, correction=finer, gap=gap, **none)
     write_run(tmp_path, case, between)
     for robot in read_run(tmp_path).robots.values():
         assert np.array_equal(robot.desired.time, desired.time)

@@ -12,7 +12,8 @@ from places import LINE_CASE
 
 from coupling.case import load_case
 from coupling.errors import CouplingError
-from coupling.run.study import Deviations, run_compensation
+from coupling.run.deviations import Deviations
+from coupling.run.study import run_compensation
 from coupling.solve.filters import limit_rate, low_pass
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome

@@ -48,9 +48,9 @@ def test_simulations_count_their_steps_up_to_the_end(watched):
         *(f"simulating the dynamic robot with {replay.name}" for replay in run.robustness),
     ]
     finished = sum(work.done == work.total for work in works)
-    # One unloaded, one for each evaluation (the validation among them), two in dynamic mode: before and
-    # after.
-    assert finished == run.correction.evaluations + 3 + len(run.robustness)
+    # Two unloaded and two in dynamic mode, before and after; one for each evaluation (the validation
+    # among them).
+    assert finished == run.correction.evaluations + 4 + len(run.robustness)
 
 
 def test_planning_counts_the_samples(watched):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -242,6 +243,13 @@ def test_deviation_is_split_along_and_across_the_travel():
     assert figures.tangential_maximum == pytest.approx(3e-3, rel=1e-6)
     middle = np.linalg.norm(offset[0, :3])
     assert figures.normal_maximum <= middle + 1e-12
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_table_from_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "p.csv")
+    with pytest.raises(CaseError, match=r"p\.csv: expected a file, got a pipe"):
+        read_table(tmp_path / "p.csv", ("time",), CaseError)
 
 
 def test_histories_refuse_what_is_no_history():

@@ -21,6 +21,7 @@ from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import robot_page
 from coupling.report.shares import Share, shares_of
+from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
 from coupling.report.views import View, from_above
 from coupling.robot.links import link_points
@@ -148,6 +149,21 @@ def test_shares_are_those_of_the_paths(long):
     assert before.other.maximum == pytest.approx(3e-3 * np.sqrt(3.0))
     assert found.motion is None
     assert Share.of(time[:0], time[:0]) is None
+
+
+def test_every_share_has_figures_before_and_after(finished):
+    """Maximum, rms and instant of both; a run of an earlier version has no gravity and process after."""
+    stored = read_run(finished[2]).first
+    table = deviations(stored)
+    for share in ("gravity alone", "process (", "motion (", "while gears"):
+        (row,) = [line for line in table.split("<tr>") if f"; {share}" in line]
+        cells = re.findall(r"<td>([^<]*)</td>", row)
+        assert len(cells) == 7
+        assert all(cells)
+    for part in ("gravity", "process"):
+        del stored.figures["shares_m"][f"{part}_after"]
+    (row,) = [line for line in deviations(stored).split("<tr>") if "; gravity alone" in line]
+    assert re.findall(r"<td>([^<]*)</td>", row)[4:] == ["", "", ""]
 
 
 def test_the_other_mode_is_that_of_the_cell(finished):

@@ -268,17 +268,24 @@ def test_files_of_the_user_are_left_alone(task, tmp_path):
     assert (tmp_path / "run.unfinished" / "thesis.csv").read_text() == "mine"
 
 
-def test_an_interrupt_while_the_command_is_loaded_says_so_too():
-    """Ctrl-C comes while NumPy is imported, simulated by an import that raises what it does."""
-    program = """
-import builtins, runpy
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_the_command_is_loaded_says_so_too(number):
+    """Ctrl-C, or a batch system's end, comes while NumPy is imported."""
+    program = f"""
+import builtins, runpy, signal
 known = builtins.__import__
 def imported(name, *rest, **named):
     if name == "numpy":
-        raise KeyboardInterrupt
+        signal.raise_signal({int(number)})
     return known(name, *rest, **named)
 builtins.__import__ = imported
 runpy.run_module("coupling.cli", run_name="__main__")
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (130, "stopped; nothing was written\n")
+
+
+def test_loading_the_command_leaves_signals_as_they_were():
+    program = "import signal; own = lambda *_: None; signal.signal(signal.SIGTERM, own)\n"
+    program += "import coupling.cli; assert signal.getsignal(signal.SIGTERM) is own"
+    assert subprocess.run([sys.executable, "-c", program]).returncode == 0

@@ -65,6 +65,10 @@ def test_result_holds_the_figures(finished):
     assert result["flank_changes"] is None  # mirroring does not know them
     assert len(result["robustness"]) == 6
     assert result["shares_m"]["process"]["maximum"] > 1e-5
+    # Under the corrected command gravity and process take the tool away and back again.
+    dry, moved = (result["shares_m"][f"{part}_after"]["maximum"] for part in ("gravity", "process"))
+    assert abs(dry - moved) <= result["deviation_after_m"]["maximum"] * (1.0 + 1e-9)
+    assert min(dry, moved) > 1e-5
     assert len(result["fmu_fingerprint"]) == 16
     assert {"numpy", "pin", "fmpy"} <= set(result["versions"])
 

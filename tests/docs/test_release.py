@@ -42,6 +42,29 @@ def test_the_recipe_has_the_projects_commands(recipe):
     assert set(recipe["build"]["python"]["entry_points"]) == commands
 
 
+# What is damaged in the recipe, and what the message must say.
+DAMAGED = {
+    "licence_file:": ("license_file:", "unknown field 'licence_file'"),
+    "license: Mitt": ("license: MIT", "SPDX"),
+    "numpy >>1.26": ("numpy >=1.26", "version spec: >>1.26"),
+    "${{ versoin }}": ("${{ version }}", "undefined"),
+    "checks:": ("tests:", "unknown top-level field 'checks'"),
+}
+
+
+@pytest.mark.parametrize("damage", [None, *DAMAGED])
+def test_the_recipe_is_rendered_for_every_platform_and_a_damaged_one_refused(damage):
+    pytest.importorskip("rattler_build", reason="needs py-rattler-build, as the lock has it")
+    text = (ROOT / "recipe" / "recipe.yaml").read_text()
+    if damage is None:
+        release.check_recipe(text)
+        return
+    whole, words = DAMAGED[damage]
+    assert whole in text
+    with pytest.raises(release.ReleaseError, match=re.escape(words)):
+        release.check_recipe(text.replace(whole, damage))
+
+
 def test_every_file_says_the_version_and_the_words_of_the_project(recipe):
     meta = json.loads((ROOT / "codemeta.json").read_text())
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())

@@ -85,6 +85,20 @@ def light(small, tmp_path_factory) -> Pair:
     return Pair(*folders)
 
 
+@pytest.fixture(scope="module")
+def sanitized(tmp_path_factory) -> dict[str, Path]:
+    """The FMU's library by version of FMI, under address and undefined-behaviour sanitizers.
+
+    Compiled once for all workers, which takes longer than what is done with it.
+    """
+    own = tmp_path_factory.getbasetemp()
+    cache = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "sanitized"
+    return {
+        fmi: compile_library(host_platform(), standard.sources(), SANITIZERS, cache=cache)
+        for fmi, standard in STANDARDS.items()
+    }
+
+
 def checked(said: str, calls: str) -> None:
     """Calls were refused, and steps or exchanges of states were made, in good numbers."""
     made, refused, useful = (int(word.split()[0]) for word in said.split(", "))
@@ -93,31 +107,33 @@ def checked(said: str, calls: str) -> None:
     assert useful > made / 20
 
 
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, tmp_path):
+def test_sanitizers_find_nothing_in_random_calls_of_fmi_2(native, pair, light, sanitized, tmp_path):
     """Address and undefined behaviour; a refused call changes nothing."""
     fuzz = build_master("fuzz2", tmp_path / "fuzz2", *SANITIZERS)
-    library = compile_library(host_platform(), STANDARDS["2"].sources(), SANITIZERS, cache=tmp_path)
-    checked(run(fuzz, library, *of2(light), CALLS, SEED), CALLS)
-    checked(run(fuzz, library, *of2(pair), "1000", SEED), "1000")
+    checked(run(fuzz, sanitized["2"], *of2(light), CALLS, SEED), CALLS)
+    checked(run(fuzz, sanitized["2"], *of2(pair), "1000", SEED), "1000")
     host = build_master("host", tmp_path / "host", *SANITIZERS)
     heavy = copy.copy(native)
-    heavy.library = library
+    heavy.library = sanitized["2"]
     run_master(heavy, [str(host)], "run")
 
 
-def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, tmp_path):
+def test_sanitizers_find_nothing_in_random_calls_of_fmi_3(pair, light, sanitized, tmp_path):
     """The same; buffers have exactly the size that the FMU is told."""
-    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", STANDARDS["3"].sources(), *SANITIZERS)
+    flags = (*SANITIZERS, f"-Wl,-rpath,{sanitized['3'].parent}")
+    fuzz = build_linked("fuzz3", tmp_path / "fuzz3", [sanitized["3"]], *flags)
     checked(run(fuzz, *of3(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of3(pair), "1000", SEED), "1000")
     assert run(fuzz, *of3(pair, slash=""), "20").startswith("20 calls")
 
 
 @pytest.mark.parametrize("fmi", STANDARDS)
-def test_sanitizers_find_nothing_in_random_calls_of_model_exchange(pair, light, tmp_path, fmi):
+def test_sanitizers_find_nothing_in_random_calls_of_model_exchange(
+    pair, light, sanitized, tmp_path, fmi
+):
     """The same for the calls of an integrator."""
-    sources, flags = STANDARDS[fmi].sources(), (*SANITIZERS, f"-DFMI={fmi}")
-    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", sources, *flags)
+    flags = (*SANITIZERS, f"-DFMI={fmi}", f"-Wl,-rpath,{sanitized[fmi].parent}")
+    fuzz = build_linked("fuzz_exchange", tmp_path / "fuzz", [sanitized[fmi]], *flags)
     of = of2 if fmi == "2" else of3
     checked(run(fuzz, *of(light), CALLS, SEED), CALLS)
     checked(run(fuzz, *of(pair), "5000", SEED), "5000")

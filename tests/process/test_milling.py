@@ -22,7 +22,8 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.process.milling_force import ARCS
-from coupling.run.study import Deviations, run_coupling
+from coupling.run.deviations import Deviations
+from coupling.run.study import run_coupling
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import Part
 

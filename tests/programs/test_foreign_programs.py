@@ -6,6 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from damage import damaged
 
 from coupling.errors import ProgramError
 from coupling.programs.languages import LANGUAGES, read_program
@@ -190,6 +191,10 @@ REFUSED = {
         *moved("rapid", "MoveL p10,v1\\T:=-1,z1,tMill\\WObj:=wPart;"),
         ["line 10", "time \\T > 0"],
     ),
+    "rapid another base": (
+        *moved("rapid", "wPart.uframe := [[0,0,0],[1,0,0,0]];"),
+        ["line 10", "expected one wPart for all targets"],
+    ),
     "rapid two tools": (*moved("rapid", "MoveL p10,v1,z1,tool0;"), ["one tool and work object"]),
     "rapid no semicolon": ("rapid", "MoveL p10,v1,z1,tool0", ["line 1", "semicolon"]),
     "rapid nothing": ("rapid", "", ["expected motions, got none"]),
@@ -224,18 +229,12 @@ def test_what_cannot_be_read_is_refused_in_one_sentence(name):
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_damaged_programs_are_read_or_refused(language):
     """Bytes left out, doubled or replaced anywhere: a program or a ProgramError, nothing else."""
-    rng = np.random.default_rng(18)
     whole = {"krl": KRL.replace("XP1", "{X 1}"), "rapid": RAPID, "fanuc": FANUC}
     text = whole.get(language, "time,q1,q2\n0,1,2\n0.1,1,2\n")
-    letters = list("[]{}(),;:=\\\"'\n 0189.eE-+xXPLM\x00é")
     read(language, text)
-    for _ in range(400):
-        damaged = list(text)
-        for _ in range(rng.integers(1, 4)):
-            k = int(rng.integers(len(damaged)))
-            damaged[k : k + int(rng.integers(3))] = rng.choice(letters, rng.integers(3)).tolist()
+    for broken in damaged(text, 400):
         with suppress(ProgramError):
-            read(language, "".join(damaged))
+            read(language, broken)
 
 
 def test_a_file_is_read_with_what_belongs_to_it(tmp_path):

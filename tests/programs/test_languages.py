@@ -134,6 +134,18 @@ def test_turns_beyond_half_a_turn_are_counted():
     assert "CONFIG : 'F U B, 0, 1, -2'" in fanuc.text
 
 
+@pytest.mark.parametrize("border_deg", [0.0, 90.0, -180.0, 360.0])
+def test_a_posture_does_not_change_its_turns_by_rounding(border_deg):
+    """A joint that rests on a border of its turns is computed a few 1e-16 rad to either side of it."""
+
+    def named(off: float) -> tuple:
+        found = Configuration(False, False, 1, (np.deg2rad(border_deg) + off,) * 6)
+        return found.quadrants, found.turns, found.turn
+
+    assert named(-1e-12) == named(0.0) == named(1e-12)
+    assert named(-1e-6) != named(0.0)
+
+
 def test_krl_points_have_status_and_turn_where_the_posture_is_known():
     posture = Configuration(True, False, -1, (-0.1, -1.0, 1.5, 0.0, -0.4, 3.0))
     pose = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
