@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
+from coupling.sheet_fem.threads import aside
 from coupling.toolpaths.part import Part
 
 _WHAT = "evaluating the process"
@@ -62,6 +64,7 @@ class SheetFem(Identified):
         stiffness = np.zeros((len(places), places[0].size, places[0].size))
         loaded = state = self.model.flat()
         before, touching = moves[0], False
+        answers: list[tuple[int, Future[np.ndarray]]] = []
         for k, after in enumerate(moves):
             self.watch(Progress(_WHAT, k, len(moves)))
             if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
@@ -69,8 +72,13 @@ class SheetFem(Identified):
                 state, forces[k], moments[k] = found.state, found.forces, found.moments
                 touching = bool(np.any(forces[k]))
                 if touching:
-                    loaded, stiffness[k] = state, self.model.reaction(found)
+                    loaded = state
+                    # The next equilibrium does not wait for it, but only one is under way: it holds
+                    # the whole sheet.
+                    _take(answers, stiffness)
+                    answers.append((k, aside(self.model.reaction, found)))
             before = after
+        _take(answers, stiffness)
         if touching:
             state = self.model.equilibrium(state, (), (), boxes[-1]).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
@@ -141,3 +149,10 @@ class SheetFem(Identified):
             self.model.sphere(center + lift, radius)
             for center, radius in zip(centers, self.radii, strict=True)
         )
+
+
+def _take(answers: list[tuple[int, Future[np.ndarray]]], stiffness: np.ndarray) -> None:
+    """Move what has been computed for positions to their rows."""
+    while answers:
+        k, answer = answers.pop()
+        stiffness[k] = answer.result()

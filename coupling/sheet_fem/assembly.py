@@ -176,11 +176,17 @@ class Assembler:
             after: State with the new control points; the history of the box's elements is written.
         """
         places = self._places(box)
-        force, stiffness = self._integrate(places, before, after, *self._inside)
-        wrenches = np.zeros((len(spheres), 6))
-        for k, sphere in enumerate(spheres):
-            moves = (before.points, after.points, before.slip[k], after.slip[k])
-            press(self._surface, sphere, places, *moves, force, stiffness, wrenches[k])
+        force, stiffness = (values[: len(places)] for values in self._inside)
+        on_tools = np.empty((len(spheres), len(places), 6))
+
+        def act(share: slice) -> None:
+            some, results = places[share], (force[share], stiffness[share])
+            self._integrate(some, before, after, *results)
+            for k, sphere in enumerate(spheres):
+                moves = (before.points, after.points, before.slip[k], after.slip[k])
+                press(self._surface, sphere, some, *moves, *results, on_tools[k, share])
+
+        in_threads(act, len(places))
         width = box.last_y - box.first_y
         unknowns = 3 * (box.last_x - box.first_x) * width
         index, residual = np.empty((len(places), 27), dtype=np.int64), np.zeros(unknowns)
@@ -188,7 +194,7 @@ class Assembler:
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
         tangent = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
-        return Inside(places, index, force, stiffness, residual, tangent, wrenches)
+        return Inside(places, index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
 
     def joined(self, inside: Inside, state: SheetState) -> Assembled:
         """Return what acts on a box and, if the state has surroundings, on its rim."""
@@ -228,7 +234,12 @@ class Assembler:
             cells = known.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
         places = np.argwhere(outside)
-        force, stiffness = self._integrate(places, before, after, *self._outside)
+        force, stiffness = (values[: len(places)] for values in self._outside)
+
+        def act(share: slice) -> None:
+            self._integrate(places[share], before, after, force[share], stiffness[share])
+
+        in_threads(act, len(places))
         rows = places[:, 0] // factor
 
         def sum_up(share: slice) -> None:
@@ -244,24 +255,14 @@ class Assembler:
         places: np.ndarray,
         before: SheetState,
         after: SheetState,
-        forces: np.ndarray,
-        tangents: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27).
-
-        They are written into the first rows of `forces` and `tangents`.
-        """
-        size = len(places)
-        force, stiffness = forces[:size], tangents[:size]
-
-        def compute(share: slice) -> None:
-            results = (force[share], stiffness[share], after.plastic, after.stretch)
-            _elements(self._shell, places[share], after.points, before.plastic, *results)
-
-        in_threads(compute, size)
+        force: np.ndarray,
+        stiffness: np.ndarray,
+    ) -> None:
+        """Write the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27)."""
+        results = (force, stiffness, after.plastic, after.stretch)
+        _elements(self._shell, places, after.points, before.plastic, *results)
         if self._bears:
             bear(self._surface, places, after.points, force, stiffness)
-        return force, stiffness
 
     def _rim(self, state: SheetState, inside: Inside) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the residual at the rim and its border of the stiffness."""
@@ -309,7 +310,7 @@ class Assembler:
         force, index = np.zeros((len(places), 27)), np.empty((len(places), 27), dtype=np.int64)
         stiffness = np.zeros((len(places), 27, 27))
         moves = (before.points, after.points, before.slip[tool], after.slip[tool].copy())
-        press(self._surface, sphere, places, *moves, force, stiffness, np.zeros(6))
+        press(self._surface, sphere, places, *moves, force, stiffness, np.empty((len(places), 6)))
         unknowns = 3 * (box.last_x - box.first_x) * (box.last_y - box.first_y)
         _unknowns(box, self._free, places, force, index, np.zeros(unknowns))
         moving = index >= 0

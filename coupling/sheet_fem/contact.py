@@ -108,8 +108,9 @@ def press(
     penetration d does some on the thinning, too, and the sheet's forces lessen by p h: it is the stress
     across the sheet, -p at the touched face and none at the other, in the mean over the thickness.
 
-    `on_tool` gets the force on the sphere and the moment about its centre, (6,).  Friction acts on
-    the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left out.
+    `on_tool` gets the force of each element on the sphere and its moment about the centre, (e, 6).
+    Friction acts on the sphere's surface, but on the sheet's midsurface: its moment on the sheet is left
+    out.
     """
     basis = surface.basis
     reach = sphere.radius + surface.thickness
@@ -120,6 +121,7 @@ def press(
     spread, normal = np.empty((3, 9)), np.empty(3)
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
+        on_tool[e] = 0.0
         if sphere.friction > 0.0:
             new_slip[i, j] = 0.0
         # The patch of control points encloses the element: farther ones cannot touch.
@@ -171,9 +173,9 @@ def press(
                 for k in range(3):
                     a, b = (k + 1) % 3, (k + 2) % 3
                     thrust[k] += drag[k]
-                    on_tool[3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
+                    on_tool[e, 3 + k] -= sphere.radius * (apart[a] * drag[b] - apart[b] * drag[a])
             for k in range(3):
-                on_tool[k] += thrust[k]
+                on_tool[e, k] += thrust[k]
             give(N, thrust, tangent, force[e], stiffness[e])
             for k in range(3):
                 along[k] = thrust[k] / size

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
 from itertools import pairwise
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 COUNT = os.cpu_count() or 1
+# Shares of a loop for each core.
+_SHARES = 3
 
 
 @cache
@@ -22,7 +29,9 @@ if hasattr(os, "register_at_fork"):
 
 
 def in_threads(compute: Callable[[slice], None], size: int, step: int = 1) -> None:
-    """Call a function once for each core, with its share of 0..size; shares begin at multiples of step.
+    """Call a function for shares of 0..size, on all cores; shares begin at multiples of step.
+
+    There are some more shares than cores, so that one that takes long keeps no other core waiting.
 
     Example:
         >>> done = set()
@@ -30,7 +39,34 @@ def in_threads(compute: Callable[[slice], None], size: int, step: int = 1) -> No
         >>> len(done)
         10
     """
-    steps = -(-size // step)
-    bounds = [min(steps * k // COUNT * step, size) for k in range(COUNT + 1)]
-    shares = [slice(first, last) for first, last in pairwise(bounds)]
-    list(_pool().map(compute, [share for share in shares if share.start < share.stop]))
+    steps, count = -(-size // step), COUNT * _SHARES if COUNT > 1 else 1
+    bounds = [min(steps * k // count * step, size) for k in range(count + 1)]
+    left = deque(slice(first, last) for first, last in pairwise(bounds) if first < last)
+
+    def work() -> None:
+        while True:
+            try:
+                share = left.popleft()
+            except IndexError:
+                return
+            compute(share)
+
+    others = [_pool().submit(work) for _ in range(min(COUNT, len(left)) - 1)]
+    try:
+        work()
+    finally:
+        # One that has not begun would find nothing left.
+        begun = [other for other in others if not other.cancel()]
+        wait(begun)
+    for other in begun:
+        other.result()
+
+
+def aside(compute: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Future[R]:
+    """Call a function while others go on, on a core that waits.
+
+    Example:
+        >>> aside(sum, [1, 2]).result()
+        3
+    """
+    return _pool().submit(compute, *args, **kwargs)
