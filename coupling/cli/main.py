@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -29,6 +27,7 @@ from coupling.cli import (
     store,
     study,
 )
+from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
 
@@ -96,25 +95,18 @@ def _program(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit status 0 converged, 1 not converged, 2 bad input, 130 stopped."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
-    try:
-        app(arguments)
-    except (CouplingError, ElasticRobotError) as error:
-        text = "\n".join([f"error: {error}", *_notes(error)])
-        Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
-        sys.exit(BAD_INPUT)
-    except (KeyboardInterrupt, _StoppedError) as stop:
-        kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
-        text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
-        Console(stderr=True).print(text, soft_wrap=True, markup=False)
-        sys.exit(INTERRUPTED)
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Let the end that a batch system announces be as orderly as an interrupt by hand."""
-    raise KeyboardInterrupt
+    with termination_interrupts():
+        try:
+            app(arguments)
+        except (CouplingError, ElasticRobotError) as error:
+            text = "\n".join([f"error: {error}", *_notes(error)])
+            Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
+            sys.exit(BAD_INPUT)
+        except (KeyboardInterrupt, _StoppedError) as stop:
+            kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
+            text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
+            Console(stderr=True).print(text, soft_wrap=True, markup=False)
+            sys.exit(INTERRUPTED)
 
 
 def _notes(error: BaseException) -> list[str]:

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.program import Configuration, Motion, Move, Pose, Program
+from coupling.programs.program import HERE, Configuration, Motion, Move, Pose, Program
 from coupling.programs.rapid_values import (
-    NOWHERE,
     Value,
     arguments_of,
     number_list,
@@ -207,7 +206,7 @@ class _Reader:
             raise ProgramError(f"{where}: expected {kind}, got {found[0]} {shortened(str(value))}")
         if kind == "wobjdata":
             inner = value[4] if len(value) > 4 else None
-            if inner is not None and placement(inner, where) != NOWHERE:
+            if inner is not None and placement(inner, where) != HERE:
                 raise ProgramError(f"{where}: expected an object frame of zeros, got another one")
             if value[0] != "FALSE":
                 raise ProgramError(

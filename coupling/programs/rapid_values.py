@@ -98,9 +98,6 @@ def arguments_of(text: str) -> list[str]:
     return [*parts, text[begun:].strip()]
 
 
-NOWHERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
 def placement(value: Value, where: str) -> Pose:
     """Return the pose of [[x,y,z],[w,x,y,z]]."""
     if not isinstance(value, list) or len(value) != 2:
