@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import tempfile
+import time
 import tomllib
 from collections.abc import Mapping
 from functools import cache
@@ -106,15 +107,15 @@ class Shop:
         """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
-        time, at = source.stored.desired.time, source.placement
-        rows = np.flatnonzero(time <= min(time[-1] - CUT, trial.seconds))[:: trial.every]
+        clock, at = source.stored.desired.time, source.placement
+        rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))[:: trial.every]
         noise = trial.noise * rng.standard_normal((len(rows), 3))
         seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
         held = None
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
             held = at.rotation * turns * path.rotations[0][rows]
-        return Seen("measured.csv", time[rows], seen, held)
+        return Seen("measured.csv", clock[rows], seen, held)
 
     def off(self, run: Path, path: ToolPath) -> np.ndarray:
         """Return how far the tool really is from its desired path [m], (n, 3)."""
@@ -131,16 +132,21 @@ class Shop:
         for number in range(trial.passes):
             seen = self.seen(run, truth, trial, seed + number, path)
             sources.append(read_source(run, seen))
-            begin = _cpu()
+            begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
                 told = learn(sources, Options(draws=trial.draws), models)
-            seconds.append(_cpu() - begin)
+            seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
             found.append(told)
             if not told.refusal:
                 run = self.commanded(run, told)
                 path = self.moved(run, truth)
             off.append(self.off(run, path))
-            print(truth.name, *map(Left.of, off), *(f"{s:.1f} s" for s in seconds), flush=True)
+            print(
+                truth.name,
+                *map(Left.of, off),
+                *(f"{s:.1f} s, CPU {c:.1f} s" for s, c in seconds),
+                flush=True,
+            )
         return Learning(tuple(map(Left.of, off)), tuple(found), tuple(seconds), tuple(off))
 
     def commanded(self, run: Path, found: Learned) -> Path:

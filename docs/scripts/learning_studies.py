@@ -87,13 +87,13 @@ class Learning:
     Attributes:
         left: What the commands leave: that of the file, then those learned.
         found: What was learned after each pass.
-        seconds: CPU time of each, of all processes together.
+        seconds: Time of each by the clock, and CPU time of all its processes together.
         off: Deviation under each command [m], (n, 3).
     """
 
     left: tuple[Left, ...]
     found: tuple[Learned, ...]
-    seconds: tuple[float, ...]
+    seconds: tuple[tuple[float, float], ...]
     off: tuple[np.ndarray, ...]
 
 

@@ -61,11 +61,11 @@ def robots() -> str:
         (
             f"{number}",
             *(str(left) for left in found.left),
-            ", ".join(f"{seconds:.0f}" for seconds in found.seconds),
+            ", ".join(f"{clock:.0f} ({cpu:.0f})" for clock, cpu in found.seconds),
         )
         for number, found in enumerate(_hidden(), start=1)
     ]
-    head = ("robot", "as its file says", "one pass", "two passes", "CPU time of the fits [s]")
+    head = ("robot", "as its file says", "one pass", "two passes", "time of the fits (CPU) [s]")
     return table(head, rows)
 
 
