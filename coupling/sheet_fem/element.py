@@ -36,12 +36,14 @@ def element(
     """Integrate one element.
 
     With u the displacement of control point A and N its spline, the first variations are
-    da_ij = sum N,i a_j . u + N,j a_i . u and db_ij = (N,ij - Gamma^c_ij N,c) n . u; the second one
-    of b, contracted with the moments m, is for control points A and C
+    da_ij = sum N,i a_j . u + N,j a_i . u and db_ij = h_ij n . u with h_ij = N,ij - Gamma^c_ij N,c; the
+    second one of b, contracted with the moments m, is for control points A and C
 
         - t_A (g_C . u_A)(n . u_C) - t_C (n . u_A)(g_A . u_C) - m:b (g_A . g_C)(n . u_A)(n . u_C)
 
-    with g = N,c a^c and t = m^ij (N,ij - Gamma^c_ij N,c).
+    with g = N,c a^c and t = m^ij h_ij.  So all of it is bilinear in five functions of each control
+    point, N,1 N,2 h_11 h_22 2 h_12: the stiffness is their product with what a point of integration adds
+    for each of them.
 
     Args:
         shell: Data that all elements share.
@@ -54,25 +56,19 @@ def element(
     """
     basis = shell.basis
     count = basis.area.shape[0]
-    # The stiffness is left^T right, twelve rows for each point: six strains, six of the second
-    # variation of b; and the second variation of a, the same for all three directions.
-    left = np.empty((12 * count, 27))
-    right = np.empty((12 * count, 27))
-    membrane = np.zeros((9, 9))
+    functions = np.empty((5 * count, 9))
+    # For each of them, k and m: what displacements along m of the nine control points do along k.
+    answer = np.empty((5 * count, 3, 3, 9))
     resultant = np.empty(6)
     tangent = np.empty((6, 6))
     first = np.empty((2, 3))  # x,1 and x,2
+    up = np.empty((2, 3))  # a^1 and a^2
     second = np.empty((3, 3))  # x,11, x,22 and x,12
     a = np.empty(3)
     b = np.empty(3)
     n = np.empty(3)
-    h = np.empty((3, 9))
-    gradient = np.empty((3, 9))  # g of each spline
-    turn = np.empty(9)  # t
     force[:] = 0.0
     for g in range(count):
-        B = right[12 * g : 12 * g + 6]
-        DB = left[12 * g : 12 * g + 6]
         N1, N2 = basis.d1[g], basis.d2[g]
         N11, N22, N12 = basis.d11[g], basis.d22[g], basis.d12[g]
         first[:, :] = 0.0
@@ -89,10 +85,11 @@ def element(
         n[1] = first[0, 2] * first[1, 0] - first[0, 0] * first[1, 2]
         n[2] = first[0, 0] * first[1, 1] - first[0, 1] * first[1, 0]
         det = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+        root = np.sqrt(det)
         a[:] = 0.0
         b[:] = 0.0
         for k in range(3):
-            n[k] /= np.sqrt(det)
+            n[k] /= root
             a[0] += first[0, k] * first[0, k]
             a[1] += first[1, k] * first[1, k]
             a[2] += first[0, k] * first[1, k]
@@ -104,50 +101,111 @@ def element(
             resultant[i] *= area
             for j in range(6):
                 tangent[i, j] *= area
-        for i in range(3):
-            for A in range(9):
-                h[i, A] = N11[A] if i == 0 else (N22[A] if i == 1 else N12[A])
         for k in range(3):
-            up1 = (a[1] * first[0, k] - a[2] * first[1, k]) / det
-            up2 = (a[0] * first[1, k] - a[2] * first[0, k]) / det
+            up[0, k] = (a[1] * first[0, k] - a[2] * first[1, k]) / det
+            up[1, k] = (a[0] * first[1, k] - a[2] * first[0, k]) / det
+        own = functions[5 * g : 5 * g + 5]
+        for A in range(9):
+            own[0, A] = N1[A]
+            own[1, A] = N2[A]
+            own[2, A] = N11[A]
+            own[3, A] = N22[A]
+            own[4, A] = 2.0 * N12[A]
+        for i in range(3):
+            along1 = along2 = 0.0
+            for k in range(3):
+                along1 += second[i, k] * up[0, k]
+                along2 += second[i, k] * up[1, k]
+            if i == 2:
+                along1 *= 2.0
+                along2 *= 2.0
             for A in range(9):
-                gradient[k, A] = N1[A] * up1 + N2[A] * up2
-            for i in range(3):
-                for A in range(9):
-                    h[i, A] -= second[i, k] * gradient[k, A]
-        for A in range(9):
-            turn[A] = resultant[3] * h[0, A] + resultant[4] * h[1, A] + 2.0 * resultant[5] * h[2, A]
-            for k in range(3):
-                r = 3 * A + k
-                B[0, r] = N1[A] * first[0, k]
-                B[1, r] = N2[A] * first[1, k]
-                B[2, r] = N1[A] * first[1, k] + N2[A] * first[0, k]
-                B[3, r] = n[k] * h[0, A]
-                B[4, r] = n[k] * h[1, A]
-                B[5, r] = 2.0 * n[k] * h[2, A]
-        for i in range(6):
-            for r in range(27):
-                force[r] += B[i, r] * resultant[i]
-                DB[i, r] = 0.0
-            for j in range(6):
-                for r in range(27):
-                    DB[i, r] += tangent[i, j] * B[j, r]
-        moment = resultant[3] * b[0] + resultant[4] * b[1] + 2.0 * resultant[5] * b[2]
-        for A in range(9):
-            for k in range(3):
-                r = 3 * A + k
-                for m in range(3):
-                    own = turn[A] if k == m else 0.0
-                    left[12 * g + 6 + m, r] = -own - moment * n[k] * gradient[m, A]
-                    right[12 * g + 6 + m, r] = gradient[m, A] * n[k]
-                    left[12 * g + 9 + m, r] = -gradient[m, A] * n[k]
-                    right[12 * g + 9 + m, r] = own
-            along1 = resultant[0] * N1[A] + resultant[2] * N2[A]
-            along2 = resultant[2] * N1[A] + resultant[1] * N2[A]
-            for C in range(9):
-                membrane[A, C] += along1 * N1[C] + along2 * N2[C]
-    np.dot(left.T, right, stiffness)
+                own[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
+        _answer(first, up, n, b, own, resultant, tangent, force, answer[5 * g : 5 * g + 5])
+    product = np.dot(functions.T, answer.reshape(5 * count, 81)).reshape(9, 3, 3, 9)
     for A in range(9):
+        for k in range(3):
+            for C in range(9):
+                for m in range(3):
+                    stiffness[3 * A + k, 3 * C + m] = product[A, k, m, C]
+
+
+@compiled
+def _answer(
+    first: np.ndarray,
+    up: np.ndarray,
+    n: np.ndarray,
+    b: np.ndarray,
+    functions: np.ndarray,
+    resultant: np.ndarray,
+    tangent: np.ndarray,
+    force: np.ndarray,
+    answer: np.ndarray,
+) -> None:
+    """Add a point's forces, (27,), and write what displacements do to those of its functions.
+
+    Args:
+        first: Tangents of the midsurface, x,1 and x,2, (2, 3).
+        up: Their dual vectors a^1 and a^2, (2, 3).
+        n: Normal, (3,).
+        b: Second fundamental form, (3,).
+        functions: N,1 N,2 h_11 h_22 2 h_12 of the control points, (5, 9).
+        resultant: Forces and moments, (6,).
+        tangent: Their derivative, (6, 6).
+        force: Added to, (27,).
+        answer: Written, (5, 3, 3, 9).
+    """
+    N1, N2 = functions[0], functions[1]
+    m1, m2, m12 = resultant[3], resultant[4], resultant[5]
+    curved = m1 * b[0] + m2 * b[1] + 2.0 * m12 * b[2]
+    turn, bent = np.empty(9), np.empty(9)  # t, and what bends the point
+    for A in range(9):
+        turn[A] = m1 * functions[2, A] + m2 * functions[3, A] + m12 * functions[4, A]
+    membrane = ((resultant[0], resultant[2]), (resultant[2], resultant[1]))
+    for k in range(3):
+        along1 = resultant[0] * first[0, k] + resultant[2] * first[1, k]
+        along2 = resultant[2] * first[0, k] + resultant[1] * first[1, k]
+        for A in range(9):
+            force[3 * A + k] += N1[A] * along1 + N2[A] * along2 + n[k] * turn[A]
+    # Derivatives of forces and moments by the tangents, each along k.
+    by_slope = np.empty((2, 3, 6))
+    for k in range(3):
+        for i in range(6):
+            by_slope[0, k, i] = first[0, k] * tangent[0, i] + first[1, k] * tangent[2, i]
+            by_slope[1, k, i] = first[1, k] * tangent[1, i] + first[0, k] * tangent[2, i]
+    for c in range(2):
+        overlap1 = curved * (up[c, 0] * up[0, 0] + up[c, 1] * up[0, 1] + up[c, 2] * up[0, 2])
+        overlap2 = curved * (up[c, 0] * up[1, 0] + up[c, 1] * up[1, 1] + up[c, 2] * up[1, 2])
+        for k in range(3):
+            own = by_slope[c, k]
+            for C in range(9):
+                bent[C] = (
+                    own[3] * functions[2, C] + own[4] * functions[3, C] + own[5] * functions[4, C]
+                )
+            for m in range(3):
+                on1 = own[0] * first[0, m] + own[2] * first[1, m] - overlap1 * n[k] * n[m]
+                on2 = own[1] * first[1, m] + own[2] * first[0, m] - overlap2 * n[k] * n[m]
+                if k == m:
+                    on1 += membrane[c][0]
+                    on2 += membrane[c][1]
+                along = n[k] * up[c, m]
+                for C in range(9):
+                    answer[c, k, m, C] = (
+                        on1 * N1[C] + on2 * N2[C] + n[m] * bent[C] - along * turn[C]
+                    )
+    for i in range(3):
+        by_bend = tangent[3 + i]
         for C in range(9):
-            for k in range(3):
-                stiffness[3 * A + k, 3 * C + k] += membrane[A, C]
+            bent[C] = (
+                by_bend[3] * functions[2, C]
+                + by_bend[4] * functions[3, C]
+                + by_bend[5] * functions[4, C]
+            )
+        for k in range(3):
+            up1, up2 = resultant[3 + i] * up[0, k], resultant[3 + i] * up[1, k]
+            for m in range(3):
+                on1 = n[k] * by_slope[0, m, 3 + i] - n[m] * up1
+                on2 = n[k] * by_slope[1, m, 3 + i] - n[m] * up2
+                both = n[k] * n[m]
+                for C in range(9):
+                    answer[2 + i, k, m, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]

@@ -62,6 +62,10 @@ class NewtonSettings:
 # moves then is microns, so that the state there depends on the tools and not on the iterations.
 _NEAR = 3000.0
 
+# The first step is one against tools whose contact gives way so much more easily: a whole step of the
+# tools at once presses so hard that the sheet would jump off them.
+_SOFT = 1.0 / 3.0
+
 
 def find_equilibrium(
     assemble: Assembler,
@@ -98,12 +102,15 @@ def find_equilibrium(
     step = np.zeros(0)
     last, halvings = np.inf, 0
     near = rim is None
-    inside = assemble.inside(box, state, spheres, after)
+    soft = tuple(tool._replace(stiffness=_SOFT * tool.stiffness) for tool in spheres)
+    inside = assemble.inside(box, state, soft, after)
     for iteration in range(settings.max_iterations):
         residual, stiffness, wrenches = assemble.joined(inside, after)
         if not np.all(np.isfinite(residual)):
             return None
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
+        if iteration == 0:
+            unbalanced = np.inf  # with tools that are not as soft
         if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
             _carried(after)
@@ -120,7 +127,7 @@ def find_equilibrium(
             halvings += 1
             _move(after, box, -step[:free], -step[free:])
         else:
-            last, halvings = size, 0
+            last, halvings = size if iteration > 0 else np.inf, 0
             step = _limited(stiffness.solve(-residual), settings.largest_step)
             _move(after, box, step[:free], step[free:])
         inside = assemble.inside(box, state, spheres, after)
