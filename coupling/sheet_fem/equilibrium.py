@@ -59,8 +59,8 @@ class NewtonSettings:
 
 
 # Unbalanced force over the tolerance at which the sheet outside of the box is made linear: what still
-# moves then is microns, so that the state there depends on the tools and not on the iterations.
-_NEAR = 3000.0
+# moves then is some ten microns, so that the state there hardly depends on the iterations.
+_NEAR = 1000.0
 
 # The first step is one against tools whose contact gives way so much more easily: a whole step of the
 # tools at once presses so hard that the sheet would jump off them.

@@ -33,7 +33,7 @@ _SMOOTHING = 0.003
 # Elastic slip at which the sheet slides along a tool, over the thickness.
 _SLIP = 0.01
 # Newton's method: unbalanced force over yield stress times thickness squared ...
-_TOLERANCE = 1e-4
+_TOLERANCE = 1e-3
 # ... and largest displacement of an iteration over the element's size.
 _LARGEST_STEP = 0.5
 # Bending of a coarse element away from the tools up to which it may be linear, over the thickness ...

@@ -104,11 +104,11 @@ def test_a_patch_squeezed_between_two_planes_thins_as_a_block_of_metal_does(clos
     if strain * 70e9 / (1.0 - 0.33) > 180e6 * 0.00057**0.229:
         plastic = brentq(yielding, 0.0, 4.0 * closed / THICKNESS)
         strain = 180e6 * (0.00057 + plastic) ** 0.229 * (1.0 - 0.33) / 70e9 + 0.5 * plastic
-    # Newton's method ends 1e-4 off the first yield stress at a control point of 1 mm2: so is the stress,
+    # Newton's method ends 1e-3 off the first yield stress at a control point of 1 mm2: so is the stress,
     # and the thinning by what that is over the slope of the hardening.
     np.testing.assert_allclose(1.0 - found.state.stretch, 1.0 - np.exp(-2.0 * strain), rtol=1e-2)
     np.testing.assert_allclose(found.state.stretch.mean(), np.exp(-2.0 * strain), rtol=1e-6)
-    np.testing.assert_allclose(found.forces[:, 2] / 25e-6, penalty(strain) * UP_DOWN, rtol=1e-4)
+    np.testing.assert_allclose(found.forces[:, 2] / 25e-6, penalty(strain) * UP_DOWN, rtol=1e-3)
 
 
 def test_tools_as_far_apart_as_the_sheet_is_thick_feel_nothing():
