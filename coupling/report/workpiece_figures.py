@@ -53,7 +53,7 @@ def _shaped(name: str, piece: Workpiece, limits: Mapping[str, tuple[float, float
         figure.add_trace(_surface(piece, label, ends, visible=number == 0))
     buttons = [
         {
-            "label": label,
+            "label": _as_drawn(label)[0],
             "method": "restyle",
             "args": [{"visible": [other == label for other in limits]}],
         }
@@ -80,6 +80,12 @@ def _values(piece: Workpiece, label: str) -> np.ndarray:
     return fields[label]
 
 
+def _as_drawn(label: str) -> tuple[str, float]:
+    """Return what a field is called where it is drawn, and its values' factor: lengths in mm."""
+    name, _, unit = label.partition(" [")
+    return (f"{name} [mm]", _MM) if unit == "m]" else (label, 1.0)
+
+
 def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible: bool) -> go.Mesh3d:
     """Return the surface in triangles, coloured by a field of its points or cells."""
     x, y, z = np.round(_MM * piece.points.T, 3)
@@ -88,8 +94,7 @@ def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible:
     values = _values(piece, label)
     if of_cells:
         values = np.tile(values, len(triangles) // len(values))
-    name, _, unit = label.partition(" [")
-    scale = _MM if unit == "m]" else 1.0
+    title, scale = _as_drawn(label)
     return go.Mesh3d(
         x=x,
         y=y,
@@ -103,7 +108,7 @@ def _surface(piece: Workpiece, label: str, limits: tuple[float, float], visible:
         intensitymode="cell" if of_cells else "vertex",
         colorscale="Viridis",
         colorbar={
-            "title": {"text": f"{name} [mm]" if unit == "m]" else label, "side": "bottom"},
+            "title": {"text": title, "side": "bottom"},
             "orientation": "h",
             "thickness": 12,
             "y": -0.02,
