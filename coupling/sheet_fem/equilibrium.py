@@ -110,7 +110,7 @@ def find_equilibrium(
             return None
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
         if iteration == 0:
-            unbalanced = np.inf  # with tools that are not as soft
+            unbalanced = np.inf  # against the tools as they are it is not known yet
         if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
             _carried(after)
