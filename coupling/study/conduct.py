@@ -156,7 +156,10 @@ def _fill(
             missing -= 1
             watch(Progress(what, count - missing, count))
     except KeyboardInterrupt as stop:
-        stop.add_note(f"{count - missing} of {count} samples are kept: the same command goes on")
+        # Of the last one it may be on the disk already and not yet among the rows.
+        with Rows(study.folder / ROWS) as written:
+            kept = len(written.samples)
+        stop.add_note(f"{kept} of {count} samples are kept: the same command goes on")
         raise
 
 

@@ -6,11 +6,14 @@ import os
 import resource
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
+from coupling.study.conduct import simulated
 from coupling.study.rows import Rows, Sample
 
 
@@ -79,6 +82,24 @@ def test_a_failed_sample_is_worth_another_try(table):
         assert rows.has(3)
     with Rows(table) as rows:
         assert rows.samples[3] == sample(3)
+
+
+def test_an_interrupt_after_a_line_is_written_counts_it(tmp_path, monkeypatch):
+    """It is on the disk, though the program has not got around to noting that."""
+    monkeypatch.setattr("coupling.study.cluster.simulate", lambda *_: map(sample, range(3)))
+    study = SimpleNamespace(folder=tmp_path, points=np.zeros((9, 1)), work=None)
+    sync, written = os.fsync, []
+
+    def interrupted(file: int) -> None:
+        sync(file)
+        written.append(file)
+        if len(written) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        simulated(study, None, lambda _: None)
+    assert stop.value.__notes__ == ["2 of 9 samples are kept: the same command goes on"]
 
 
 def test_a_full_disk_is_a_sentence_and_loses_nothing(table, tmp_path):
