@@ -64,7 +64,9 @@ class SheetFem(Identified):
         stiffness = np.zeros((len(places), places[0].size, places[0].size))
         loaded = state = self.model.flat()
         before, touching = moves[0], False
-        answers: list[tuple[int, Future[np.ndarray]]] = []
+        # The next equilibrium does not wait for the stiffness at a position, but only one is under way:
+        # it holds the whole sheet.
+        answer: tuple[int, Future[np.ndarray]] | None = None
         for k, after in enumerate(moves):
             self.watch(Progress(_WHAT, k, len(moves)))
             if touching or not all(self.model.clear_of(state, sphere) for sphere in after):
@@ -73,12 +75,10 @@ class SheetFem(Identified):
                 touching = bool(np.any(forces[k]))
                 if touching:
                     loaded = state
-                    # The next equilibrium does not wait for it, but only one is under way: it holds
-                    # the whole sheet.
-                    _take(answers, stiffness)
-                    answers.append((k, aside(self.model.reaction, found)))
+                    _take(answer, stiffness)
+                    answer = k, aside(self.model.reaction, found)
             before = after
-        _take(answers, stiffness)
+        _take(answer, stiffness)
         if touching:
             state = self.model.equilibrium(state, (), (), boxes[-1]).state
         self.watch(Progress(_WHAT, len(moves), len(moves)))
@@ -151,8 +151,8 @@ class SheetFem(Identified):
         )
 
 
-def _take(answers: list[tuple[int, Future[np.ndarray]]], stiffness: np.ndarray) -> None:
-    """Move what has been computed for positions to their rows."""
-    while answers:
-        k, answer = answers.pop()
-        stiffness[k] = answer.result()
+def _take(answer: tuple[int, Future[np.ndarray]] | None, stiffness: np.ndarray) -> None:
+    """Write what has been computed for a position, if anything, to its row."""
+    if answer is not None:
+        k, computed = answer
+        stiffness[k] = computed.result()

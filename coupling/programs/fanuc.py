@@ -15,6 +15,7 @@ from coupling.programs.angles import wpr_of
 from coupling.programs.program import (
     DEGREE_DECIMALS,
     HERE,
+    MM_DECIMALS,
     Configuration,
     Move,
     Program,
@@ -30,8 +31,6 @@ ABORT CALL END FOR IF JMP LBL PAUSE RUN SELECT SKIP WAIT CON PRN AUX NUL COM1
 RESERVED = frozenset(_RESERVED_WORDS.split())
 # Frames of the program: their numbers on the controller, and the register that sets them.
 FRAME = 9
-# Decimals of mm and deg that the controller itself writes are 3; it keeps more.
-_MM = 4
 _SHORTEST_MS, _LONGEST_MS = 1, 32000
 _HEADER = """\
 /PROG  {name}
@@ -94,7 +93,7 @@ def _frames(program: Program) -> Iterator[str]:
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
         values = [
-            *numbers(1e3 * row[0, :3], _MM).split(","),
+            *numbers(1e3 * row[0, :3], MM_DECIMALS).split(","),
             *numbers(wpr_of(row)[0], DEGREE_DECIMALS).split(","),
         ]
         for k, value in enumerate(values, start=1):
@@ -157,7 +156,7 @@ def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[st
         position = zip("XYZ", move.pose[:3], strict=False)
         yield (
             "\t"
-            + ", ".join(f"{key} = {fixed(1e3 * value, _MM)} mm" for key, value in position)
+            + ", ".join(f"{key} = {fixed(1e3 * value, MM_DECIMALS)} mm" for key, value in position)
             + ","
         )
         turns = zip("WPR", angles, strict=True)

@@ -14,6 +14,7 @@ from coupling.programs.angles import abc_of
 from coupling.programs.program import (
     DEGREE_DECIMALS,
     HERE,
+    MM_DECIMALS,
     Configuration,
     Move,
     Pose,
@@ -33,8 +34,6 @@ PTP_REL PTP_SPLINE PUBLIC PULSE REAL REPEAT RESUME RETURN SCIRC SEC SIGNAL SLIN 
 STRUC SWITCH SWRITE SREAD THEN TIME_BLOCK TO TRIGGER TRUE UNTIL WAIT WHEN WHILE WITH
 """
 RESERVED = frozenset(_RESERVED_WORDS.split())
-# Decimals of millimetres; with those of degrees 0.1 um and 0.2 urad, about what the controller holds.
-_MM = 4
 
 
 def write(program: Program) -> tuple[ProgramFile, ...]:
@@ -113,7 +112,10 @@ def _aggregate(pose: Pose) -> str:
 
 
 def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | None = None) -> str:
-    values = [*numbers(position, _MM).split(","), *numbers(angles, DEGREE_DECIMALS).split(",")]
+    values = [
+        *numbers(position, MM_DECIMALS).split(","),
+        *numbers(angles, DEGREE_DECIMALS).split(","),
+    ]
     fields = [f"{key} {value}" for key, value in zip("XYZABC", values, strict=True)]
     if posture is not None:
         fields += [f"S {posture.status}", f"T {posture.turn}"]

@@ -14,8 +14,9 @@ Motion = Literal["joint", "linear", "spline"]
 # x, y, z [m], qx, qy, qz, qw.
 Pose = tuple[float, ...]
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-# Decimals of the degrees that programs write.
-DEGREE_DECIMALS = 5
+# Decimals that programs write: 0.1 um and 0.2 urad, about what a controller's number holds; FANUC's
+# itself writes 3 of each and keeps more.
+MM_DECIMALS, DEGREE_DECIMALS = 4, 5
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from coupling.programs.program import (
     DEGREE_DECIMALS,
     HERE,
+    MM_DECIMALS,
     Configuration,
     Move,
     Pose,
@@ -29,8 +30,8 @@ MOD MODULE NOSTEPIN NOT NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN S
 TASK TEST THEN TO TRAP TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR MAIN
 """
 RESERVED = frozenset(_RESERVED_WORDS.split())
-# Decimals: 0.1 um, and 0.1 urad in a quaternion; seconds.
-_MM, _QUATERNION, _SECONDS = 4, 8, 6
+# Decimals: 0.1 urad in a quaternion; seconds.
+_QUATERNION, _SECONDS = 8, 6
 _EXTERNAL = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 # Characters that follow the program's name in those of its data.
 _MARK = 2
@@ -101,7 +102,7 @@ def _frame(pose: Pose) -> Iterator[str]:
 def _parts(pose: Pose) -> tuple[str, str]:
     """Return position and quaternion of a pose."""
     x, y, z, w = pose[3:]
-    position = numbers(1e3 * np.array(pose[:3]), _MM)
+    position = numbers(1e3 * np.array(pose[:3]), MM_DECIMALS)
     return f"[{position}]", f"[{numbers((w, x, y, z), _QUATERNION)}]"
 
 

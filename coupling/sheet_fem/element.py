@@ -111,14 +111,13 @@ def element(
             own[2, A] = N11[A]
             own[3, A] = N22[A]
             own[4, A] = 2.0 * N12[A]
+        for k in range(3):
+            second[2, k] *= 2.0  # from here on as an engineering shear
         for i in range(3):
             along1 = along2 = 0.0
             for k in range(3):
                 along1 += second[i, k] * up[0, k]
                 along2 += second[i, k] * up[1, k]
-            if i == 2:
-                along1 *= 2.0
-                along2 *= 2.0
             for A in range(9):
                 own[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
         _answer(first, up, n, b, own, resultant, tangent, force, answer[5 * g : 5 * g + 5])
