@@ -132,6 +132,9 @@ class Assembler:
         surface: Contact points.
         elements: Numbers of elements in x and y.
         free: Mask of the control points that may move, (nx + 2, ny + 2, 3).
+
+    Attributes:
+        free: The same.
     """
 
     def __init__(
@@ -140,7 +143,7 @@ class Assembler:
         self._shell = shell
         self._surface = surface
         self._elements = elements
-        self._free = free
+        self.free = free
         total = elements[0] * elements[1]
         self._inside, self._outside = (
             (np.empty((total, 27)), np.empty((total, 27, 27))) for _ in range(2)
@@ -190,7 +193,7 @@ class Assembler:
         width = box.last_y - box.first_y
         unknowns = 3 * (box.last_x - box.first_x) * width
         index, residual = np.empty((len(places), 27), dtype=np.int64), np.zeros(unknowns)
-        _unknowns(box, self._free, places, force, index, residual)
+        _unknowns(box, self.free, places, force, index, residual)
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
         tangent = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
@@ -208,7 +211,7 @@ class Assembler:
 
     def rim(self, box: Box) -> Rim | None:
         """Return the rim of a box; None for the box of all control points."""
-        return None if box == self.everywhere else Rim.of(self._splines, box, self._free)
+        return None if box == self.everywhere else Rim.of(self._splines, box, self.free)
 
     def linear(self, rim: Rim, before: SheetState, after: SheetState, limit: float) -> Surroundings:
         """Return what is outside of a box, made linear where a state has it.
@@ -230,7 +233,9 @@ class Assembler:
         cells = Cells.none(nx * ny)
         if after.around is not None:
             known = after.around.cells_at(after.at_rim)
-            keep = whole.ravel() & after.around.whole & (known.bent() <= limit)
+            # About another box other elements of a cell lie outside of it.
+            same = after.around.rim.box == rim.box or (whole.ravel() & after.around.whole)
+            keep = same & (known.bent() <= limit)
             cells = known.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
         places = np.argwhere(outside)
@@ -312,7 +317,7 @@ class Assembler:
         moves = (before.points, after.points, before.slip[tool], after.slip[tool].copy())
         press(self._surface, sphere, places, *moves, force, stiffness, np.empty((len(places), 6)))
         unknowns = 3 * (box.last_x - box.first_x) * (box.last_y - box.first_y)
-        _unknowns(box, self._free, places, force, index, np.zeros(unknowns))
+        _unknowns(box, self.free, places, force, index, np.zeros(unknowns))
         moving = index >= 0
         by_sheet, on_sheet = np.zeros((unknowns, 3)), np.zeros((unknowns, 3))
         of_points = stiffness.reshape(-1, 9, 3, 27).sum(axis=1).swapaxes(1, 2)

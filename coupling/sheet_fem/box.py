@@ -35,6 +35,11 @@ class Box(NamedTuple):
         """Number of its control points."""
         return (self.last_x - self.first_x) * (self.last_y - self.first_y)
 
+    @property
+    def ranges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of its control points in x and y."""
+        return np.arange(self.first_x, self.last_x), np.arange(self.first_y, self.last_y)
+
     def inside(self, shape: tuple[int, ...]) -> np.ndarray:
         """Return the mask of its control points, (nx + 2, ny + 2)."""
         mask = np.zeros(shape[:2], dtype=bool)

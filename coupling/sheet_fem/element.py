@@ -57,8 +57,8 @@ def element(
     basis = shell.basis
     count = basis.area.shape[0]
     functions = np.empty((5 * count, 9))
-    # For each of them, k and m: what displacements along m of the nine control points do along k.
-    answer = np.empty((5 * count, 3, 3, 9))
+    # For each of them and k <= m: what displacements along m of the nine control points do along k.
+    answer = np.empty((5 * count, 6, 9))
     resultant = np.empty(6)
     tangent = np.empty((6, 6))
     first = np.empty((2, 3))  # x,1 and x,2
@@ -121,12 +121,15 @@ def element(
             for A in range(9):
                 own[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
         _answer(first, up, n, b, own, resultant, tangent, force, answer[5 * g : 5 * g + 5])
-    product = np.dot(functions.T, answer.reshape(5 * count, 81)).reshape(9, 3, 3, 9)
+    product = np.dot(functions.T, answer.reshape(5 * count, 54)).reshape(9, 6, 9)
     for A in range(9):
-        for k in range(3):
-            for C in range(9):
-                for m in range(3):
-                    stiffness[3 * A + k, 3 * C + m] = product[A, k, m, C]
+        for C in range(9):
+            pair = 0
+            for k in range(3):
+                for m in range(k, 3):
+                    stiffness[3 * A + k, 3 * C + m] = product[A, pair, C]
+                    stiffness[3 * C + m, 3 * A + k] = product[A, pair, C]
+                    pair += 1
 
 
 @compiled
@@ -152,7 +155,7 @@ def _answer(
         resultant: Forces and moments, (6,).
         tangent: Their derivative, (6, 6).
         force: Added to, (27,).
-        answer: Written, (5, 3, 3, 9).
+        answer: Written, of the pairs k <= m of directions, (5, 6, 9).
     """
     N1, N2 = functions[0], functions[1]
     m1, m2, m12 = resultant[3], resultant[4], resultant[5]
@@ -175,13 +178,14 @@ def _answer(
     for c in range(2):
         overlap1 = curved * (up[c, 0] * up[0, 0] + up[c, 1] * up[0, 1] + up[c, 2] * up[0, 2])
         overlap2 = curved * (up[c, 0] * up[1, 0] + up[c, 1] * up[1, 1] + up[c, 2] * up[1, 2])
+        pair = 0
         for k in range(3):
             own = by_slope[c, k]
             for C in range(9):
                 bent[C] = (
                     own[3] * functions[2, C] + own[4] * functions[3, C] + own[5] * functions[4, C]
                 )
-            for m in range(3):
+            for m in range(k, 3):
                 on1 = own[0] * first[0, m] + own[2] * first[1, m] - overlap1 * n[k] * n[m]
                 on2 = own[1] * first[1, m] + own[2] * first[0, m] - overlap2 * n[k] * n[m]
                 if k == m:
@@ -189,9 +193,10 @@ def _answer(
                     on2 += membrane[c][1]
                 along = n[k] * up[c, m]
                 for C in range(9):
-                    answer[c, k, m, C] = (
+                    answer[c, pair, C] = (
                         on1 * N1[C] + on2 * N2[C] + n[m] * bent[C] - along * turn[C]
                     )
+                pair += 1
     for i in range(3):
         by_bend = tangent[3 + i]
         for C in range(9):
@@ -200,11 +205,13 @@ def _answer(
                 + by_bend[4] * functions[3, C]
                 + by_bend[5] * functions[4, C]
             )
+        pair = 0
         for k in range(3):
             up1, up2 = resultant[3 + i] * up[0, k], resultant[3 + i] * up[1, k]
-            for m in range(3):
+            for m in range(k, 3):
                 on1 = n[k] * by_slope[0, m, 3 + i] - n[m] * up1
                 on2 = n[k] * by_slope[1, m, 3 + i] - n[m] * up2
                 both = n[k] * n[m]
                 for C in range(9):
-                    answer[2 + i, k, m, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]
+                    answer[2 + i, pair, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]
+                pair += 1

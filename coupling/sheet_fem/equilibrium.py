@@ -66,6 +66,9 @@ _NEAR = 1000.0
 # tools at once presses so hard that the sheet would jump off them.
 _SOFT = 1.0 / 3.0
 
+# A guess leads away if an iteration raises the unbalanced forces to so many times what they were.
+_LEADS_AWAY = 10.0
+
 
 def find_equilibrium(
     assemble: Assembler,
@@ -73,10 +76,12 @@ def find_equilibrium(
     spheres: tuple[Sphere, ...],
     box: Box,
     settings: NewtonSettings,
+    guess: np.ndarray | None = None,
 ) -> Equilibrium | None:
     """Return the equilibrium of a sheet, or None if none was found.
 
-    Control points of the box move freely, the others as coarse splines.
+    Control points of the box move freely, the others as coarse splines.  From a guess that leads away
+    from it none is found.
 
     Args:
         assemble: Residual and stiffness.
@@ -84,6 +89,8 @@ def find_equilibrium(
         spheres: Tools at their new places.
         box: Control points about the tools.
         settings: Limits of Newton's method.
+        guess: How the control points may be expected to move [m], (nx + 2, ny + 2, 3); without one the
+            sheet is where it was.
     """
     after = SheetState(
         state.points.copy(),
@@ -102,14 +109,18 @@ def find_equilibrium(
     step = np.zeros(0)
     last, halvings = np.inf, 0
     near = rim is None
-    soft = tuple(tool._replace(stiffness=_SOFT * tool.stiffness) for tool in spheres)
-    inside = assemble.inside(box, state, soft, after)
+    first = spheres
+    if guess is None:
+        first = tuple(tool._replace(stiffness=_SOFT * tool.stiffness) for tool in spheres)
+    else:
+        _move_as_expected(after, box, guess * assemble.free)
+    inside = assemble.inside(box, state, first, after)
     for iteration in range(settings.max_iterations):
         residual, stiffness, wrenches = assemble.joined(inside, after)
         if not np.all(np.isfinite(residual)):
             return None
         unbalanced = float(np.max(np.abs(residual))) / settings.tolerance
-        if iteration == 0:
+        if iteration == 0 and guess is None:
             unbalanced = np.inf  # against the tools as they are it is not known yet
         if unbalanced <= 1.0 and near and (rim is None or _is_linear(after, settings.linear)):
             on_tools = (wrenches[:, :3], wrenches[:, 3:])
@@ -122,12 +133,14 @@ def find_equilibrium(
             near, last = True, np.inf
             continue
         size = float(np.linalg.norm(residual))
+        if guess is not None and size > _LEADS_AWAY * last:
+            return None
         if size > last and halvings < _MAX_HALVINGS:
             step *= 0.5
             halvings += 1
             _move(after, box, -step[:free], -step[free:])
         else:
-            last, halvings = size if iteration > 0 else np.inf, 0
+            last, halvings = size if np.isfinite(unbalanced) else np.inf, 0
             step = _limited(stiffness.solve(-residual), settings.largest_step)
             _move(after, box, step[:free], step[free:])
         inside = assemble.inside(box, state, spheres, after)
@@ -139,9 +152,7 @@ def _made_linear(
 ) -> SheetState:
     """Return a state with what is outside of the box made linear there."""
     around = assemble.linear(rim, before, state, limit)
-    state = replace(state, around=around, at_rim=np.zeros(rim.size))
-    around.carry(state.at_rim, state.points)
-    return state
+    return replace(state, around=around, at_rim=np.zeros(rim.size))
 
 
 def _is_linear(state: SheetState, limit: float) -> bool:
@@ -154,6 +165,13 @@ def _carried(state: SheetState) -> None:
     """Move all control points outside of the box, of which iterations move the edge."""
     if state.around is not None:
         state.around.carry(state.at_rim, state.points)
+
+
+def _move_as_expected(state: SheetState, box: Box, guess: np.ndarray) -> None:
+    """Move the control points of a box, and its rim, as is expected of them."""
+    rim = None if state.around is None else state.around.rim
+    at_rim = np.zeros(0) if rim is None else rim.fitted(guess[rim.edge])
+    _move(state, box, guess[box.first_x : box.last_x, box.first_y : box.last_y], at_rim)
 
 
 def _move(state: SheetState, box: Box, inside: np.ndarray, at_rim: np.ndarray) -> None:

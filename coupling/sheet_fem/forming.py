@@ -21,6 +21,7 @@ from coupling.sheet_fem.reaction import tool_stiffness
 from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.state import SheetState
+from coupling.sheet_fem.travel import Travel
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
@@ -134,10 +135,10 @@ class SheetModel:
     def window(self, center: np.ndarray, beyond: float = 0.0) -> Box:
         """Return the box of control points about a place [m], (2,) or more, `beyond` the window [m]."""
         bounds = []
-        for k, (count, size) in enumerate(
-            zip(self.mesh.elements, self.mesh.element_size, strict=True)
+        middles = self.mesh.control_point(center[:2])
+        for count, size, middle in zip(
+            self.mesh.elements, self.mesh.element_size, middles, strict=True
         ):
-            middle = (center[k] + 0.5 * self.mesh.size[k]) / size + 0.5
             reach = (self.settings.window + beyond) / size
             bounds += [
                 max(int(np.floor(middle - reach)), 0),
@@ -190,6 +191,7 @@ class SheetModel:
         """
         if len(state.slip) != len(before):
             state = replace(state, slip=tuple(self.assemble.no_slip(tool) for tool in before))
+        guess = self._guess(state, after, box)
         done, part, cuts = 0.0, 1.0, 0
         while True:
             target = min(done + part, 1.0)
@@ -200,7 +202,10 @@ class SheetModel:
                 )
                 for a, b in zip(before, after, strict=True)
             )
-            found = find_equilibrium(self.assemble, state, tools, box, self._newton)
+            found = find_equilibrium(self.assemble, state, tools, box, self._newton, guess)
+            if found is None and guess is not None:
+                guess = None
+                continue
             if found is None:
                 part *= 0.5
                 cuts += 1
@@ -211,13 +216,21 @@ class SheetModel:
                         " sheet's frame: use smaller elements or a smaller position_m"
                     )
                 continue
-            state, done = found.state, target
+            moved = found.state.points - state.points
+            guess, state, done = None, found.state, target
             if done >= 1.0:
-                return found
+                return replace(found, state=replace(state, travel=Travel.of(tools, moved)))
 
     def reaction(self, found: Equilibrium) -> np.ndarray:
         """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""
         return tool_stiffness(self.assemble, found)
+
+    def _guess(self, state: SheetState, tools: tuple[Sphere, ...], box: Box) -> np.ndarray | None:
+        """Return how the control points may be expected to move [m], (nx + 2, ny + 2, 3)."""
+        if state.travel is None:
+            return None
+        seen = box.grown(2, state.points.shape)  # with what the box's elements see
+        return state.travel.carried(self.mesh, tools, seen)
 
     @property
     def _plane(self) -> float:

@@ -103,12 +103,19 @@ class SheetMesh:
 
     def control_points(self) -> np.ndarray:
         """Return the control points of the flat sheet [m], (nx + 2, ny + 2, 3)."""
-        axes = [
-            (np.arange(count + 2) - 0.5) * h - 0.5 * side
-            for count, h, side in zip(self.elements, self.element_size, self.size, strict=True)
-        ]
-        x, y = np.meshgrid(*axes, indexing="ij")
-        return np.stack([x, y, np.zeros_like(x)], axis=-1)
+        numbers = np.meshgrid(*(np.arange(count + 2) for count in self.elements), indexing="ij")
+        place = self.place(np.stack(numbers, axis=-1))
+        return np.concatenate([place, np.zeros((*place.shape[:2], 1))], axis=-1)
+
+    def place(self, number: np.ndarray) -> np.ndarray:
+        """Return where control points of given numbers lie in the flat sheet [m], (..., 2)."""
+        place: np.ndarray = (number - 0.5) * self.element_size - 0.5 * np.array(self.size)
+        return place
+
+    def control_point(self, place: np.ndarray) -> np.ndarray:
+        """Return the numbers, with fractions, of control points at places [m], (..., 2)."""
+        number: np.ndarray = (place + 0.5 * np.array(self.size)) / self.element_size + 0.5
+        return number
 
     def clamped(self) -> np.ndarray:
         """Return which control points may move with all four edges clamped, (nx + 2, ny + 2, 3)."""

@@ -11,6 +11,9 @@ from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
 
+# Singular values of the splines' weights in the edge, over the largest, that tell nothing of them.
+_HARDLY_SEEN = 1e-3
+
 
 @dataclass(frozen=True)
 class Rim:
@@ -79,6 +82,14 @@ class Rim:
         coarse = np.where(numbers >= 0, at_rim[numbers], 0.0)
         moves: np.ndarray = self._edge_weights @ coarse
         return moves
+
+    def fitted(self, moves: np.ndarray) -> np.ndarray:
+        """Return the rim's unknowns [m], (m,), for which its edge moves nearly so [m], (p, 3)."""
+        numbers = self.outer[self._splines]
+        coarse = np.linalg.lstsq(self._edge_weights, moves, rcond=_HARDLY_SEEN)[0]
+        at_rim = np.zeros(self.size)
+        at_rim[numbers[numbers >= 0]] = coarse[numbers >= 0]
+        return at_rim
 
     def of_cells(self, numbers: np.ndarray) -> np.ndarray:
         """Return the numbers of the unknowns of all coarse elements, (cells, 27)."""

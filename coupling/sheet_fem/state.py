@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from coupling.sheet_fem.surroundings import Surroundings
+from coupling.sheet_fem.travel import Travel
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class SheetState:
             (nx, ny, contact points, 3), zero out of contact; empty for one without friction.
         around: What the sheet does outside of the box that was solved last; None if it was all of it.
         at_rim: Coarse unknowns at the rim of that box, from where that was made linear [m], (m,).
+        travel: How it came here; None for one that has not been formed.
     """
 
     points: np.ndarray
@@ -30,3 +32,4 @@ class SheetState:
     slip: tuple[np.ndarray, ...] = ()
     around: Surroundings | None = None
     at_rim: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    travel: Travel | None = None
