@@ -55,26 +55,28 @@ class Travel(NamedTuple):
             Moves [m], (nx + 2, ny + 2, 3), zero outside of the box.
         """
         centers = _centers(tools)
-        turned = self._turned(centers)
-        if turned is None:
+        onward = self._onward(centers)
+        if onward is None:
             return None
-        lead = int(np.argmax(np.linalg.norm(centers - self.end, axis=1)))
-        turn = turned[:2, :2] / np.sqrt(np.linalg.det(turned[:2, :2]))
+        lead, stretch, turn = onward
         at = np.stack(np.meshgrid(*box.ranges, indexing="ij"), axis=-1)
         place = mesh.place(at) - centers[lead, :2]
         # Where, seen from the tool, what comes here was before.
-        before = mesh.control_point(self.end[lead, :2] + place @ turn)
+        before = mesh.control_point(self.end[lead, :2] + place @ turn[:2, :2])
         # Linear between control points: that evens out what belongs to the grid and not to the tool.
         moved = [
             map_coordinates(self.moved[..., k], np.moveaxis(before, -1, 0), order=1, mode="nearest")
             for k in range(3)
         ]
         moves = np.zeros_like(self.moved)
-        moves[at[..., 0], at[..., 1]] = np.stack(moved, axis=-1) @ turned.T
+        moves[at[..., 0], at[..., 1]] = stretch * np.stack(moved, axis=-1) @ turn.T
         return moves
 
-    def _turned(self, centers: np.ndarray) -> np.ndarray | None:
-        """Return what turns about z, and stretches, the tools' last ways into the next ones, (3, 3)."""
+    def _onward(self, centers: np.ndarray) -> tuple[int, float, np.ndarray] | None:
+        """Return the tool that goes farthest, and what stretches and turns the last ways into the next.
+
+        The turn is about z, (3, 3); None if the tools do not go on as they came.
+        """
         if centers.shape != self.end.shape or not len(centers):
             return None
         came, goes = self.end - self.begin, centers - self.end
@@ -84,9 +86,10 @@ class Travel(NamedTuple):
         if not before / _SCALE < length < before * _SCALE:
             return None
         angle = _angle(came[lead], goes[lead])
-        turned = length / before * Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
-        astray = np.max(np.linalg.norm(goes - came @ turned.T, axis=1))
-        return turned if abs(angle) <= _TURN and astray <= _ASTRAY * length else None
+        stretch, turn = length / before, Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
+        astray = np.max(np.linalg.norm(goes - stretch * came @ turn.T, axis=1))
+        goes_on = abs(angle) <= _TURN and astray <= _ASTRAY * length
+        return (lead, stretch, turn) if goes_on else None
 
 
 def _centers(tools: tuple[Sphere, ...]) -> np.ndarray:

@@ -171,6 +171,36 @@ def test_cells_that_did_not_bend_are_not_computed_again_and_would_be_the_same():
     np.testing.assert_allclose(kept.stiffness, anew.stiffness, atol=1e-4 * scale)
 
 
+def test_about_the_same_box_cells_that_lie_partly_in_it_are_kept_too(monkeypatch):
+    """About a box one row farther on other elements of them lie outside: they are computed anew."""
+    sheet = model(0.012, 40, 0.1)
+    before = sheet.sphere(np.array([3e-3, -2e-3, REACH]), RADIUS)
+    pressed = sheet.sphere(np.array([3e-3, -2e-3, REACH - 5e-4]), RADIUS)
+    box = sheet.near(None, pressed.center[None])
+    state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
+    assemble, computed = sheet.assemble, []
+    integrate = assemble._integrate
+
+    def count(places, *rest):
+        computed.append(len(places))
+        integrate(places, *rest)
+
+    monkeypatch.setattr(assemble, "_integrate", count)
+    same = assemble.linear(assemble.rim(box), state, state, np.inf)
+    assert sum(computed) == 0
+    anew = assemble.linear(assemble.rim(box), state, replace(state, around=None), np.inf)
+    partly = ~anew.whole & np.any(anew.cells.stiffness != 0.0, axis=(1, 2))
+    assert np.any(partly)
+    scale = np.abs(anew.cells.stiffness).max()
+    np.testing.assert_allclose(same.cells.stiffness, anew.cells.stiffness, atol=2e-3 * scale)
+    computed.clear()
+    farther = assemble.rim(box._replace(first_x=box.first_x + 1, last_x=box.last_x + 1))
+    kept = assemble.linear(farther, state, state, np.inf)
+    assert sum(computed) > 0
+    fresh = assemble.linear(farther, state, replace(state, around=None), np.inf)
+    np.testing.assert_allclose(kept.cells.stiffness, fresh.cells.stiffness, atol=2e-3 * scale)
+
+
 def test_a_box_is_the_same_after_its_surroundings_are_made_linear():
     """So that its elements need not be computed again."""
     sheet = model(0.012, 40, 0.1)
