@@ -11,6 +11,7 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified
 from coupling.sheet_fem.box import Box
+from coupling.sheet_fem.compiled import with_blas_on_one_thread
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
@@ -48,6 +49,7 @@ class SheetFem(Identified):
     force_factor: float = 1.0
     watch: Watch = unwatched
 
+    @with_blas_on_one_thread
     def evaluate(self, path: ToolPath) -> Answer:
         """Return wrenches and stiffness along the actual paths, and the formed sheet.
 

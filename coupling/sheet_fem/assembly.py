@@ -7,46 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
-from coupling.sheet_fem.border import Bordered, add_border
+from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
-from coupling.sheet_fem.cells import Cells, coarsen
+from coupling.sheet_fem.cells import Cells, fill_cells
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Sphere, Surface, press
-from coupling.sheet_fem.element import Shell, element
-from coupling.sheet_fem.plate import bear
-from coupling.sheet_fem.rim import Rim, see_rim
+from coupling.sheet_fem.edge_elements import add_edge
+from coupling.sheet_fem.element import fill_elements
+from coupling.sheet_fem.rim import Rim
+from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
 from coupling.sheet_fem.surroundings import Surroundings
 from coupling.sheet_fem.threads import in_threads
-
-
-@compiled
-def _elements(
-    shell: Shell,
-    places: np.ndarray,
-    points: np.ndarray,
-    plastic: np.ndarray,
-    force: np.ndarray,
-    stiffness: np.ndarray,
-    new_plastic: np.ndarray,
-    new_stretch: np.ndarray,
-) -> None:
-    """Compute the elements at `places`."""
-    local = np.empty((9, 3))
-    for e in range(len(places)):
-        i, j = places[e, 0], places[e, 1]
-        for A in range(9):
-            local[A] = points[i + A // 3, j + A % 3]
-        element(
-            shell,
-            local,
-            plastic[i, j],
-            force[e],
-            stiffness[e],
-            new_plastic[i, j],
-            new_stretch[i, j],
-        )
 
 
 @compiled
@@ -77,8 +50,7 @@ class Inside(NamedTuple):
     """What elements and contact do in a box.
 
     Attributes:
-        places: Elements that its control points shape, (e, 2).
-        unknowns: Numbers of their unknowns in the box, -1 for what is held, (e, 27).
+        unknowns: Numbers of the elements' unknowns in the box, -1 for what is held, (e, 27).
         force: Their forces [N], (e, 27); overwritten when a box is looked at again.
         stiffness: Derivatives of those [N/m], (e, 27, 27); overwritten as well.
         residual: Unbalanced forces at the box's control points [N], (3 n,), zero where held.
@@ -86,7 +58,6 @@ class Inside(NamedTuple):
         wrenches: As of `Assembled`.
     """
 
-    places: np.ndarray
     unknowns: np.ndarray
     force: np.ndarray
     stiffness: np.ndarray
@@ -145,11 +116,8 @@ class Assembler:
         self._elements = elements
         self.free = free
         total = elements[0] * elements[1]
-        self._inside, self._outside = (
-            (np.empty((total, 27)), np.empty((total, 27, 27))) for _ in range(2)
-        )
+        self._inside = np.empty((total, 27)), np.empty((total, 27, 27))
         self._splines = CoarseSplines.of(elements)
-        self._bears = bool(np.isfinite(surface.plane))
 
     @property
     def everywhere(self) -> Box:
@@ -178,13 +146,16 @@ class Assembler:
             spheres: Tools that press on the sheet.
             after: State with the new control points; the history of the box's elements is written.
         """
-        places = self._places(box)
+        places = box.elements(self.free.shape)
         force, stiffness = (values[: len(places)] for values in self._inside)
         on_tools = np.empty((len(spheres), len(places), 6))
 
+        given = self._shell, self._surface
+        history = after.plastic, after.stretch
+
         def act(share: slice) -> None:
             some, results = places[share], (force[share], stiffness[share])
-            self._integrate(some, before, after, *results)
+            fill_elements(*given, some, after.points, before.plastic, *results, *history)
             for k, sphere in enumerate(spheres):
                 moves = (before.points, after.points, before.slip[k], after.slip[k])
                 press(self._surface, sphere, some, *moves, *results, on_tools[k, share])
@@ -197,7 +168,7 @@ class Assembler:
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
         tangent = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
-        return Inside(places, index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
+        return Inside(index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
 
     def joined(self, inside: Inside, state: SheetState) -> Assembled:
         """Return what acts on a box and, if the state has surroundings, on its rim."""
@@ -226,7 +197,7 @@ class Assembler:
         """
         factor = self._splines.factor
         outside = np.ones(self._elements, dtype=bool)
-        near = self._places(rim.box)
+        near = rim.box.elements(self.free.shape)
         outside[near[:, 0], near[:, 1]] = False
         nx, ny = self._splines.elements
         whole = outside.reshape(nx, factor, ny, factor).all(axis=(1, 3))
@@ -238,59 +209,24 @@ class Assembler:
             keep = same & (known.bent() <= limit)
             cells = known.only(keep)
             outside &= ~np.repeat(np.repeat(keep.reshape(nx, ny), factor, axis=0), factor, axis=1)
-        places = np.argwhere(outside)
-        force, stiffness = (values[: len(places)] for values in self._outside)
+        places = np.argwhere(outside.reshape(nx, factor, ny, factor).any(axis=(1, 3)))
+        given = self._shell, self._surface, self._splines.blend, outside
+        moved = after.points, before.plastic, cells.force, cells.stiffness
 
         def act(share: slice) -> None:
-            self._integrate(places[share], before, after, force[share], stiffness[share])
+            fill_cells(*given, places[share], *moved, after.plastic, after.stretch)
 
         in_threads(act, len(places))
-        rows = places[:, 0] // factor
-
-        def sum_up(share: slice) -> None:
-            own = slice(*np.searchsorted(rows, (share.start, share.stop)))
-            parts = places[own], self._splines.blend, ny, force[own], stiffness[own]
-            coarsen(*parts, cells.force, cells.stiffness)
-
-        in_threads(sum_up, nx)
         return Surroundings.of(rim, after.points.copy(), cells, whole.ravel())
-
-    def _integrate(
-        self,
-        places: np.ndarray,
-        before: SheetState,
-        after: SheetState,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> None:
-        """Write the forces of elements and plate, (e, 27), and their derivatives, (e, 27, 27)."""
-        results = (force, stiffness, after.plastic, after.stretch)
-        _elements(self._shell, places, after.points, before.plastic, *results)
-        if self._bears:
-            bear(self._surface, places, after.points, force, stiffness)
 
     def _rim(self, state: SheetState, inside: Inside) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the residual at the rim and its border of the stiffness."""
         around = state.around
         assert around is not None
-        rim, size = around.rim, around.rim.size
-        box, places = rim.box, inside.places
-        x, y = places.T
-        reach = (x < box.first_x) | (x + 3 > box.last_x) | (y < box.first_y) | (y + 3 > box.last_y)
-        edge = np.flatnonzero(reach)
-        at = places[edge]
-        seen = np.empty((len(edge), 27)), *(np.empty((len(edge), 27, 27)) for _ in range(2))
-
-        def see(share: slice) -> None:
-            parts = inside.force[edge[share]], inside.stiffness[edge[share]]
-            see_rim(at[share], box, rim.splines.blend, *parts, *(part[share] for part in seen))
-
-        in_threads(see, len(edge))
-        outer = rim.at(rim.outer, at // rim.splines.factor)
-        across, among = np.zeros((3 * box.size, size)), around.stiffness.copy()
-        add_border(inside.unknowns[edge], outer, seen[1], seen[2], across, among)
         at_rim = around.force + around.stiffness @ state.at_rim
-        at_rim += np.bincount(outer[outer >= 0], seen[0][outer >= 0], size)
+        across, among = np.zeros((len(inside.residual), len(at_rim))), around.stiffness.copy()
+        acting = inside.unknowns, inside.force, inside.stiffness
+        add_edge(around.rim.edge_elements, *acting, at_rim, across, among)
         return at_rim, across, among
 
     def grip(
@@ -332,17 +268,10 @@ class Assembler:
         x, y = np.nonzero(apart < sphere.radius + self._surface.thickness + margin)
         if not len(x):
             return np.empty((0, 2), dtype=np.int64)
-        return self._places(
-            Box(
-                max(box.first_x, int(x.min())),
-                min(box.last_x, int(x.max()) + 1),
-                max(box.first_y, int(y.min())),
-                min(box.last_y, int(y.max()) + 1),
-            )
+        near = Box(
+            max(box.first_x, int(x.min())),
+            min(box.last_x, int(x.max()) + 1),
+            max(box.first_y, int(y.min())),
+            min(box.last_y, int(y.max()) + 1),
         )
-
-    def _places(self, box: Box) -> np.ndarray:
-        """Return the places (i, j) of the elements that the control points of a box shape, (n, 2)."""
-        x = np.arange(max(box.first_x - 2, 0), min(box.last_x, self._elements[0]))
-        y = np.arange(max(box.first_y - 2, 0), min(box.last_y, self._elements[1]))
-        return np.column_stack([np.repeat(x, len(y)), np.tile(y, len(x))])
+        return near.elements(self.free.shape)

@@ -68,7 +68,7 @@ class SymmetricBanded:
         matrix = self.lower.T
         factor, status = dpbtrf(matrix, lower=1)
         shift = _FIRST_SHIFT * float(np.mean(np.abs(matrix[0])))
-        while status != 0:
+        while status != 0 and np.isfinite(shift):
             shifted = matrix.copy(order="F")
             shifted[0] += shift
             factor, status = dpbtrf(shifted, lower=1, overwrite_ab=1)
@@ -184,29 +184,42 @@ def _hold(index: np.ndarray, band: np.ndarray, diagonal: int) -> None:
     band[held, diagonal] = 1.0
 
 
-# Right-hand sides that a triangle is solved for at once: some rows of them stay in the cache.
-_AT_ONCE = 32
+# Right-hand sides that a core solves a triangle for at least: of fewer the products would be slow.
+_AT_ONCE = 48
+# Rows of a triangle that are solved for one by one; what is before them is one product of matrices.
+_BLOCK = 24
 
 
 @compiled
 def _forward(lower: np.ndarray, right: np.ndarray) -> None:
     """Solve L x = right in place; rows of zeros at the beginning cost nothing."""
-    n, width = lower.shape[0], lower.shape[1] - 1
-    for first in range(0, right.shape[1], _AT_ONCE):
-        last = min(first + _AT_ONCE, right.shape[1])
-        part = right[:, first:last].copy()
-        begin = 0
-        while begin < n and not np.any(part[begin]):
-            begin += 1
-        for j in range(begin, n):
-            for c in range(last - first):
+    n, width, count = lower.shape[0], lower.shape[1] - 1, right.shape[1]
+    part, known = right.copy(), np.empty((_BLOCK, count))
+    before = np.empty((width, _BLOCK))  # columns of L, as far as the block's rows have them
+    begin = 0
+    while begin < n and not np.any(part[begin]):
+        begin += 1
+    for first in range(begin, n, _BLOCK):
+        last = min(first + _BLOCK, n)
+        start = max(begin, first - width)
+        for j in range(start, first):
+            end = min(last, j + width + 1)
+            for i in range(first, end):
+                before[j - start, i - first] = lower[j, i - j]
+            before[j - start, end - first :] = 0.0
+        if start < first:
+            np.dot(before[: first - start].T, part[start:first], known)
+            for i in range(first, last):
+                for c in range(count):
+                    part[i, c] -= known[i - first, c]
+        for j in range(first, last):
+            for c in range(count):
                 part[j, c] /= lower[j, 0]
-            for d in range(1, min(width, n - 1 - j) + 1):
-                factor = lower[j, d]
-                if factor != 0.0:
-                    for c in range(last - first):
-                        part[j + d, c] -= factor * part[j, c]
-        right[:, first:last] = part
+            for i in range(j + 1, min(last, j + width + 1)):
+                factor = lower[j, i - j]
+                for c in range(count):
+                    part[i, c] -= factor * part[j, c]
+    right[:] = part
 
 
 @compiled

@@ -46,6 +46,16 @@ class Box(NamedTuple):
         mask[self.first_x : self.last_x, self.first_y : self.last_y] = True
         return mask
 
+    def elements(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Return the places (i, j) of the elements that its control points shape, (n, 2).
+
+        Args:
+            shape: Numbers of all control points in x and y.
+        """
+        x = np.arange(max(self.first_x - 2, 0), min(self.last_x, shape[0] - 2))
+        y = np.arange(max(self.first_y - 2, 0), min(self.last_y, shape[1] - 2))
+        return np.column_stack([np.repeat(x, len(y)), np.tile(y, len(x))])
+
     def grown(self, by: int, shape: tuple[int, ...]) -> Box:
         """Return it with more rows on all sides, as far as there are any."""
         return Box(

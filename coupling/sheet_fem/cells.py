@@ -6,7 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import compiled, inlined
+from coupling.sheet_fem.contact import Surface
+from coupling.sheet_fem.on_stack import on_stack
+from coupling.sheet_fem.plate import bear
+from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
 
 
 class Cells(NamedTuple):
@@ -41,32 +45,117 @@ class Cells(NamedTuple):
 
     def bent(self) -> np.ndarray:
         """Return how far the splines of a cell have moved apart since its evaluation [m], (cells,)."""
-        apart: np.ndarray = np.ptp(self.since, axis=1).max(axis=1)
+        apart = np.empty(len(self.since))
+        _spread(self.since, apart)
         return apart
 
 
 @compiled
-def coarsen(
-    places: np.ndarray,
+def _spread(since: np.ndarray, apart: np.ndarray) -> None:
+    for cell in range(len(since)):
+        apart[cell] = 0.0
+        for k in range(3):
+            least = most = since[cell, 0, k]
+            for A in range(1, 9):
+                least, most = min(least, since[cell, A, k]), max(most, since[cell, A, k])
+            apart[cell] = max(apart[cell], most - least)
+
+
+@compiled
+def fill_cells(
+    shell: Shell,
+    surface: Surface,
     blend: np.ndarray,
-    columns: int,
+    outside: np.ndarray,
+    places: np.ndarray,
+    points: np.ndarray,
+    plastic: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+    new_plastic: np.ndarray,
+    new_stretch: np.ndarray,
+) -> None:
+    """Compute what the elements of some cells do, and the plate under them.
+
+    Args:
+        shell: Data that all elements share.
+        surface: Contact points and plate.
+        blend: Weights of an element's splines in the coarse ones, see `CoarseSplines`.
+        outside: Mask of the elements that count, (nx, ny).
+        places: Cells, (e, 2).
+        points: Control points [m], (nx + 2, ny + 2, 3).
+        plastic: Plastic strains before, (nx, ny, points, layers, 4).
+        force: Written: forces of all cells, as of `Cells`.
+        stiffness: Written: the same of their stiffness.
+        new_plastic: Written, as `plastic`.
+        new_stretch: Written: stretch of the thickness, (nx, ny, points).
+    """
+    factor, count = blend.shape[0], shell.basis.area.shape[0]
+    columns = outside.shape[1] // factor
+    functions = np.empty((factor**2 * count * 5, 9))
+    answers = np.empty((factor**2 * count * 5, 6, 9))
+    on_plate, held = on_stack((27,)), np.empty((27, 27))
+    nodes = on_stack((9, 3))
+    point = Point(
+        on_stack((2, 3)),
+        on_stack((2, 3)),
+        on_stack((3,)),
+        on_stack((3,)),
+        on_stack((5, 9)),
+        on_stack((6,)),
+        on_stack((6, 6)),
+    )
+    for e in range(len(places)):
+        cell = places[e, 0] * columns + places[e, 1]
+        force[cell] = 0.0
+        rows = 0
+        for s in range(factor):
+            for t in range(factor):
+                i, j = places[e, 0] * factor + s, places[e, 1] * factor + t
+                if not outside[i, j]:
+                    continue
+                for A in range(9):
+                    nodes[A] = points[i + A // 3, j + A % 3]
+                history = plastic[i, j], new_plastic[i, j], new_stretch[i, j]
+                for g in range(count):
+                    integrate(shell, g, nodes, *history, point)
+                    own = functions[rows : rows + 5]
+                    _summed(blend[s, t], point.functions, own)
+                    answer(point, own, force[cell], answers[rows : rows + 5])
+                    rows += 5
+        sum_up(functions[:rows], answers[:rows], stiffness[cell])
+        if np.isinf(surface.plane):
+            continue
+        for s in range(factor):
+            for t in range(factor):
+                i, j = places[e, 0] * factor + s, places[e, 1] * factor + t
+                if not outside[i, j]:
+                    continue
+                on_plate[:], held[:] = 0.0, 0.0
+                if bear(surface, i, j, points, on_plate, held):
+                    _coarsen(blend[s, t], on_plate, held, force[cell], stiffness[cell])
+
+
+@inlined
+def _summed(M: np.ndarray, functions: np.ndarray, summed: np.ndarray) -> None:
+    """Write the functions of the coarse splines, (5, 9), that the nine of an element sum up to."""
+    summed[:, :] = 0.0
+    for i in range(5):
+        for A in range(9):
+            for C in range(9):
+                summed[i, C] += functions[i, A] * M[A, C]
+
+
+@compiled
+def _coarsen(
+    M: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
     summed: np.ndarray,
     tangent: np.ndarray,
 ) -> None:
-    """Add forces and stiffness of fine elements to those of the coarse ones in which they lie."""
-    factor = blend.shape[0]
-    own = np.empty((9, 3))
-    half, whole, turned = np.empty((9, 81)), np.empty((9, 81)), np.empty((27, 27))
-    for e in range(len(places)):
-        i, j = places[e, 0], places[e, 1]
-        M = blend[i % factor, j % factor]
-        into = (i // factor) * columns + j // factor
-        np.dot(M.T, force[e].reshape(9, 3), own)
-        np.dot(M.T, stiffness[e].reshape(9, 81), half)
-        # The stiffness is symmetric: its columns are summed up as its rows are.
-        turned[:, :] = half.reshape(27, 27).T
-        np.dot(M.T, turned.reshape(9, 81), whole)
-        summed[into] += own.reshape(27)
-        tangent[into] += whole.reshape(27, 27)
+    """Add forces and stiffness of an element to those of the coarse one in which it lies."""
+    summed += np.dot(M.T, force.reshape(9, 3)).reshape(27)
+    half = np.dot(M.T, stiffness.reshape(9, 81)).reshape(27, 27)
+    # The stiffness is symmetric: its columns are summed up as its rows are.
+    tangent += np.dot(M.T, half.T.copy().reshape(9, 81)).reshape(27, 27)

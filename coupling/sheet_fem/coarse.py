@@ -74,9 +74,8 @@ class CoarseSplines:
 
     def fine(self, coarse: np.ndarray) -> np.ndarray:
         """Return the moves of fine control points, (nx + 2, ny + 2, 3), for those of coarse ones."""
-        moved: np.ndarray = np.einsum(
-            "iI,IJk,jJ->ijk", self.along_x, coarse, self.along_y, optimize=True
-        )
+        along = self.along_x @ coarse.reshape(len(coarse), -1)
+        moved: np.ndarray = self.along_y @ along.reshape(len(along), -1, 3)
         return moved
 
 

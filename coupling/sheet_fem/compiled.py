@@ -1,4 +1,4 @@
-"""The compiler of the inner loops: numba, of the extra `fem`."""
+"""The compiler of the inner loops and the BLAS that they call; packages of the extra `fem`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from coupling.errors import CaseError
 try:
     import numba
     import numba.extending
+    import threadpoolctl
 except ImportError as cause:
     raise CaseError(
-        "process: sheet-fem needs the package numba, which is not installed: install the extra,"
-        " pip install 'elastic-robot-fmu[fem]', or pip install numba meshio"
+        f"process: sheet-fem needs the package {cause.name}, which is not installed: install the"
+        " extra, pip install 'elastic-robot-fmu[fem]', or pip install numba meshio threadpoolctl"
     ) from cause
 
 P = ParamSpec("P")
@@ -51,14 +52,33 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return numba.njit(cache=True, **_OPTIONS)(function)
 
 
-def compiled_as(function: Callable[P, R]) -> Callable[[Callable[..., object]], None]:
-    """Tell what stands for a plain function in compiled code.
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a small function of the innermost loops into each that calls it.
+
+    There its arrays on the stack are known by their numbers.
+    """
+    return numba.njit(cache=True, forceinline=True, **_OPTIONS)(function)
+
+
+def inlined_as(function: Callable[P, R]) -> Callable[[Callable[..., object]], None]:
+    """Tell what stands for a plain function in compiled code, and compile it into each that calls it.
 
     The decorated function is called with numba's types of the arguments, while a caller is compiled,
     and returns the compiled function for them.
     """
 
     def register(choose: Callable[..., object]) -> None:
-        numba.extending.overload(function, jit_options=_OPTIONS, strict=False)(choose)
+        options: Any = {**_OPTIONS, "forceinline": True}
+        numba.extending.overload(function, jit_options=options, strict=False)(choose)
 
     return register
+
+
+def with_blas_on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Keep BLAS to one thread while a function runs.
+
+    The loops that call it are on all cores themselves, with small matrices: its threads would only wait
+    for each other, and an evaluation would take two to three times as long.
+    """
+    limited: Any = threadpoolctl.threadpool_limits.wrap(limits=1, user_api="blas")(function)
+    return limited

@@ -9,6 +9,7 @@ import numpy as np
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.friction import elastic_slip
 from coupling.sheet_fem.mesh import Basis
+from coupling.sheet_fem.on_stack import on_stack
 
 
 class Sphere(NamedTuple):
@@ -115,10 +116,10 @@ def press(
     basis = surface.basis
     reach = sphere.radius + surface.thickness
     margin = 2.0 * np.sqrt(np.sum(basis.area))
-    apart, thrust, drift, drag = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    along = np.empty(3)
-    tangent, turn = np.empty((3, 3)), np.empty((3, 3))
-    spread, normal = np.empty((3, 9)), np.empty(3)
+    apart, thrust, drift, drag = on_stack((3,)), on_stack((3,)), on_stack((3,)), on_stack((3,))
+    along = on_stack((3,))
+    tangent, turn = on_stack((3, 3)), on_stack((3, 3))
+    spread, normal = on_stack((3, 9)), on_stack((3,))
     for e in range(len(places)):
         i, j = places[e, 0], places[e, 1]
         on_tool[e] = 0.0
@@ -196,7 +197,8 @@ def _stretch(
 
     `spread` gets the derivative of ln J by the nine control points, N,a a^a, (3, 9).
     """
-    first, second = np.zeros(3), np.zeros(3)
+    first, second = on_stack((3,)), on_stack((3,))
+    first[:], second[:] = 0.0, 0.0
     for A in range(9):
         for k in range(3):
             x = points[i + A // 3, j + A % 3, k]

@@ -2,57 +2,46 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import inlined
 from coupling.sheet_fem.logarithm import divided_differences
 
 
-class Eigenbasis(NamedTuple):
-    """Axes in which the metric is diagonal.
+@inlined
+def eigenbasis(
+    a: np.ndarray, F: np.ndarray, into: np.ndarray, out: np.ndarray
+) -> tuple[float, float]:
+    """Return the eigenvalues of the first fundamental form a11, a22, a12, the larger one first.
 
     Tensors and stresses are vectors (11, 22, 12), strains (11, 22, 2*12): what turns the ones into
-    these axes, transposed, turns the others out of them.
+    the axes in which the metric is diagonal, transposed, turns the others out of them.
 
-    Attributes:
-        x1, x2: Eigenvalues, the larger one first.
-        F: Their divided differences of ln/2, (5, 5).
-        into: Matrix that turns tensors from material axes into the eigenbasis, (3, 3).
-        out: Matrix that turns strains from the eigenbasis into material axes, (3, 3).
+    Args:
+        a: First fundamental form, (3,).
+        F: Written: divided differences of ln/2 of the eigenvalues, (5, 5).
+        into: Written: matrix that turns tensors from material axes into the eigenbasis, (3, 3).
+        out: Written: matrix that turns strains from the eigenbasis into material axes, (3, 3).
     """
-
-    x1: float
-    x2: float
-    F: np.ndarray
-    into: np.ndarray
-    out: np.ndarray
-
-
-@compiled
-def eigenbasis(a: np.ndarray) -> Eigenbasis:
-    """Return the eigenbasis of the first fundamental form a11, a22, a12."""
     mean, half = 0.5 * (a[0] + a[1]), 0.5 * (a[0] - a[1])
     radius = np.sqrt(half * half + a[2] * a[2])
     x1, x2 = mean + radius, mean - radius
-    c, s = 1.0, 0.0
+    # Cosine and sine of twice the angle from the material axes.
+    cosine, sine = 1.0, 0.0
     if radius > 0.0:
-        angle = 0.5 * np.arctan2(a[2], half)
-        c, s = np.cos(angle), np.sin(angle)
-    into = np.array(
-        (
-            (c * c, s * s, 2.0 * c * s),
-            (s * s, c * c, -2.0 * c * s),
-            (-c * s, c * s, c * c - s * s),
-        )
-    )
-    F = np.empty((5, 5))
+        cosine, sine = half / radius, a[2] / radius
+    into[0, 0] = into[1, 1] = 0.5 * (1.0 + cosine)
+    into[0, 1] = into[1, 0] = 0.5 * (1.0 - cosine)
+    into[0, 2], into[1, 2] = sine, -sine
+    into[2, 0], into[2, 1], into[2, 2] = -0.5 * sine, 0.5 * sine, cosine
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = into[j, i]
     divided_differences(x1, x2, F)
-    return Eigenbasis(x1, x2, F, into, into.T.copy())
+    return x1, x2
 
 
-@compiled
+@inlined
 def turn(matrix: np.ndarray, vectors: np.ndarray, turned: np.ndarray) -> None:
     """Fill `turned` with the matrix times each vector of three, (3,) or (6,)."""
     for p in range(0, len(vectors), 3):
@@ -63,7 +52,7 @@ def turn(matrix: np.ndarray, vectors: np.ndarray, turned: np.ndarray) -> None:
             turned[p + i] = total
 
 
-@compiled
+@inlined
 def turn_blocks(matrix: np.ndarray, blocks: np.ndarray, turned: np.ndarray) -> None:
     """Fill `turned` with Q B Q^T of each 3 x 3 block B of a symmetric (6, 6), Q being the matrix."""
     for p in range(0, 6, 3):

@@ -1,217 +1,64 @@
-"""Kirchhoff-Love shell element: control points -> nodal forces and stiffness [Kiendl2009]."""
+"""Elements one by one: control points -> nodal forces and stiffness."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
-from coupling.sheet_fem.mesh import Basis
-from coupling.sheet_fem.section import CrossSection, section
-
-
-class Shell(NamedTuple):
-    """What the elements need besides the state.
-
-    Attributes:
-        cross: Metal, thickness and layers.
-        basis: Splines at the integration points.
-    """
-
-    cross: CrossSection
-    basis: Basis
+from coupling.sheet_fem.contact import Surface
+from coupling.sheet_fem.on_stack import on_stack
+from coupling.sheet_fem.plate import bear
+from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
 
 
 @compiled
-def element(
+def fill_elements(
     shell: Shell,
+    surface: Surface,
+    places: np.ndarray,
     points: np.ndarray,
     plastic: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
     new_plastic: np.ndarray,
-    stretch: np.ndarray,
+    new_stretch: np.ndarray,
 ) -> None:
-    """Integrate one element.
-
-    With u the displacement of control point A and N its spline, the first variations are
-    da_ij = sum N,i a_j . u + N,j a_i . u and db_ij = h_ij n . u with h_ij = N,ij - Gamma^c_ij N,c; the
-    second one of b, contracted with the moments m, is for control points A and C
-
-        - t_A (g_C . u_A)(n . u_C) - t_C (n . u_A)(g_A . u_C) - m:b (g_A . g_C)(n . u_A)(n . u_C)
-
-    with g = N,c a^c and t = m^ij h_ij.  So all of it is bilinear in five functions of each control
-    point, N,1 N,2 h_11 h_22 2 h_12: the stiffness is their product with what a point of integration adds
-    for each of them.
+    """Compute what some elements do, and the plate under them.
 
     Args:
         shell: Data that all elements share.
-        points: Control points [m], (9, 3).
-        plastic: Plastic strains before, (points, layers, 4).
-        force: Written: internal forces [N], (27,).
-        stiffness: Written: their derivative [N/m], (27, 27).
-        new_plastic: Written, (points, layers, 4).
-        stretch: Written: stretch of the thickness, (points,).
+        surface: Contact points and plate.
+        places: Elements, (e, 2).
+        points: Control points [m], (nx + 2, ny + 2, 3).
+        plastic: Plastic strains before, (nx, ny, points, layers, 4).
+        force: Written: nodal forces [N], (e, 27).
+        stiffness: Written: their derivative [N/m], (e, 27, 27).
+        new_plastic: Written, as `plastic`.
+        new_stretch: Written: stretch of the thickness, (nx, ny, points).
     """
-    basis = shell.basis
-    count = basis.area.shape[0]
-    functions = np.empty((5 * count, 9))
-    # For each of them and k <= m: what displacements along m of the nine control points do along k.
-    answer = np.empty((5 * count, 6, 9))
-    resultant = np.empty(6)
-    tangent = np.empty((6, 6))
-    first = np.empty((2, 3))  # x,1 and x,2
-    up = np.empty((2, 3))  # a^1 and a^2
-    second = np.empty((3, 3))  # x,11, x,22 and x,12
-    a = np.empty(3)
-    b = np.empty(3)
-    n = np.empty(3)
-    force[:] = 0.0
-    for g in range(count):
-        N1, N2 = basis.d1[g], basis.d2[g]
-        N11, N22, N12 = basis.d11[g], basis.d22[g], basis.d12[g]
-        first[:, :] = 0.0
-        second[:, :] = 0.0
+    count, plate = shell.basis.area.shape[0], np.isfinite(surface.plane)
+    functions, answers = np.empty((5 * count, 9)), np.empty((5 * count, 6, 9))
+    nodes = on_stack((9, 3))
+    point = Point(
+        on_stack((2, 3)),
+        on_stack((2, 3)),
+        on_stack((3,)),
+        on_stack((3,)),
+        on_stack((5, 9)),
+        on_stack((6,)),
+        on_stack((6, 6)),
+    )
+    for e in range(len(places)):
+        i, j = places[e, 0], places[e, 1]
         for A in range(9):
-            for k in range(3):
-                x = points[A, k]
-                first[0, k] += N1[A] * x
-                first[1, k] += N2[A] * x
-                second[0, k] += N11[A] * x
-                second[1, k] += N22[A] * x
-                second[2, k] += N12[A] * x
-        n[0] = first[0, 1] * first[1, 2] - first[0, 2] * first[1, 1]
-        n[1] = first[0, 2] * first[1, 0] - first[0, 0] * first[1, 2]
-        n[2] = first[0, 0] * first[1, 1] - first[0, 1] * first[1, 0]
-        det = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
-        root = np.sqrt(det)
-        a[:] = 0.0
-        b[:] = 0.0
-        for k in range(3):
-            n[k] /= root
-            a[0] += first[0, k] * first[0, k]
-            a[1] += first[1, k] * first[1, k]
-            a[2] += first[0, k] * first[1, k]
-            for i in range(3):
-                b[i] += second[i, k] * n[k]
-        stretch[g] = section(shell.cross, a, b, plastic[g], resultant, tangent, new_plastic[g])
-        area = basis.area[g]
-        for i in range(6):
-            resultant[i] *= area
-            for j in range(6):
-                tangent[i, j] *= area
-        for k in range(3):
-            up[0, k] = (a[1] * first[0, k] - a[2] * first[1, k]) / det
-            up[1, k] = (a[0] * first[1, k] - a[2] * first[0, k]) / det
-        own = functions[5 * g : 5 * g + 5]
-        for A in range(9):
-            own[0, A] = N1[A]
-            own[1, A] = N2[A]
-            own[2, A] = N11[A]
-            own[3, A] = N22[A]
-            own[4, A] = 2.0 * N12[A]
-        for k in range(3):
-            second[2, k] *= 2.0  # from here on as an engineering shear
-        for i in range(3):
-            along1 = along2 = 0.0
-            for k in range(3):
-                along1 += second[i, k] * up[0, k]
-                along2 += second[i, k] * up[1, k]
-            for A in range(9):
-                own[2 + i, A] -= along1 * N1[A] + along2 * N2[A]
-        _answer(first, up, n, b, own, resultant, tangent, force, answer[5 * g : 5 * g + 5])
-    product = np.dot(functions.T, answer.reshape(5 * count, 54)).reshape(9, 6, 9)
-    for A in range(9):
-        for C in range(9):
-            pair = 0
-            for k in range(3):
-                for m in range(k, 3):
-                    stiffness[3 * A + k, 3 * C + m] = product[A, pair, C]
-                    stiffness[3 * C + m, 3 * A + k] = product[A, pair, C]
-                    pair += 1
-
-
-@compiled
-def _answer(
-    first: np.ndarray,
-    up: np.ndarray,
-    n: np.ndarray,
-    b: np.ndarray,
-    functions: np.ndarray,
-    resultant: np.ndarray,
-    tangent: np.ndarray,
-    force: np.ndarray,
-    answer: np.ndarray,
-) -> None:
-    """Add a point's forces, (27,), and write what displacements do to those of its functions.
-
-    Args:
-        first: Tangents of the midsurface, x,1 and x,2, (2, 3).
-        up: Their dual vectors a^1 and a^2, (2, 3).
-        n: Normal, (3,).
-        b: Second fundamental form, (3,).
-        functions: N,1 N,2 h_11 h_22 2 h_12 of the control points, (5, 9).
-        resultant: Forces and moments, (6,).
-        tangent: Their derivative, (6, 6).
-        force: Added to, (27,).
-        answer: Written, of the pairs k <= m of directions, (5, 6, 9).
-    """
-    N1, N2 = functions[0], functions[1]
-    m1, m2, m12 = resultant[3], resultant[4], resultant[5]
-    curved = m1 * b[0] + m2 * b[1] + 2.0 * m12 * b[2]
-    turn, bent = np.empty(9), np.empty(9)  # t, and what bends the point
-    for A in range(9):
-        turn[A] = m1 * functions[2, A] + m2 * functions[3, A] + m12 * functions[4, A]
-    membrane = ((resultant[0], resultant[2]), (resultant[2], resultant[1]))
-    for k in range(3):
-        along1 = resultant[0] * first[0, k] + resultant[2] * first[1, k]
-        along2 = resultant[2] * first[0, k] + resultant[1] * first[1, k]
-        for A in range(9):
-            force[3 * A + k] += N1[A] * along1 + N2[A] * along2 + n[k] * turn[A]
-    # Derivatives of forces and moments by the tangents, each along k.
-    by_slope = np.empty((2, 3, 6))
-    for k in range(3):
-        for i in range(6):
-            by_slope[0, k, i] = first[0, k] * tangent[0, i] + first[1, k] * tangent[2, i]
-            by_slope[1, k, i] = first[1, k] * tangent[1, i] + first[0, k] * tangent[2, i]
-    for c in range(2):
-        overlap1 = curved * (up[c, 0] * up[0, 0] + up[c, 1] * up[0, 1] + up[c, 2] * up[0, 2])
-        overlap2 = curved * (up[c, 0] * up[1, 0] + up[c, 1] * up[1, 1] + up[c, 2] * up[1, 2])
-        pair = 0
-        for k in range(3):
-            own = by_slope[c, k]
-            for C in range(9):
-                bent[C] = (
-                    own[3] * functions[2, C] + own[4] * functions[3, C] + own[5] * functions[4, C]
-                )
-            for m in range(k, 3):
-                on1 = own[0] * first[0, m] + own[2] * first[1, m] - overlap1 * n[k] * n[m]
-                on2 = own[1] * first[1, m] + own[2] * first[0, m] - overlap2 * n[k] * n[m]
-                if k == m:
-                    on1 += membrane[c][0]
-                    on2 += membrane[c][1]
-                along = n[k] * up[c, m]
-                for C in range(9):
-                    answer[c, pair, C] = (
-                        on1 * N1[C] + on2 * N2[C] + n[m] * bent[C] - along * turn[C]
-                    )
-                pair += 1
-    for i in range(3):
-        by_bend = tangent[3 + i]
-        for C in range(9):
-            bent[C] = (
-                by_bend[3] * functions[2, C]
-                + by_bend[4] * functions[3, C]
-                + by_bend[5] * functions[4, C]
-            )
-        pair = 0
-        for k in range(3):
-            up1, up2 = resultant[3 + i] * up[0, k], resultant[3 + i] * up[1, k]
-            for m in range(k, 3):
-                on1 = n[k] * by_slope[0, m, 3 + i] - n[m] * up1
-                on2 = n[k] * by_slope[1, m, 3 + i] - n[m] * up2
-                both = n[k] * n[m]
-                for C in range(9):
-                    answer[2 + i, pair, C] = both * bent[C] + on1 * N1[C] + on2 * N2[C]
-                pair += 1
+            nodes[A] = points[i + A // 3, j + A % 3]
+        force[e] = 0.0
+        history = plastic[i, j], new_plastic[i, j], new_stretch[i, j]
+        for g in range(count):
+            integrate(shell, g, nodes, *history, point)
+            rows = slice(5 * g, 5 * g + 5)
+            functions[rows] = point.functions
+            answer(point, point.functions, force[e], answers[rows])
+        sum_up(functions, answers, stiffness[e])
+        if plate:
+            bear(surface, i, j, points, force[e], stiffness[e])

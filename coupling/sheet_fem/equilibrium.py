@@ -158,7 +158,7 @@ def _made_linear(
 def _is_linear(state: SheetState, limit: float) -> bool:
     """Return whether what is outside of the box is near where it was made linear."""
     assert state.around is not None
-    return bool(np.max(state.around.cells_at(state.at_rim).bent()) <= limit)
+    return bool(np.max(state.around.bent_at(state.at_rim)) <= limit)
 
 
 def _carried(state: SheetState) -> None:

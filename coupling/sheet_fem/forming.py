@@ -10,7 +10,6 @@ from coupling.errors import ProcessError
 from coupling.sheet_fem.assembly import Assembler
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere, Surface
-from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.equilibrium import (
     Equilibrium,
     NewtonSettings,
@@ -20,6 +19,7 @@ from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
 from coupling.sheet_fem.reaction import tool_stiffness
 from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
+from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
 from coupling.sheet_fem.travel import Travel
 

@@ -10,7 +10,7 @@ from math import comb
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import inlined
 
 # Below this relative distance of the eigenvalues the recursion would cancel; the series then ends
 # with a relative error of _NEAR**_TERMS.
@@ -34,7 +34,7 @@ def _series_coefficients() -> np.ndarray:
 _COEFFICIENTS = _series_coefficients()
 
 
-@compiled
+@inlined
 def _by_series(p: int, q: int, mean: float, r: float) -> float:
     """Return f[x1 p times, x2 q times] for x1, x2 = mean (1 + r), mean (1 - r) from a series."""
     order = p + q - 1
@@ -47,7 +47,7 @@ def _by_series(p: int, q: int, mean: float, r: float) -> float:
     return 0.5 * total / mean**order
 
 
-@compiled
+@inlined
 def divided_differences(x1: float, x2: float, table: np.ndarray) -> None:
     """Fill table[p, q] with f[x1 p times, x2 q times] for f = ln/2 and 2 <= p + q <= 4.
 

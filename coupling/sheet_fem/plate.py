@@ -6,56 +6,70 @@ import numpy as np
 
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Surface, give, pressure
+from coupling.sheet_fem.on_stack import on_stack
 
 
 @compiled
 def bear(
     surface: Surface,
-    places: np.ndarray,
+    i: int,
+    j: int,
     points: np.ndarray,
     force: np.ndarray,
     stiffness: np.ndarray,
-) -> None:
-    """Add the backing plate, on which the flat sheet lies, to the elements at `places`.
+) -> bool:
+    """Add the backing plate, on which the flat sheet lies, to the element at (i, j).
 
     What lay on its plane when the sheet was flat stays on it, frictionless; the rest is held by the
     rounded edge, a quarter of a torus, where there is one.
+
+    Args:
+        surface: Contact points and plate.
+        i: Place of the element in x.
+        j: The same in y.
+        points: Control points of the sheet [m], (nx + 2, ny + 2, 3).
+        force: Added to: forces of the element [N], (27,).
+        stiffness: Added to: their derivative [N/m], (27, 27).
+
+    Returns:
+        Whether the element touches the plate.
     """
     basis = surface.basis
     tube = surface.edge + 0.5 * surface.thickness
     margin = 2.0 * np.sqrt(np.sum(basis.area))
-    place, thrust, tangent = np.zeros(3), np.zeros(3), np.zeros((3, 3))
-    for e in range(len(places)):
-        i, j = places[e, 0], places[e, 1]
-        near = False
-        for A in range(9):
-            x, y = points[i + A // 3, j + A % 3, 0], points[i + A // 3, j + A % 3, 1]
-            if np.sqrt(x**2 + y**2) > surface.plane - tube - margin:
-                near = True
-        if not near:
+    near = False
+    for A in range(9):
+        x, y = points[i + A // 3, j + A % 3, 0], points[i + A // 3, j + A % 3, 1]
+        if np.sqrt(x**2 + y**2) > surface.plane - tube - margin:
+            near = True
+    if not near:
+        return False
+    place, thrust, tangent = on_stack((3,)), on_stack((3,)), on_stack((3, 3))
+    touches = False
+    for g in range(basis.area.shape[0]):
+        on_plane = surface.supported[i, j, g]
+        if not on_plane and surface.edge == 0.0:
             continue
-        for g in range(basis.area.shape[0]):
-            on_plane = surface.supported[i, j, g]
-            if not on_plane and surface.edge == 0.0:
-                continue
-            N = basis.value[g]
-            place[:] = 0.0
-            for A in range(9):
-                for k in range(3):
-                    place[k] += N[A] * points[i + A // 3, j + A % 3, k]
-            if on_plane:
-                size, slope = pressure(-place[2], surface.support, surface.smoothing)
-                thrust[:], tangent[:] = 0.0, 0.0
-                thrust[2], tangent[2, 2] = -size, slope
-            else:
-                slope = _edge(surface, tube, place, thrust, tangent)
-            if slope == 0.0:
-                continue
+        N = basis.value[g]
+        place[:] = 0.0
+        for A in range(9):
             for k in range(3):
-                thrust[k] *= basis.area[g]
-                for m in range(3):
-                    tangent[k, m] *= basis.area[g]
-            give(N, thrust, tangent, force[e], stiffness[e])
+                place[k] += N[A] * points[i + A // 3, j + A % 3, k]
+        if on_plane:
+            size, slope = pressure(-place[2], surface.support, surface.smoothing)
+            thrust[:], tangent[:] = 0.0, 0.0
+            thrust[2], tangent[2, 2] = -size, slope
+        else:
+            slope = _edge(surface, tube, place, thrust, tangent)
+        if slope == 0.0:
+            continue
+        touches = True
+        for k in range(3):
+            thrust[k] *= basis.area[g]
+            for m in range(3):
+                tangent[k, m] *= basis.area[g]
+        give(N, thrust, tangent, force, stiffness)
+    return touches
 
 
 @compiled

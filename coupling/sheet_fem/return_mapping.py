@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled_as
+from coupling.sheet_fem.compiled import inlined_as
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.orthotropic import Yld91
 from coupling.sheet_fem.von_mises import von_mises
@@ -41,6 +41,6 @@ def plane_stress(
     RETURN_MAPPINGS[type(material)](material, strain, plastic, stress, tangent, new_plastic)
 
 
-@compiled_as(plane_stress)
+@inlined_as(plane_stress)
 def _compiled(material, strain, plastic, stress, tangent, new_plastic):  # type: ignore[no-untyped-def]
     return RETURN_MAPPINGS[material.instance_class].py_func  # type: ignore[attr-defined]

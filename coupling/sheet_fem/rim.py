@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.coarse import CoarseSplines
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.edge_elements import EdgeElements
 
 # Singular values of the splines' weights in the edge, over the largest, that tell nothing of them.
 _HARDLY_SEEN = 1e-3
@@ -95,11 +95,20 @@ class Rim:
         """Return the numbers of the unknowns of all coarse elements, (cells, 27)."""
         return numbers.reshape(-1, 3)[self.splines.patches].reshape(-1, 27)
 
-    def at(self, numbers: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Return the numbers of the unknowns of the coarse elements at places, (places, 27)."""
-        x = places[:, 0, None] + np.repeat(np.arange(3), 3)
-        y = places[:, 1, None] + np.tile(np.arange(3), 3)
-        return numbers[x, y].reshape(len(places), 27)
+    @cached_property
+    def edge_elements(self) -> EdgeElements:
+        """The elements of the box that see the edge."""
+        box, factor = self.box, self.splines.factor
+        places = box.elements(self.outside.shape)
+        nine = np.arange(9)
+        x, y = places[:, :1] + nine // 3, places[:, 1:] + nine % 3
+        away = self.outside[x, y]
+        numbers = np.flatnonzero(away.any(axis=1))
+        at = places[numbers]
+        blend = self.splines.blend[at[:, 0] % factor, at[:, 1] % factor]
+        x, y = at[:, :1] // factor + nine // 3, at[:, 1:] // factor + nine % 3
+        unknowns = self.outer[x, y].reshape(len(at), 27)
+        return EdgeElements(numbers, np.where(away[numbers][:, :, None], blend, 0.0), unknowns)
 
 
 def _numbered(mask: np.ndarray) -> np.ndarray:
@@ -111,59 +120,3 @@ def _numbered(mask: np.ndarray) -> np.ndarray:
 def _everything(outer: np.ndarray, moves: np.ndarray) -> np.ndarray:
     """Number the inner unknowns by their place, so that their matrix is a band."""
     return np.where(moves & ~outer, np.arange(outer.size).reshape(outer.shape), -1)
-
-
-@compiled
-def see_rim(
-    places: np.ndarray,
-    box: Box,
-    blend: np.ndarray,
-    force: np.ndarray,
-    stiffness: np.ndarray,
-    at_rim: np.ndarray,
-    across: np.ndarray,
-    among: np.ndarray,
-) -> None:
-    """Fill in what elements at a box are to the coarse unknowns that move their points outside of it.
-
-    Args:
-        places: Elements, (e, 2).
-        box: Control points of the box.
-        blend: As of the splines.
-        force: Nodal forces [N], (e, 27).
-        stiffness: Their derivative, symmetric, (e, 27, 27).
-        at_rim: Written: forces on the nine coarse splines, (e, 27).
-        across: Written: derivative of these forces by the nodes, (e, 27, 27).
-        among: Written: derivative of their forces by them, (e, 27, 27).
-    """
-    factor = blend.shape[0]
-    M, turned = np.empty((9, 9)), np.empty((27, 27))
-    for e in range(len(places)):
-        i, j = places[e, 0], places[e, 1]
-        at_rim[e] = 0.0
-        across[e] = 0.0
-        among[e] = 0.0
-        for A in range(9):
-            x, y = i + A // 3, j + A % 3
-            inside = box.first_x <= x < box.last_x and box.first_y <= y < box.last_y
-            for C in range(9):
-                M[A, C] = 0.0 if inside else blend[i % factor, j % factor, A, C]
-        # Most weights are zero: a box's edge takes one or two rows of an element's points.
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                if weight == 0.0:
-                    continue
-                for k in range(3):
-                    at_rim[e, 3 * C + k] += weight * force[e, 3 * A + k]
-                    for r in range(27):
-                        across[e, 3 * C + k, r] += weight * stiffness[e, 3 * A + k, r]
-        turned[:, :] = across[e].T
-        for A in range(9):
-            for C in range(9):
-                weight = M[A, C]
-                if weight == 0.0:
-                    continue
-                for k in range(3):
-                    for r in range(27):
-                        among[e, 3 * C + k, r] += weight * turned[3 * A + k, r]

@@ -19,8 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.compiled import inlined
 from coupling.sheet_fem.eigenbasis import eigenbasis, turn, turn_blocks
+from coupling.sheet_fem.on_stack import on_stack
 from coupling.sheet_fem.return_mapping import Metal, plane_stress
 
 # Derivatives by (a11, a22, a12, b11, b22, b12), times these, are those by the vectors of six.  Those of
@@ -42,7 +43,7 @@ class CrossSection(NamedTuple):
     layers: np.ndarray
 
 
-@compiled
+@inlined
 def layer_resultants(
     cross: CrossSection,
     strain: np.ndarray,
@@ -61,9 +62,9 @@ def layer_resultants(
         tangent: Written: its derivative, (6, 6).
         new_plastic: Written, (layers, 4).
     """
-    at = np.empty(3)
-    stress = np.empty(3)
-    modulus = np.empty((3, 3))
+    at = on_stack((3,))
+    stress = on_stack((3,))
+    modulus = on_stack((3, 3))
     resultant[:] = 0.0
     tangent[:, :] = 0.0
     for layer in range(cross.layers.shape[1]):
@@ -85,7 +86,7 @@ def layer_resultants(
             tangent[3 + j, i] = tangent[i, 3 + j]
 
 
-@compiled
+@inlined
 def _curvature(F: np.ndarray, stretch: float, b: np.ndarray, dk: np.ndarray) -> None:
     """Fill `dk`, (7, 3), with D k for k = 2 Df(a)[b], which lacks the thickness stretch of kappa.
 
@@ -106,7 +107,7 @@ def _curvature(F: np.ndarray, stretch: float, b: np.ndarray, dk: np.ndarray) -> 
         dk[6, j] = stretch * dk[3 + j, j] * b[j]
 
 
-@compiled
+@inlined
 def _gradient(F: np.ndarray, stretch: float, dk: np.ndarray, G: np.ndarray) -> None:
     """Fill G, (6, 6), with D (e, kappa)."""
     G[:, :] = 0.0
@@ -121,7 +122,7 @@ def _gradient(F: np.ndarray, stretch: float, dk: np.ndarray, G: np.ndarray) -> N
         G[3 + j, 1] -= dk[6, j] * F[0, 2]
 
 
-@compiled
+@inlined
 def _geometric(
     F: np.ndarray,
     stretch: float,
@@ -185,7 +186,7 @@ def _geometric(
             H[i, j] += m_k * dt[i] * dt[j]
 
 
-@compiled
+@inlined
 def _pull_back(
     G: np.ndarray, stress: np.ndarray, modulus: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
@@ -193,7 +194,7 @@ def _pull_back(
 
     G is [[e, 0], [X, k]] with e and k diagonal.
     """
-    half = np.empty((3, 3))  # of G^T modulus: what a does on m
+    half = on_stack((3, 3))  # of G^T modulus: what a does on m
     for i in range(3):
         first[i] = G[i, i] * stress[i]
         first[3 + i] = G[3 + i, 3 + i] * stress[3 + i]
@@ -219,7 +220,7 @@ def _pull_back(
             second[i, j] += total
 
 
-@compiled
+@inlined
 def section(
     cross: CrossSection,
     a: np.ndarray,
@@ -240,24 +241,27 @@ def section(
         tangent: Written: its derivative, symmetric, (6, 6).
         new_plastic: Written, (layers, 4).
     """
-    basis = eigenbasis(a)
-    F, into, out = basis.F, basis.into, basis.out
-    stretch = 1.0 / np.sqrt(basis.x1 * basis.x2)
-    curvature, dk = np.empty(3), np.empty((7, 3))
+    F, into, out = on_stack((5, 5)), on_stack((3, 3)), on_stack((3, 3))
+    x1, x2 = eigenbasis(a, F, into, out)
+    stretch = 1.0 / np.sqrt(x1 * x2)
+    curvature, dk = on_stack((3,)), on_stack((7, 3))
     turn(into, b, curvature)
     _curvature(F, stretch, curvature, dk)
 
     # In material axes, in which the layers keep their plastic strains.
-    strain, stress, modulus = np.empty(6), np.empty(6), np.empty((6, 6))
-    e1, e2 = 0.5 * np.log(basis.x1), 0.5 * np.log(basis.x2)
-    turn(out, np.array((e1, e2, 0.0, dk[6, 0], dk[6, 1], dk[6, 2])), strain)
+    strain, stress, modulus = on_stack((6,)), on_stack((6,)), on_stack((6, 6))
+    own = on_stack((6,))
+    own[0], own[1], own[2] = 0.5 * np.log(x1), 0.5 * np.log(x2), 0.0
+    for i in range(3):
+        own[3 + i] = dk[6, i]
+    turn(out, own, strain)
     layer_resultants(cross, strain, plastic, stress, modulus, new_plastic)
 
     # In the eigenbasis.
-    conjugate, conjugate_modulus = np.empty(6), np.empty((6, 6))
+    conjugate, conjugate_modulus = on_stack((6,)), on_stack((6, 6))
     turn(into, stress, conjugate)
     turn_blocks(into, modulus, conjugate_modulus)
-    G, first, second = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
+    G, first, second = on_stack((6, 6)), on_stack((6,)), on_stack((6, 6))
     _gradient(F, stretch, dk, G)
     _geometric(F, stretch, dk, curvature, conjugate, second)
     _pull_back(G, conjugate, conjugate_modulus, first, second)

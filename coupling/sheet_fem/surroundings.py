@@ -79,8 +79,17 @@ class Surroundings:
 
     def cells_at(self, at_rim: np.ndarray) -> Cells:
         """Return the elements, as far as they are linear, where the rim's unknowns [m] carry them."""
-        moved = self.moved(at_rim).reshape(-1, 3)
-        return self.cells.after(moved[self.rim.splines.patches])
+        return self.cells.after(self._moves(at_rim))
+
+    def bent_at(self, at_rim: np.ndarray) -> np.ndarray:
+        """Return how far the rim's unknowns [m] bend each cell since its evaluation [m], (cells,)."""
+        since = self.cells.since + self._moves(at_rim)
+        return self.cells._replace(since=since).bent()
+
+    def _moves(self, at_rim: np.ndarray) -> np.ndarray:
+        """Return the moves of the splines of each cell for those of the rim [m], (cells, 9, 3)."""
+        moves: np.ndarray = self.moved(at_rim).reshape(-1, 3)[self.rim.splines.patches]
+        return moves
 
     def moved(self, at_rim: np.ndarray) -> np.ndarray:
         """Return the coarse unknowns for those of the rim [m], (coarse nx + 2, coarse ny + 2, 3)."""

@@ -96,6 +96,7 @@ PARTS = {
     "fineness": sheet_cone_studies.fineness_table,
     "friction": sheet_cone_studies.friction_table,
     "example": cone,
+    "alone": sheet_case_studies.alone_table,
     "cell": cell,
     "gap": sheet_case_studies.gap_table,
 }

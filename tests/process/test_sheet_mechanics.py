@@ -13,12 +13,12 @@ pytest.importorskip("numba")
 from coupling.sheet_fem.assembly import Assembler
 from coupling.sheet_fem.banded import SymmetricBanded
 from coupling.sheet_fem.contact import Surface
-from coupling.sheet_fem.element import Shell
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material, hollomon_prestrain, yield_stress
 from coupling.sheet_fem.mesh import SheetMesh, basis, gauss, midpoints
 from coupling.sheet_fem.return_mapping import plane_stress
 from coupling.sheet_fem.section import CrossSection, section
+from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)

@@ -70,6 +70,34 @@ def test_an_evaluation_starts_from_the_flat_sheet(pressed):
     assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
 
 
+def blas_threads() -> list[int]:
+    from threadpoolctl import threadpool_info
+
+    return [
+        library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"
+    ]
+
+
+def test_an_evaluation_keeps_blas_to_one_thread_and_gives_the_others_back(pressed):
+    """In a user's own program, where nothing else has: it takes a third of the time then."""
+    from threadpoolctl import threadpool_limits
+
+    process, path, answer = pressed
+    within = []
+
+    def watch(progress: Progress) -> None:
+        within.append(blas_threads())
+
+    with threadpool_limits(limits=2, user_api="blas"):
+        given = blas_threads()
+        again = replace(process, watch=watch).evaluate(path)
+        assert blas_threads() == given
+    assert 2 in given
+    assert within
+    assert {count for counts in within for count in counts} == {1}
+    assert np.array_equal(answer.wrench.wrench, again.wrench.wrench)
+
+
 def rings(*depths: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times and points of circles of 12 mm radius, after a point above the sheet."""
     turn = np.linspace(0.0, 2.0 * np.pi, 31)
@@ -191,9 +219,10 @@ def test_bad_tables_say_what_is_needed():
         table(sheet_size_m=[0.003, 0.04], element_m=0.0005).process(Task(UPRIGHT, path))
 
 
-def test_without_numba_the_extra_is_named(tmp_path):
+@pytest.mark.parametrize("package", ["numba", "threadpoolctl"])
+def test_without_its_packages_the_extra_is_named(tmp_path, package):
     script = (
-        "import sys; sys.modules['numba'] = None\n"
+        f"import sys; sys.modules[{package!r}] = None\n"
         "from coupling.cli import main\n"
         f"sys.argv = ['elastic-robot', 'couple', {str(CASES / 'cone_fem.toml')!r},"
         f" '-o', {str(tmp_path / 'out')!r}]\n"
@@ -202,6 +231,7 @@ def test_without_numba_the_extra_is_named(tmp_path):
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 2, done.stderr
     said = " ".join(done.stderr.split())
+    assert f"needs the package {package}, which is not installed" in said
     assert "elastic-robot-fmu[fem]" in said
     assert "Traceback" not in said
 

@@ -10,9 +10,11 @@ import pytest
 
 pytest.importorskip("numba")
 
+from coupling.sheet_fem import assembly
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
+from coupling.sheet_fem.cells import Cells, fill_cells
 from coupling.sheet_fem.coarse import CoarseSplines, refinement
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
@@ -66,24 +68,85 @@ def test_a_grid_that_cannot_be_cut_into_fours_is_cut_into_what_divides_it():
 
 
 @pytest.mark.parametrize("general", [False, True])
-def test_a_bordered_band_is_solved_as_the_full_matrix(general):
+@pytest.mark.parametrize(
+    ("elements", "apart", "spread"), [(1, 0, 1), (4, 12, 1), (60, 1, 1), (6, 12, 3)]
+)
+def test_a_bordered_band_is_solved_as_the_full_matrix(elements, apart, spread, general):
+    """Of fewer and more rows, and a narrower and a wider band, than are solved for at once."""
     rng = np.random.default_rng(5)
-    index = np.array([np.arange(27) + 12 * e for e in range(4)])
-    parts = rng.normal(size=(4, 27, 27))
+    index = np.array([spread * np.arange(27) + apart * e for e in range(elements)])
+    parts = rng.normal(size=(elements, 27, 27))
     parts = parts + parts.swapaxes(1, 2) + 40.0 * np.eye(27)
     if general:
         parts += 0.5 * rng.normal(size=parts.shape)
-    n, m = 63, 5
+    n, m, width = int(index.max()) + 1, 5, 26 * spread
     full = np.zeros((n + m, n + m))
     for rows, part in zip(index, parts, strict=True):
         full[np.ix_(rows, rows)] += part
+    held = np.setdiff1d(np.arange(n), index)
+    full[held, held] = 1.0
     across, outer = rng.normal(size=(n, m)), 30.0 * np.eye(m)
+    across[: n // 3] = 0.0
     full[:n, n:], full[n:, :n], full[n:, n:] = across, across.T, outer
     band = GeneralBanded if general else SymmetricBanded
-    matrix = Bordered(band.of(index, parts, n, 26), across, outer)
+    matrix = Bordered(band.of(index, parts, n, width), across, outer)
     right = rng.normal(size=(n + m, 3))
     np.testing.assert_allclose(matrix.solve(right), np.linalg.solve(full, right), rtol=1e-9)
     np.testing.assert_allclose(matrix.times(right[:, 0]), full @ right[:, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("band", [GeneralBanded, SymmetricBanded])
+def test_a_stiffness_that_is_no_number_has_factors_that_are_none(band):
+    """No shift makes it definite: to look for one would not end."""
+    index, parts = np.arange(27)[None], np.full((1, 27, 27), np.nan)
+    half = band.of(index, parts, 27, 26).factor().forward(np.ones((27, 1)))
+    assert not np.all(np.isfinite(half))
+
+
+@pytest.mark.parametrize("plate", [False, True])
+def test_cells_do_what_the_fine_sheet_does_to_moves_of_coarse_splines(plate):
+    """A bent and partly plastic sheet, half of its elements in one evaluation and half in another."""
+    settings = SheetSettings(opening_radius=0.012, edge_radius=4e-3) if plate else SheetSettings()
+    sheet = SheetModel(SheetMesh((0.06, 0.06), (24, 24), THICKNESS), ALUMINIUM, settings)
+    assemble, free, splines = sheet.assemble, sheet.mesh.clamped(), CoarseSplines.of((24, 24))
+    rng = np.random.default_rng(11)
+    flat = sheet.flat()
+    radius = np.linalg.norm(flat.points[..., :2], axis=-1)
+    points = flat.points + 2e-6 * rng.normal(size=free.shape) * free
+    points[..., 2] -= 1e-3 * np.clip(1.0 - radius / 0.02, 0.0, None) ** 2 + 1e-6
+    moved = replace(deepcopy(flat), points=points)
+    whole = assemble(assemble.everywhere, flat, (), moved)
+    assert 0.05 < np.mean(moved.plastic[..., 3] > 0.0) < 0.95
+
+    each, places = Cells.none(36), np.argwhere(np.ones((6, 6)))
+    sheet_and_plate = assemble._shell, assemble._surface, splines.blend
+    force, stiffness = np.zeros((36, 27)), np.zeros((36, 27, 27))
+    chosen = rng.random((24, 24)) < 0.5
+    for outside in (chosen, ~chosen):
+        history = np.empty_like(moved.plastic), np.empty_like(moved.stretch)
+        acting = outside, places, points, flat.plastic, each.force, each.stiffness
+        fill_cells(*sheet_and_plate, *acting, *history)
+        force += each.force
+        stiffness += each.stiffness
+        np.testing.assert_allclose(history[0][outside], moved.plastic[outside], atol=1e-14)
+        np.testing.assert_allclose(history[1][outside], moved.stretch[outside], rtol=1e-14)
+
+    moves = ~splines.touching(~free)
+    coarse = rng.normal(size=moves.shape) * moves
+    followed = np.einsum(
+        "eij,ej->ei", stiffness, coarse.reshape(-1, 3)[splines.patches].reshape(-1, 27)
+    )
+    fine = whole.residual, whole.stiffness.times(splines.fine(coarse).ravel())
+    for found, nodal in zip((force, followed), fine, strict=True):
+        at_splines = np.zeros((coarse.size // 3, 3))
+        np.add.at(at_splines, splines.patches, found.reshape(-1, 9, 3))
+        expected = np.einsum(
+            "iI,ijk,jJ->IJk", splines.along_x, nodal.reshape(free.shape), splines.along_y
+        )
+        scale = np.abs(expected[moves]).max()
+        np.testing.assert_allclose(
+            at_splines.reshape(coarse.shape)[moves], expected[moves], atol=1e-11 * scale
+        )
 
 
 def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together():
@@ -179,13 +242,13 @@ def test_about_the_same_box_cells_that_lie_partly_in_it_are_kept_too(monkeypatch
     box = sheet.near(None, pressed.center[None])
     state = sheet.equilibrium(sheet.flat(), (before,), (pressed,), box).state
     assemble, computed = sheet.assemble, []
-    integrate = assemble._integrate
+    fill_cells = assembly.fill_cells
 
-    def count(places, *rest):
+    def count(shell, surface, blend, outside, places, *rest):
         computed.append(len(places))
-        integrate(places, *rest)
+        fill_cells(shell, surface, blend, outside, places, *rest)
 
-    monkeypatch.setattr(assemble, "_integrate", count)
+    monkeypatch.setattr(assembly, "fill_cells", count)
     same = assemble.linear(assemble.rim(box), state, state, np.inf)
     assert sum(computed) == 0
     anew = assemble.linear(assemble.rim(box), state, replace(state, around=None), np.inf)

@@ -1,0 +1,77 @@
+"""The elements of a box that see control points outside of it: what they do to the rim's unknowns."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from coupling.sheet_fem.compiled import compiled
+from coupling.sheet_fem.on_stack import on_stack
+
+
+class EdgeElements(NamedTuple):
+    """Which elements these are, and how coarse splines move them.
+
+    Attributes:
+        numbers: Their numbers among the box's elements, (e,).
+        weights: What the nine coarse splines there move their nine control points, as far as those are
+            outside of the box, (e, 9, 9).
+        unknowns: Numbers of the rim's unknowns that move those splines, -1 for none, (e, 27).
+    """
+
+    numbers: np.ndarray
+    weights: np.ndarray
+    unknowns: np.ndarray
+
+
+@compiled
+def add_edge(
+    edge: EdgeElements,
+    inner: np.ndarray,
+    force: np.ndarray,
+    stiffness: np.ndarray,
+    at_rim: np.ndarray,
+    across: np.ndarray,
+    among: np.ndarray,
+) -> None:
+    """Add what the elements at a box's edge do to the rim.
+
+    Args:
+        edge: These elements; at the edge the stiffness is symmetric.
+        inner: Numbers of the unknowns of all elements of the box, -1 for what is held, (n, 27).
+        force: Nodal forces of all [N], (n, 27).
+        stiffness: Their derivative, (n, 27, 27).
+        at_rim: Added to: forces at the rim's unknowns, (m,).
+        across: Added to: derivative of these forces by the box's unknowns, transposed, (unknowns, m).
+        among: Added to: their derivative by the rim's unknowns, (m, m).
+    """
+    # Of one coarse spline along one direction: what the 27 nodal moves do to it.
+    by_nodes = on_stack((27,))
+    for e in range(len(edge.numbers)):
+        own = edge.numbers[e]
+        K = stiffness[own]
+        for C in range(9):
+            for k in range(3):
+                row = edge.unknowns[e, 3 * C + k]
+                if row < 0:
+                    continue
+                by_nodes[:] = 0.0
+                # Most weights are zero: a box's edge takes one or two rows of an element's points.
+                for A in range(9):
+                    weight = edge.weights[e, A, C]
+                    if weight != 0.0:
+                        at_rim[row] += weight * force[own, 3 * A + k]
+                        for r in range(27):
+                            by_nodes[r] += weight * K[3 * A + k, r]
+                for r in range(27):
+                    if inner[own, r] >= 0:
+                        across[inner[own, r], row] += by_nodes[r]
+                for B in range(9):
+                    for D in range(9):
+                        weight = edge.weights[e, B, D]
+                        if weight != 0.0:
+                            for m in range(3):
+                                column = edge.unknowns[e, 3 * D + m]
+                                if column >= 0:
+                                    among[row, column] += weight * by_nodes[3 * B + m]
