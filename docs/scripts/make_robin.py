@@ -1,6 +1,6 @@
 """Write the tables and the picture of docs/robin.md: make robin.
 
-With names, only those parts; `fem`, sheets that are computed, takes an hour and is written only where it
+With names, only those parts; `fem`, sheets that are computed, takes ten minutes and is written only where it
 is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
 """
 
