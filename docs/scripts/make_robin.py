@@ -1,7 +1,7 @@
 """Write the tables and the picture of docs/robin.md: make robin.
 
-With names, only those parts; `fem`, sheets that are computed, takes ten minutes and is written only where it
-is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
+With names, only those parts; `fem`, sheets that are computed, takes ten minutes and is written only
+where it is named (killed, it goes on where it was): python docs/scripts/make_robin.py fem.
 """
 
 from __future__ import annotations
