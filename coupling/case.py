@@ -24,7 +24,7 @@ from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
-from coupling.process import Process, ProcessTable
+from coupling.process import Process, ProcessSchema
 from coupling.process.plugin import find_process
 from coupling.robot.cell import Placement
 from coupling.robot.difference import Plant
@@ -108,7 +108,7 @@ class Case:
     tool_path: ToolPathTable
     task: Task
     process: Process
-    process_table: ProcessTable
+    process_table: ProcessSchema
     coupling: CouplingTable
     method: Method
     controller: Controller
@@ -211,7 +211,7 @@ def _variant(
     return validate(data, known[name], CaseError, f"{path}: {table}", path.parent)
 
 
-def _process_table(path: Path, data: dict[str, Any]) -> ProcessTable:
+def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
     """Validate [process], whose schema is shipped or the user's own."""
     if "model" not in data:
         raise CaseError(f"{path}: process: key 'model' is missing")
@@ -220,7 +220,7 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessTable:
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
 
 
-def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessTable) -> Task:
+def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessSchema) -> Task:
     """Return what is to be made, with the point of a tool's sphere that is its TCP."""
     task = tool_path.task(part)
     if process_table.forming_tool_diameter is None:
@@ -229,7 +229,7 @@ def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessTable) -> 
     return tool_path.upright(part).on_sphere(task, tool_path.tilt, radius)
 
 
-def _tcp_shift(task: Task, process_table: ProcessTable) -> np.ndarray:
+def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:
     """Return from the tip of the tool to the TCP on or in its sphere, tool axes [m], (3,)."""
     diameter = process_table.forming_tool_diameter or 0.0
     return 0.5 * diameter * (task.contact - APPROACH)
@@ -247,7 +247,7 @@ def _placed(
     return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting)
 
 
-def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> Task:
+def _supported(task: Task, table: SupportTable, process_table: ProcessSchema) -> Task:
     """Return the task with a supporting tool, where the process knows two tools."""
     diameter = process_table.forming_tool_diameter
     if diameter is None:

@@ -3,7 +3,7 @@
 A process sees the whole actual tool path and answers with the whole wrench history on the tools.
 """
 
-from coupling.process.base import Answer, Identified, Process, ProcessTable
+from coupling.process.base import Answer, Identified, Process, ProcessSchema, ProcessTable
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
@@ -12,7 +12,7 @@ from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 from coupling.process.sheet_fem_table import SheetFemTable
 
-PROCESSES: dict[str, type[ProcessTable]] = {
+PROCESSES: dict[str, type[ProcessSchema]] = {
     "elastic-wall": ElasticWallTable,
     "external": ExternalTable,
     "fmu": ProcessFmuTable,
@@ -38,6 +38,7 @@ __all__ = [
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",
+    "ProcessSchema",
     "ProcessTable",
     "SheetFemTable",
 ]

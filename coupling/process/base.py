@@ -9,9 +9,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
+from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
@@ -27,6 +28,8 @@ PHYSICS = 8
 
 # Folder in the workspace for what programs compute; kept even where a run fails.
 EVALUATIONS = "evaluations"
+# Tries after the first one at most: what fails as often will not succeed by itself.
+_MOST_RETRIES = 20
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ class Identified:
     """Base of processes that carry the identity which their table gives them.
 
     Attributes:
-        identity: Text of `ProcessTable.identity`.
+        identity: Text of `ProcessSchema.identity`.
     """
 
     identity: str = ""
@@ -112,8 +115,8 @@ class MemorylessProcess(Identified, ABC):
         return Answer(wrench, stiffness=reaction.stiffness)
 
 
-class ProcessTable(Schema, ABC):
-    """Base of the case file's process tables, shipped and your own; a table answers `process(task)`.
+class ProcessSchema(Schema, ABC):
+    """Base of all process tables of the case file; a table answers `process(task)`.
 
     Attributes:
         WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
@@ -154,7 +157,7 @@ class ProcessTable(Schema, ABC):
             digest.update(len(content).to_bytes(8, "big"))
             digest.update(content)
 
-        table = self.model_dump(mode="json", exclude=set(self.WITHOUT_EFFECT))
+        table = self.model_dump(mode="json", exclude={*self.WITHOUT_EFFECT, "retries"})
         add(json.dumps(table, sort_keys=True).encode())
         for values in _arrays_of(task):
             add(values.tobytes())
@@ -168,6 +171,16 @@ class ProcessTable(Schema, ABC):
                     f"process: {file}: cannot be read: {cause.strerror or cause}"
                 ) from cause
         return digest.hexdigest()
+
+
+class ProcessTable(ProcessSchema, ABC):
+    """Base of the tables of processes that this package does not know: yours, programs and FMUs.
+
+    Attributes:
+        retries: How often an evaluation that fails is tried again.
+    """
+
+    retries: Annotated[int, Field(ge=0, le=_MOST_RETRIES)] = 0
 
 
 def _arrays_of(task: Task) -> Iterable[np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Vector3
-from coupling.process.base import MemorylessProcess, ProcessTable
+from coupling.process.base import MemorylessProcess, ProcessSchema
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.task import Task
 
@@ -45,7 +45,7 @@ class ElasticWall(MemorylessProcess):
         return ForceLaw("elastic_wall", constants)
 
 
-class ElasticWallTable(ProcessTable):
+class ElasticWallTable(ProcessSchema):
     """Keys: stiffness_N_m; point_m and normal (unit vector out of the wall) in the part frame."""
 
     FORMULA: ClassVar[bool] = True

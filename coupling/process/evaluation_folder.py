@@ -2,7 +2,8 @@
 
 A folder is marked as unfinished from its first moment to the moment its answer has been read.  Both
 marks hold whose evaluation it is, so that an answer, a running program or restart files are only taken
-for the same path of the same process.
+for the same path of the same process.  One whose program has failed says so, and stays for people when
+the same evaluation is tried again.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from coupling.process.program import RUNNING, STATUS, end_program, has_ended, is
 FINISHED, UNFINISHED = "evaluation.json", "unfinished.json"
 # Ending of the name of a folder that another attempt follows.
 ASIDE = ".unfinished"
+# Why the program failed, in its folder; ending of the name of one that was tried again, before a number.
+FAILURE, FAILED = "failure.txt", ".failed"
 PATH = "path.csv"
 # Folder within that a program may use to go on where it was interrupted.
 RESTART = "restart"
@@ -67,25 +70,31 @@ class EvaluationFolder:
     @property
     def can_be_taken_over(self) -> bool:
         """Whether a program that a killed run has started for this evaluation runs or has ended."""
-        return self._is_same(self.path) and (is_running(self.path) or has_ended(self.path))
+        if not self._is_same(self.path) or (self.path / FAILURE).exists():
+            return False
+        return is_running(self.path) or has_ended(self.path)
+
+    def fail(self, why: str) -> None:
+        """Say that the program has failed; another attempt begins anew."""
+        if self.path.exists():
+            (self.path / FAILURE).write_text(f"{why}\n", encoding="utf-8")
 
     def begin(self, path: bytes, with_restart: bool) -> None:
         """Make the folder anew, with the path, and with restart files of an earlier attempt."""
         if self.path.exists():
             end_program(self.path)  # that of another evaluation, which nobody waits for
-            if self._aside.exists():
-                shutil.rmtree(self._aside)
-            os.rename(self.path, self._aside)
+            self._set_aside()
         self.path.mkdir(parents=True)
         (self.path / UNFINISHED).write_text(self._mark)
         (self.path / PATH).write_bytes(path)
         if not with_restart:
             return
-        left = self._aside / RESTART
-        if left.is_dir() and self._is_same(self._aside):
-            os.rename(left, self.path / RESTART)
-        else:
-            (self.path / RESTART).mkdir()
+        for attempt in (self._aside, *reversed(self._failed())):
+            left = attempt / RESTART
+            if left.is_dir() and self._is_same(attempt):
+                os.rename(left, self.path / RESTART)
+                return
+        (self.path / RESTART).mkdir()
 
     def finish(self) -> None:
         """Mark the folder as finished, and remove what attempts before it have left."""
@@ -94,8 +103,29 @@ class EvaluationFolder:
             (self.path / name).unlink(missing_ok=True)
         shutil.rmtree(self._aside, ignore_errors=True)
 
+    def _set_aside(self) -> None:
+        """Give the folder of an attempt another name."""
+        if self._is_same(self.path) and (self.path / FAILURE).exists():
+            number = 1 + max(map(_number, self._failed()), default=0)
+            os.rename(self.path, self.path.with_name(f"{self.path.name}{FAILED}{number}"))
+            return
+        if self._aside.exists():
+            shutil.rmtree(self._aside)
+        os.rename(self.path, self._aside)
+
+    def _failed(self) -> list[Path]:
+        """Return the folders of the failed attempts at this evaluation's number, in their order."""
+        found = self.path.parent.glob(f"{self.path.name}{FAILED}[0-9]*")
+        return sorted((folder for folder in found if _number(folder)), key=_number)
+
     def _is_same(self, folder: Path) -> bool:
         try:
             return (folder / UNFINISHED).read_text() == self._mark
         except OSError:
             return False
+
+
+def _number(folder: Path) -> int:
+    """Return which failed attempt a folder holds, from 1; 0 where its name does not say so."""
+    digits = folder.name.rpartition(FAILED)[2]
+    return int(digits) if digits.isdigit() else 0

@@ -91,6 +91,7 @@ class External(Identified):
             if told is None:
                 told = self._computed(place, asked, path)
         except ProcessError as cause:
+            place.fail(str(cause))
             raise ProcessError(f"evaluation {place.path.name}: {cause}") from cause
         place.finish()
         return answer_in_base(self.frame, told, path, self.part)
@@ -149,7 +150,7 @@ def _filled(command: list[str], info: ValidationInfo) -> list[str]:
 
 
 class ExternalTable(ProcessTable):
-    """Keys: command, time_limit_s, frame ("part" unless given), files.
+    """Keys: command, time_limit_s, frame ("part" unless given), files, retries.
 
     In the words of the command, {case} stands for the folder of the case file, {python} for the Python
     that runs this and {restart} for a folder for restart files.  files are what the answers depend on

@@ -11,7 +11,7 @@ from pydantic import Field
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath
-from coupling.process.base import MemorylessProcess, Process, ProcessTable
+from coupling.process.base import MemorylessProcess, Process, ProcessSchema
 from coupling.process.double_sided import DoubleSided
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.part import Part
@@ -124,7 +124,7 @@ class IsfForceLaw(MemorylessProcess):
         return ForceLaw("sheet_forming", constants, desired)
 
 
-class IsfForceLawTable(ProcessTable):
+class IsfForceLawTable(ProcessSchema):
     """Keys of the material and the tool; see docs/case_file.md.
 
     wall_angle_deg and step_down_m are those of the tool path unless given here; ramp_depth_m is

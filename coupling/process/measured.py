@@ -12,7 +12,7 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, ProcessTable
+from coupling.process.base import Answer, Identified, ProcessSchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
@@ -43,7 +43,7 @@ class Measured(Identified):
         return Answer(WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3)))
 
 
-class MeasuredTable(ProcessTable):
+class MeasuredTable(ProcessSchema):
     """Keys: file, a CSV; frame of its axes, "tool" unless given.
 
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, ProcessTable
+from coupling.process.base import Answer, Identified, ProcessSchema
 from coupling.process.cutting_force import (
     Cut,
     Cutter,
@@ -176,7 +176,7 @@ class MillingForce(Identified):
         return Answer(history, period=self.milling.cutter.tooth_period)
 
 
-class MillingForceTable(ProcessTable):
+class MillingForceTable(ProcessSchema):
     """Keys of cutter, cut and material; see docs/milling.md.
 
     force is "tooth-passing" (resolved in time) or "mean" (over a revolution); engagement is "slot",

@@ -10,10 +10,10 @@ from types import ModuleType
 
 from coupling.errors import CaseError, one_of
 from coupling.process import PROCESSES
-from coupling.process.base import ProcessTable
+from coupling.process.base import ProcessSchema
 
 
-def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
+def find_process(model: str, folder: Path) -> tuple[str, type[ProcessSchema]]:
     """Return a model's full name and its table.
 
     Args:
@@ -37,7 +37,7 @@ def find_process(model: str, folder: Path) -> tuple[str, type[ProcessTable]]:
         raise CaseError(f"expected the Python file of the process, got {file}, which is not there")
     module = _imported(file)
     found = getattr(module, table, None)
-    is_table = isinstance(found, type) and issubclass(found, ProcessTable)
+    is_table = isinstance(found, type) and issubclass(found, ProcessSchema)
     if found is None or not is_table or inspect.isabstract(found):
         raise CaseError(
             f"{file}: expected a class {table} derived from coupling.process.ProcessTable, with a"

@@ -95,7 +95,7 @@ class ProcessFmu(Identified):
 
 
 class ProcessFmuTable(ProcessTable):
-    """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame.
+    """Keys: file; tables inputs and outputs, which name the FMU's variables; parameters; frame; retries.
 
     inputs has keys x, y, z [m], qx, qy, qz, qw; outputs has keys fx, fy, fz [N], mx, my, mz [N m]
     on the tool at the TCP.  parameters are start values; frame is "part" unless given.

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
-from coupling.process.base import ProcessTable
+from coupling.process.base import ProcessSchema
 from coupling.sheet_fem.coarse import COARSENING
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -29,7 +29,7 @@ _WINDOW = 2.0
 _POSITION = 0.5
 
 
-class SheetFemTable(ProcessTable):
+class SheetFemTable(ProcessSchema):
     """Keys of the sheet, its material, the tool and the fineness; see docs/sheet_fem.md.
 
     sheet_size_m is the side inside the clamps; the part's origin is in its middle.  Without

@@ -6,8 +6,22 @@ from pathlib import Path
 
 from coupling.case import Case
 from coupling.events import Watch, unwatched
+from coupling.process import Process, ProcessTable
 from coupling.process.checked import CheckedProcess
+from coupling.process.retried import Retried
 from coupling.store import Store, StoredProcess
+
+
+def checked_process(case: Case, watch: Watch = unwatched) -> Process:
+    """Return the process of a case, its answers checked, tried as often as its table says.
+
+    Args:
+        case: The case.
+        watch: Function that is told of tries that fail.
+    """
+    table = case.process_table
+    retries = table.retries if isinstance(table, ProcessTable) else 0
+    return Retried(CheckedProcess(case.process, _name(case)), 1 + retries, watch)
 
 
 def kept_process(case: Case, store: Path | None, watch: Watch = unwatched) -> StoredProcess:
@@ -18,9 +32,15 @@ def kept_process(case: Case, store: Path | None, watch: Watch = unwatched) -> St
         store: Folder of the store; None keeps nothing.
         watch: Function that is told what happens.
     """
-    name = str(case.resolved["process"]["model"])
     place = None if store is None else Store(store, watch)
-    checked = CheckedProcess(case.process, name)
     return StoredProcess(
-        checked, place, watch, name, lambda: case.process_table.identity(case.task)
+        checked_process(case, watch),
+        place,
+        watch,
+        _name(case),
+        lambda: case.process_table.identity(case.task),
     )
+
+
+def _name(case: Case) -> str:
+    return str(case.resolved["process"]["model"])
