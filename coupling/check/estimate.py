@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+from coupling.errors import ProcessError
 from coupling.path.histories import ToolPath
 from coupling.process import Answer, Process
+from coupling.process.repeatability import Repeatability
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
 # 150.7 s of path and 7 535 samples, iso9283.toml 20 s for 43.1 s and 2 155 samples, milling_20000.toml
@@ -16,6 +18,8 @@ _PER_SECOND = 0.2
 _PER_SAMPLE = 2.5e-4
 # Gears that change their flank often, limits and the machine change it by so much.
 _WITHIN = 2.5
+# An evaluation that takes less is made twice [s].
+_ASKED_TWICE = 60.0
 
 
 @dataclass(frozen=True)
@@ -70,3 +74,23 @@ def timed(process: Process, desired: ToolPath) -> tuple[Answer, float]:
     begin = time.perf_counter()
     answer = process.evaluate(desired)
     return answer, time.perf_counter() - begin
+
+
+def repeated(process: Process, desired: ToolPath, first: Answer, seconds: float) -> str:
+    """Return whether a process answers the desired path alike when it is asked again, in words.
+
+    Args:
+        process: The process.
+        desired: The desired path.
+        first: Its answer to it.
+        seconds: Time that this answer took [s].
+    """
+    if seconds >= _ASKED_TWICE:
+        return (
+            f"the process was asked once: an evaluation takes {seconds:.0f} s (twice below"
+            f" {_ASKED_TWICE:.0f} s), so whether it answers the same path alike is not known"
+        )
+    try:
+        return Repeatability.of(first, process.evaluate(desired)).sentence()
+    except ProcessError as error:
+        return f"asked for the same path again, the process failed: {error}"

@@ -13,6 +13,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from coupling.process.program import RUNNING, STATUS, end_program, has_ended, is_running
@@ -76,7 +77,7 @@ class EvaluationFolder:
 
     def fail(self, why: str) -> None:
         """Say that the program has failed; another attempt begins anew."""
-        if self.path.exists():
+        with suppress(OSError):  # a full disk, which is not why it has failed
             (self.path / FAILURE).write_text(f"{why}\n", encoding="utf-8")
 
     def begin(self, path: bytes, with_restart: bool) -> None:

@@ -39,9 +39,7 @@ class Retried:
             try:
                 return self.process.evaluate(path)
             except ProcessError as cause:
-                self.watch(
-                    Warned(f"try {number} of {self.tries} failed, the next begins: {cause}")
-                )
+                self.watch(Warned(f"try {number} of {self.tries} failed, the next begins: {cause}"))
         try:
             return self.process.evaluate(path)
         except ProcessError as cause:

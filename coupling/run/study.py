@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from coupling.case import Case
 from coupling.errors import SimulationError
@@ -14,8 +14,10 @@ from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.process.repeatability import Repeatability
 from coupling.robot.cell import Cell
 from coupling.robot.robot import RateWarning
+from coupling.run.asked_again import LastAsked, asked_again, explained
 from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.models import Models, cell_of
@@ -59,6 +61,8 @@ class Run:
         gears: What the gears of every robot go through along its path.
         durations: Wall time by part [s].
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
+        repeatability: How two answers of the process to the last path differ; None where it was asked
+            once, as where the method has converged.
     """
 
     kind: str
@@ -77,6 +81,7 @@ class Run:
     gears: tuple[tuple[GearDiagnosis, ...], ...] = ()
     durations: dict[str, float] = field(default_factory=dict)
     keys: tuple[str, ...] = ()
+    repeatability: Repeatability | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -140,9 +145,13 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
     with Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        loop = loop_of(case, cell, watch)
+        process = LastAsked(case.process)
+        loop = loop_of(replace(case, process=process), cell, watch)
         with _timed(kind, durations):
             found = method.correct(loop, case.desired)
+        with _timed("asked_again", durations):
+            repeated = asked_again(case, process.last, found, watch)
+            found = explained(found, kind, repeated)
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
             with _timed("unloaded", durations):
@@ -186,6 +195,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             gap=_gap(case, found),
             gears=gears,
             durations=durations,
+            repeatability=repeated,
         )
 
 

@@ -110,6 +110,12 @@ class Store:
             return self._read(key)
         return None
 
+    def about(self, key: str) -> About | None:
+        """Return what the answer that is kept under a key says about itself, if there is one."""
+        with suppress(OSError):
+            return _entry(self._file(key)).about
+        return None
+
     @contextmanager
     def claimed(self, key: str) -> Iterator[Answer | None]:
         """Hold a key while its answer is computed; another process that needs it waits meanwhile.

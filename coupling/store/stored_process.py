@@ -94,6 +94,14 @@ class StoredProcess:
         self._watch(Answered(key, origin, time.perf_counter() - start))
         return answer
 
+    def seconds(self, path: ToolPath) -> float:
+        """Return the time that the kept answer to a path took [s]; 0 where none is kept."""
+        key = answer_key(self.identity, path)
+        if self._store is None or not key:
+            return 0.0
+        about = self._pending[key][1] if key in self._pending else self._store.about(key)
+        return 0.0 if about is None else about.seconds
+
     def settle(self) -> None:
         """Try again to keep what could not be kept."""
         if self._store is None:

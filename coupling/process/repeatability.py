@@ -1,0 +1,69 @@
+"""Whether a process answers the same path alike, as the coupling needs it: no noise, no memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.process.base import Answer
+
+# What rounding may change, such as sums of threads in another order, over the peak force.
+_ROUNDING = 1e-6
+# What keeps an iteration from ending, over the peak force: as much as its forces may change at the end.
+_NOTICEABLE = 1e-3
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """How far two answers of a process to one path are apart.
+
+    Attributes:
+        largest: Largest magnitude of the difference of the forces on a tool [N].
+        rms: Root mean square of that magnitude over samples and tools [N].
+        peak: Largest magnitude of the forces themselves [N].
+    """
+
+    largest: float
+    rms: float
+    peak: float
+
+    @classmethod
+    def of(cls, first: Answer, second: Answer) -> Repeatability:
+        """Compare two answers to one path.
+
+        Example:
+            >>> from coupling.path.histories import WrenchHistory
+            >>> time, up = np.array([0.0, 1.0]), np.array([[0.0, 0.0, 300.0]] * 2)
+            >>> other = up + [[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]]
+            >>> one, two = (Answer(WrenchHistory.of_forces(time, [f])) for f in (up, other))
+            >>> Repeatability.of(one, two).largest
+            5.0
+        """
+        distance = np.linalg.norm(second.wrench.force - first.wrench.force, axis=-1)
+        peak = max(first.wrench.peak_force, second.wrench.peak_force)
+        return cls(float(distance.max()), float(np.sqrt(np.mean(distance**2))), peak)
+
+    @property
+    def alike(self) -> bool:
+        """Whether the answers are the same but for rounding."""
+        return self.largest <= _ROUNDING * self.peak
+
+    @property
+    def disturbs(self) -> bool:
+        """Whether the answers differ by so much that no iteration can end."""
+        return self.largest > _NOTICEABLE * self.peak
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the figures by name, with their unit."""
+        return {"largest_N": self.largest, "rms_N": self.rms, "peak_N": self.peak}
+
+    def sentence(self) -> str:
+        """Return what was seen, and what to do where the answers differ."""
+        if self.alike:
+            return "the process answered the same path alike, asked twice"
+        return (
+            f"the process answered the same path differently, by up to {self.largest:.3g} N"
+            f" ({self.rms:.3g} N rms) of {self.peak:.3g} N: noise or memory, which no method can remove;"
+            " make it repeatable (a fixed seed, a fresh start), let it average, or filter it (cutoff_Hz)"
+        )

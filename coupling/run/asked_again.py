@@ -1,0 +1,130 @@
+"""The path that the process saw last, asked again where a run has not come to an end."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+from coupling.case import Case
+from coupling.errors import CaseError, ProcessError
+from coupling.events import Said, Warned, Watch
+from coupling.path.deviation import measure
+from coupling.path.histories import ToolPath
+from coupling.process import Answer, Process, ProcessTable
+from coupling.process.repeatability import Repeatability
+from coupling.run.kept_process import checked_process
+from coupling.solve.correction import Correction
+from coupling.solve.outcome import Outcome
+from coupling.store import StoredProcess
+
+# Folder in the workspace of the evaluation that is compared.
+AGAIN = "asked_again"
+# Longest time that the answer may have taken [s]: the comparison takes as long.
+_LONGEST = 600.0
+_WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcome.EXHAUSTED)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a process was asked.
+
+    Attributes:
+        path: The path.
+        answer: Its answer.
+        seconds: Time that computing it took [s].
+    """
+
+    path: ToolPath
+    answer: Answer
+    seconds: float
+
+
+class LastAsked:
+    """A process that remembers what it was asked last.
+
+    Args:
+        process: The process.
+    """
+
+    def __init__(self, process: Process) -> None:
+        self._process = process
+        self.last: Asked | None = None
+
+    @property
+    def identity(self) -> str:
+        """Key of its answers, that of the process."""
+        return self._process.identity
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the process's answer to a path, and remember both."""
+        begin = time.perf_counter()
+        answer = self._process.evaluate(path)
+        seconds = time.perf_counter() - begin
+        if isinstance(self._process, StoredProcess):
+            seconds = max(seconds, self._process.seconds(path))
+        self.last = Asked(path, answer, seconds)
+        return answer
+
+
+def asked_again(
+    case: Case, asked: Asked | None, found: Correction, watch: Watch
+) -> Repeatability | None:
+    """Return how a second answer to the last path differs, where the method came to no end.
+
+    The answer is computed whatever is kept, in a folder of its own.  The shipped models, which answer
+    alike, are not asked, nor is a process that takes too long or has become another one meanwhile.
+
+    Args:
+        case: The case.
+        asked: What its process was asked last.
+        found: What the method ended with.
+        watch: Function that is told what happens.
+    """
+    if not isinstance(case.process_table, ProcessTable) or found.outcome not in _WITHOUT_END:
+        return None
+    if asked is None or asked.seconds > _LONGEST:
+        return None
+    process = _anew(case, watch)
+    if process is None:
+        return None
+    watch(Said("the last path is evaluated again: does the process answer alike?"))
+    try:
+        return Repeatability.of(asked.answer, process.evaluate(asked.path))
+    except ProcessError as error:
+        watch(Warned(f"asked for the last path again, the process failed: {error}"))
+        return None
+
+
+def explained(found: Correction, kind: str, repeated: Repeatability | None) -> Correction:
+    """Return a correction whose reason says that the process answers differently, where it does.
+
+    Args:
+        found: The correction.
+        kind: "couple" or "compensate".
+        repeated: How two answers to its last path differ; None where it was asked once.
+    """
+    if repeated is None:
+        return found
+    reason = found.reason
+    if repeated.disturbs:
+        left, what = (
+            (found.consistency, "the path still changes by up to")
+            if kind == "couple"
+            else (measure(found.achieved, found.desired).maximum, "the tool is still off by up to")
+        )
+        reason = f"{repeated.sentence()}; {what} {1e6 * left:.4g} um"
+    elif not repeated.alike:
+        reason = f"{reason}; and {repeated.sentence()}"
+    return replace(found, reason=reason, evaluations=found.evaluations + 1)
+
+
+def _anew(case: Case, watch: Watch) -> Process | None:
+    """Return the process without what it has answered so far; None where it is another one."""
+    task = replace(case.task, workspace=case.task.workspace / AGAIN)
+    try:
+        process = case.process_table.process(task)
+    except CaseError:  # its files are gone
+        return None
+    if process.identity != case.process.identity:
+        return None
+    return checked_process(replace(case, process=process), watch)
