@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import command
+from killing import start, wait_until
 from line_case import moving_line
 from places import LINE_CASE
 
@@ -96,6 +97,29 @@ def test_a_run_names_the_noise_in_place_of_the_inverse(tmp_path):
     assert second["repeatability"]["rms_N"] not in (0.0, told["rms_N"])
 
 
+def test_a_run_that_is_killed_while_it_asks_again_goes_on(tmp_path):
+    """kill -9: the program that it has begun ends by itself, and its answer is compared."""
+    wait = (
+        "import os, pathlib, time\n"
+        "if 'asked_again' in os.getcwd():\n"
+        "    with open('../../begun', 'a') as log: log.write('x')\n"
+        "    time.sleep(1.5)\n"
+    )
+    text = LINE_CASE.read_text().replace(
+        "tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 3"
+    )
+    case = with_program(tmp_path / "case", text, wait + NOISY.format(seed="", sigma=20.0))
+    arguments = ("couple", case, "-o", tmp_path / "run")
+    run = start(tmp_path / "output.txt", *arguments)
+    wait_until((tmp_path / "run" / "asked_again" / "begun").exists)
+    run.kill()
+    assert start(tmp_path / "output.txt", *arguments).status() == 1
+    assert (tmp_path / "run" / "asked_again" / "begun").read_text() == "x"
+    figures = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert "differently" in figures["reason"]
+    assert figures["process_evaluations"] == 4
+
+
 def test_a_coupling_names_it_too(tmp_path):
     text = LINE_CASE.read_text().replace("sample_s = 0.01", "sample_s = 0.05")
     text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 5")
@@ -108,16 +132,17 @@ def test_a_coupling_names_it_too(tmp_path):
 
 
 def test_a_process_that_answers_alike_is_not_blamed(tmp_path):
-    """The same noise from a seed: the reason is the iteration's, and zeros say that it was asked."""
+    """Noise that follows from the path: the reason is the iteration's, and zeros say it was asked."""
     text = LINE_CASE.read_text().replace("sample_s = 0.01", "sample_s = 0.05")
-    text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 1")
-    case = with_program(tmp_path / "case", text, NOISY.format(seed="1", sigma=20.0))
+    text = text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-8\nmax_evaluations = 3")
+    program = NOISY.format(seed='open("path.csv").read()', sigma=20.0)
+    case = with_program(tmp_path / "case", text, program)
     done = command("couple", case, "-o", tmp_path / "run")
     assert done.returncode == 1, done.stderr
     figures = json.loads((tmp_path / "run" / "result.json").read_text())
-    assert figures["reason"] == "not converged within 1 evaluations of the process"
+    assert figures["reason"] == "not converged within 3 evaluations of the process"
     assert figures["repeatability"]["largest_N"] == 0.0
-    assert figures["process_evaluations"] == 2
+    assert figures["process_evaluations"] == 4
 
 
 def test_a_memory_is_found(tmp_path):

@@ -214,6 +214,16 @@ def test_a_process_of_ones_own_has_the_key_for_nothing(tmp_path):
         process.evaluate(case.desired)
 
 
+def test_an_fmu_has_it_too(tmp_path):
+    (tmp_path / "wall.fmu").write_text("no FMU")
+    text = LINE_CASE.read_text().replace('"elastic-wall"', '"fmu"\nfile = "wall.fmu"')
+    names = 'retries = 1\ninputs = {z = "height"}\noutputs = {fz = "force"}'
+    (tmp_path / "case.toml").write_text(text.replace("stiffness_N_m = 2.0e5", names))
+    case = load_case(tmp_path / "case.toml")
+    with pytest.raises(ProcessError, match=r"^all 2 tries failed, the last one: .*wall\.fmu"):
+        checked_process(case).evaluate(case.desired)
+
+
 @pytest.mark.parametrize("retries", ["-1", "21", "1.5", '"twice"'])
 def test_a_number_of_retries_that_is_none_is_refused(tmp_path, retries):
     with pytest.raises(CaseError, match="process: retries: expected a"):
