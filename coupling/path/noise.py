@@ -34,7 +34,7 @@ def noise_level(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     Example:
         >>> time = np.linspace(0.0, 10.0, 2001)
         >>> noise = np.random.default_rng(1).normal(0.0, 15.0, time.shape)
-        >>> 14.0 < noise_level(time, 300.0 * np.sin(time) + noise) < 16.0
+        >>> bool(14.0 < noise_level(time, 300.0 * np.sin(time) + noise) < 16.0)
         True
     """
     values = np.asarray(values, dtype=float)

@@ -64,6 +64,7 @@ class Repeatability:
             return "the process answered the same path alike, asked twice"
         return (
             f"the process answered the same path differently, by up to {self.largest:.3g} N"
-            f" ({self.rms:.3g} N rms) of {self.peak:.3g} N: noise or memory, which no iteration can remove;"
-            " make it repeatable (a fixed seed, a fresh start), let it average, or filter it (cutoff_Hz)"
+            f" ({self.rms:.3g} N rms) of {self.peak:.3g} N: noise or memory, which no iteration can"
+            " remove; make it repeatable (a fixed seed, a fresh start), let it average, or filter it"
+            " (cutoff_Hz)"
         )
