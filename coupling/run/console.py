@@ -201,7 +201,7 @@ def _of_other_robots(replays: Sequence[Replay]) -> list[str]:
         "The command assumes the robot's parameters. As written, on dynamic robots that differ:",
         *(
             f"  {replay.name + ':':<37}max {_um(replay.deviation.maximum)},"
-            f" rms {_um(replay.deviation.rms)}"
+            f" rms {_um(replay.deviation.rms)}{_less_constant(replay.deviation)}"
             for replay in replays
         ),
     ]
@@ -282,5 +282,10 @@ def _um(length: float) -> str:
 def _figures(deviation: Deviation) -> str:
     return (
         f"max {_um(deviation.maximum)} at t = {deviation.time_of_maximum:.2f} s,"
-        f" rms {_um(deviation.rms)}"
+        f" rms {_um(deviation.rms)}{_less_constant(deviation)}"
     )
+
+
+def _less_constant(deviation: Deviation) -> str:
+    most, rms = deviation.maximum_less_constant, deviation.rms_less_constant
+    return f"; less a constant max {_um(most)}, rms {_um(rms)}"
