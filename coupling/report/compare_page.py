@@ -13,7 +13,7 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.report.background import parsed
+from coupling.report.background import parsed, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import Section, document
@@ -147,7 +147,7 @@ def _sections(
     views = []
     for name, run, own in pairs:
         *_, (stage, path) = own.actual.items()
-        part = parsed(run.case)["part"]
+        part = real_part(run.figures, parsed(run.case))
         views.append(View(f"{name}: {stage}", own.desired, path, part))
     difference = command_difference(first, second)
     sections: list[Section] = [

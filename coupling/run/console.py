@@ -153,6 +153,7 @@ def print_summary(
         f"  gravity alone (no process):          {_figures(deviations.gravity)}",
         f"  process alone (loaded - unloaded):   {_figures(deviations.process)}",
     ]
+    lines += case.touch_off_remarks
     if compensated:
         lines.append(
             f"After compensation the {mode} robot, with the process on the path that it really takes,"

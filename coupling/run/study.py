@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from coupling.case import Case
 from coupling.errors import SimulationError
@@ -142,7 +142,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             cell, models = cell_of(case.robots, fmus)
         loop = loop_of(case, cell, watch)
         with _timed(kind, durations):
-            found = method.correct(loop, case.desired)
+            found = _of_program(cell, method.correct(loop, case.desired))
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
             with _timed("unloaded", durations):
@@ -187,6 +187,18 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             gears=gears,
             durations=durations,
         )
+
+
+def _of_program(cell: Cell, found: Correction) -> Correction:
+    """Return a correction with its size told from what the robots' programs have without it.
+
+    Where a robot was touched off that is another path than the desired one.
+    """
+    if all(member.touch_off is None for member in cell.members):
+        return found
+    program = cell.programmed(found.desired)
+    commanded = cell.forward(found.joints, found.desired.time)
+    return replace(found, correction=commanded.deviation_from(program))
 
 
 @contextmanager
