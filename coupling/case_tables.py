@@ -160,8 +160,10 @@ class PartTable(Schema):
         if isinstance(value, bool) or len(value) == 1:
             return value
         points = np.array(value).reshape(-1, 3)
-        extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if value else []
-        if len(points) < 3 or extents[1] < _PLANE * extents[0] or extents[0] == 0.0:
+        extents = np.zeros(2)
+        if len(points) > 2:
+            extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if extents[0] == 0.0 or extents[1] < _PLANE * extents[0]:
             raise ValueError(
                 f"expected true, one point or at least three that are not on a line, got"
                 f" {len(points)}{' on a line' if len(points) > 2 else ''}: touch more points"

@@ -50,7 +50,7 @@ def resting(robot: Robot, seed: int, at: Placement) -> tuple[RestingRobot, np.nd
     return RestingRobot(robot, "linear", home, at), middle + rng.normal(0, 0.02, (3, 3)), rotation
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_frame_touched_off_with_a_rigid_robot_is_unchanged(seed):
     robot = make_robot(seed, 6)
     joints = tuple(
