@@ -19,7 +19,7 @@ from coupling.case_tables import (
     RobotTable,
     SupportTable,
 )
-from coupling.errors import CaseError, one_of
+from coupling.errors import CaseError, PlanningError, one_of
 from coupling.events import Watch, unwatched
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
@@ -29,6 +29,8 @@ from coupling.process.plugin import find_process
 from coupling.robot.cell import Placement
 from coupling.robot.difference import Plant
 from coupling.robot.mounting import Mounting
+from coupling.robot.programmed import TouchOff
+from coupling.robot.touch_off import RestingRobot, touched_off
 from coupling.solve import METHODS
 from coupling.solve.correction import Method
 from coupling.toolpaths import TOOL_PATHS
@@ -69,6 +71,7 @@ class PlacedRobot:
         home: Joint angles where inverse kinematics starts [rad].
         placement: Place of its base in the world.
         mounting: How its description differs from its file.
+        touch_off: What it takes for the world where it was touched off; None: the world.
     """
 
     name: str
@@ -77,6 +80,11 @@ class PlacedRobot:
     home: np.ndarray
     placement: Placement
     mounting: Mounting
+    touch_off: TouchOff | None = None
+
+    def programmed(self, path: ToolPath) -> ToolPath:
+        """Return a path of its tool in the world as its program has it."""
+        return path if self.touch_off is None else self.touch_off.programmed(path)
 
 
 @dataclass(frozen=True)
@@ -122,6 +130,24 @@ class Case:
         """Desired paths of all tools."""
         return self.task.desired
 
+    @property
+    def touch_off_remarks(self) -> list[str]:
+        """Sentence for each robot that was touched off: how far its own frame of the part is off."""
+        said = []
+        for robot in self.robots:
+            if robot.touch_off is None:
+                continue
+            origin = self.task.part.position
+            shift = 1e6 * np.linalg.norm(origin - robot.touch_off.shown(origin))
+            turn = 1e3 * robot.touch_off.rotation.magnitude()
+            x, y, z = origin.tolist()
+            said.append(
+                f"{robot.name} robot: touched off with its sag, the part is really at {x:.6f}, {y:.6f},"
+                f" {z:.6f} m; what the controller shows of it is off by {shift:.1f} um and"
+                f" {turn:.3f} mrad (touched points fit to {1e6 * robot.touch_off.residual:.2f} um)"
+            )
+        return said
+
 
 def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = unwatched) -> Case:
     """Read a case file (format: docs/case_file.md) and everything it names.
@@ -146,6 +172,11 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
         robots.append(_placed("support", file.support, np.zeros(3), path))
+    if len(file.part.touched):
+        with _errors_of(f"{path}: part: touch_off"):
+            part, robots = _touched_off(file, task, process_table, robots)
+        with _errors_of(str(path)):
+            task = replace(_task(tool_path, part, process_table), watch=watch)
     plant: Plant | None = None
     if file.plant is not None:
         with _errors_of(f"{path}: plant"):
@@ -245,6 +276,44 @@ def _placed(
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
     return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting)
+
+
+def _touched_off(
+    file: CaseFile, task: Task, process_table: ProcessSchema, robots: list[PlacedRobot]
+) -> tuple[Part, list[PlacedRobot]]:
+    """Return the part where it really is, and the robots with what they then take for the world.
+
+    The forming robot is commanded to the points as [part] has them, and where it rests with its sag the
+    part is.  The second robot touches the same real points.  Tools are held as at the start of the path.
+
+    Args:
+        file: The case.
+        task: Its task with the part as [part] has it.
+        process_table: Table [process].
+        robots: Robots of the case.
+
+    Raises:
+        CaseError: If a robot cannot touch a point.
+    """
+    tools = [task.forming]
+    if file.support is not None:
+        tools.append(_supported(task, file.support, process_table).desired.tools[1])
+    part = task.part
+    found: list[PlacedRobot] = []
+    for robot, tool in zip(robots, tools, strict=True):
+        points = part.position + part.rotation.apply(file.part.touched)
+        rotation = tool.rotations[0][0]
+        resting = RestingRobot(robot.description, robot.torque_curve, robot.home, robot.placement)
+        try:
+            if not found:
+                own = touched_off(points, resting.tool_at(points, rotation))
+                part = Part(own.real(part.position), own.rotation * part.rotation)
+            else:
+                own = touched_off(resting.command_for(points, rotation), points)
+        except PlanningError as cause:
+            raise CaseError(f"{robot.name} robot: {cause}") from cause
+        found.append(replace(robot, touch_off=own))
+    return part, found
 
 
 def _supported(task: Task, table: SupportTable, process_table: ProcessSchema) -> Task:

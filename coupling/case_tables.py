@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, field_validator
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, one_of
@@ -26,6 +26,9 @@ from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.fmi.interface import MODES, Mode
 from elastic_robot.torque_curves import TORQUE_CURVES
+
+# Smallest extent of touched points across their longest one that tells a frame, as a part.
+_PLANE = 0.02
 
 
 def _one_of(names: Iterable[str]) -> BeforeValidator:
@@ -145,10 +148,34 @@ class SupportTable(_MemberTable):
 
 
 class PartTable(Schema):
-    """[part]: placement of the part frame in the world."""
+    """[part]: placement of the part frame in the world, or of what the controller shows of it."""
 
     position_m: Vector3
     rpy_deg: Vector3 = [0.0, 0.0, 0.0]
+    touch_off: bool | list[Vector3] = False
+
+    @field_validator("touch_off")
+    @classmethod
+    def _tells_a_frame(cls, value: bool | list[Vector3]) -> bool | list[Vector3]:
+        if isinstance(value, bool) or len(value) == 1:
+            return value
+        points = np.array(value).reshape(-1, 3)
+        extents = np.zeros(2)
+        if len(points) > 2:
+            extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if extents[0] == 0.0 or extents[1] < _PLANE * extents[0]:
+            raise ValueError(
+                f"expected true, one point or at least three that are not on a line, got"
+                f" {len(points)}{' on a line' if len(points) > 2 else ''}: touch more points"
+            )
+        return value
+
+    @property
+    def touched(self) -> np.ndarray:
+        """Points that are touched, in the part frame [m], (n, 3); none where nothing is."""
+        if isinstance(self.touch_off, bool):
+            return np.zeros((int(self.touch_off), 3))
+        return np.array(self.touch_off)
 
     def part(self) -> Part:
         """Return the placement."""

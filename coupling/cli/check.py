@@ -54,7 +54,7 @@ def check(
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench)
     lines = [line for robot in robots for line in robot_lines(robot, loads)]
-    lines += [*alike, *loaded.task.remarks, *_time(loaded, each)]
+    lines += [*alike, *loaded.task.remarks, *loaded.touch_off_remarks, *_time(loaded, each)]
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, lines)
     for line in (*lines, f"Picture: {file}"):

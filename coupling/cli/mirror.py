@@ -18,6 +18,7 @@ from coupling.learn.alignment import aligned
 from coupling.learn.measured import read_seen
 from coupling.learn.mirrored import CUT_OFF, measured_deviation, mirrored
 from coupling.learn.source import read_source
+from coupling.path.deviation import less_constant, root_mean_square
 from coupling.path.histories import JointPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import drive_motions
@@ -57,12 +58,12 @@ def mirror(
     write_table(table, ("time", *POSE_COLUMNS, *found.columns), rows)
     make_folder_of(output, LearnError)
     write_whole(output, table.getvalue(), LearnError)
-    rest = deviation - deviation.mean(axis=0)
-    size = 1e6 * float(np.sqrt(np.mean(np.sum(rest**2, axis=1))))
+    rest = np.linalg.norm(less_constant(seen.time, deviation), axis=1)
+    size = 1e6 * root_mean_square(seen.time, rest)
     console = Console()
     lines = [
-        f"{measured}: {size:.1f} um rms less its mean, of which what is slower than {cut_off_hz:g} Hz is"
-        f" subtracted, from {seen.time[0]:.2f} to {seen.time[-1]:.2f} s.",
+        f"{measured}: {size:.1f} um rms less a constant, of which what is slower than {cut_off_hz:g} Hz"
+        f" is subtracted, from {seen.time[0]:.2f} to {seen.time[-1]:.2f} s.",
         *_beyond(found, JointLimits.of(source.robot)),
         f"Next command: {output}",
     ]

@@ -56,10 +56,16 @@ class Placed:
 
 
 def part_frame(part: Part, robot: PlacedRobot, axes: ControllerAxes) -> Placed:
-    """Return the part's frame in that of the robot's controller: the base frame of its program."""
+    """Return the part's frame in that of the robot's controller: the base frame of its program.
+
+    A robot that was touched off has it as its controller shows it.
+    """
+    origin, rotation, own = part.position, part.rotation, robot.touch_off
+    if own is not None:
+        origin, rotation = own.shown(origin), own.rotation.inv() * rotation
     base_from_world = robot.placement.rotation.inv()
-    position = base_from_world.apply(part.position - robot.placement.position)
-    return Placed(position - axes.base_position, base_from_world * part.rotation)
+    position = base_from_world.apply(origin - robot.placement.position)
+    return Placed(position - axes.base_position, base_from_world * rotation)
 
 
 def tool_frame(robot: Robot, axes: ControllerAxes) -> Placed:

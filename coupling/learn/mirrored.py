@@ -13,6 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from coupling.learn.passes import Seen, Simulated
 from coupling.learn.smoothing import SlowPart
+from coupling.path.deviation import less_constant
 from coupling.path.histories import JointPath, ToolPath
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -63,8 +64,8 @@ def mirrored(
     """
     mean = SlowPart.of(time, cut_off)
     slow = mean(deviation)
-    slow = slow - slow.mean(axis=0)
     at = mean.time
+    slow = less_constant(at, slow)
     # A smooth step from 0 to 1, at rest up to its second derivative at both ends.
     rise = np.clip(np.minimum(at - at[0], at[-1] - at) / _BLEND, 0.0, 1.0)
     slow = slow * (rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2))[:, None]

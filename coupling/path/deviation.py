@@ -14,10 +14,13 @@ class Deviation:
     """Figures of a deviation along a path [m].
 
     Attributes:
-        maximum, rms: Largest and rms distance between actual and desired TCP at equal times.
+        maximum, rms: Largest and rms distance between actual and desired TCP at equal times; the mean is
+            one over time.
         normal_maximum: Largest deviation across the direction of travel.
         tangential_maximum: Largest deviation along it: the tool is early or late.
         time_of_maximum: [s].
+        maximum_less_constant, rms_less_constant: The same distances once the mean deviation over time, a
+            vector in the axes of the path, is taken off: what a shift of the part or of the path leaves.
     """
 
     maximum: float
@@ -25,6 +28,8 @@ class Deviation:
     normal_maximum: float
     tangential_maximum: float
     time_of_maximum: float
+    maximum_less_constant: float
+    rms_less_constant: float
 
     def as_dict(self) -> dict[str, float]:
         """Return the figures by name."""
@@ -42,6 +47,8 @@ def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
         rms=max(figure.rms for figure in figures),
         normal_maximum=max(figure.normal_maximum for figure in figures),
         tangential_maximum=max(figure.tangential_maximum for figure in figures),
+        maximum_less_constant=max(figure.maximum_less_constant for figure in figures),
+        rms_less_constant=max(figure.rms_less_constant for figure in figures),
     )
 
 
@@ -49,14 +56,59 @@ def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Devia
     difference = actual - desired
     distance = np.linalg.norm(difference, axis=1)
     along = np.sum(difference * _directions(time, desired), axis=1)
+    rest = np.linalg.norm(less_constant(time, difference), axis=1)
     across = np.sqrt(np.maximum(distance**2 - along**2, 0.0))
     return Deviation(
         maximum=float(distance.max()),
-        rms=float(np.sqrt(np.mean(distance**2))),
+        rms=root_mean_square(time, distance),
         normal_maximum=float(across.max()),
         tangential_maximum=float(np.abs(along).max()),
         time_of_maximum=float(time[distance.argmax()]),
+        maximum_less_constant=float(rest.max()),
+        rms_less_constant=root_mean_square(time, rest),
     )
+
+
+def shares_of_time(time: np.ndarray) -> np.ndarray:
+    """Return what each sample counts in a mean over time, by the trapezoidal rule, (n,); their sum is 1.
+
+    Args:
+        time: Rising, at any distances [s], (n,).
+
+    Example:
+        >>> shares_of_time(np.array([0.0, 1.0, 4.0]))
+        array([0.125, 0.5  , 0.375])
+    """
+    if len(time) < 2:
+        return np.ones(len(time))
+    ends = np.pad(np.diff(time), 1)
+    shares: np.ndarray = 0.5 * (ends[:-1] + ends[1:]) / (time[-1] - time[0])
+    return shares
+
+
+def less_constant(time: np.ndarray, difference: np.ndarray) -> np.ndarray:
+    """Return deviations less their mean over time.
+
+    Args:
+        time: Rising [s], (n,).
+        difference: (n, k).
+
+    Example:
+        >>> less_constant(np.array([0.0, 1.0, 4.0]), np.array([[0.0], [0.0], [8.0]])).ravel()
+        array([-3., -3.,  5.])
+    """
+    rest: np.ndarray = difference - shares_of_time(time) @ difference
+    return rest
+
+
+def root_mean_square(time: np.ndarray, distance: np.ndarray) -> float:
+    """Return the root of the mean square over time.
+
+    Args:
+        time: Rising [s], (n,).
+        distance: (n,).
+    """
+    return float(np.sqrt(shares_of_time(time) @ distance**2))
 
 
 def _directions(time: np.ndarray, position: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from coupling.report.tables import table
 # Evaluations that are listed one by one.
 _LISTED = 12
 _KEY = 12
+_UM = 1e6
 CONVERGENCE_TEXT = (
     "Thin lines: how far the robot's answer is from the path that the process saw, for each"
     " evaluation of the process. Thick line: deviation from the desired path after each correction."
@@ -74,6 +75,7 @@ def inputs(figures: Mapping[str, Any], case: str) -> str:
         ]
         name = html.escape(f"{robot['title']}: {robot['description']}")
         text += f"<h3>Robot {name}</h3>{table(('numbers', 'source'), rows, 'words')}"
+        text += _touch_off(robot)
     rows = [(html.escape(name), html.escape(own)) for name, own in figures["versions"].items()]
     rows.append(("FMU", html.escape(figures["fmu_fingerprint"])))
     keys = ", ".join(str(key)[:_KEY] for key in dict.fromkeys(figures["evaluation_keys"]))
@@ -83,6 +85,40 @@ def inputs(figures: Mapping[str, Any], case: str) -> str:
         f' default filled in; it runs again to the same figures.</p><pre tabindex="0">'
         f"{html.escape(case.strip())}</pre></section>"
     )
+
+
+def _touch_off(robot: Mapping[str, Any]) -> str:
+    """Return what a robot's touch-off came to, as HTML; empty for a run without."""
+    found = robot.get("touch_off")  # a run of an earlier version has none
+    if found is None:
+        return ""
+    part, rpy, shift, turn = (
+        ", ".join(f"{factor * value:.{digits}f}" for value in found[key])
+        for key, factor, digits in (
+            ("part_position_m", 1.0, 6),
+            ("part_rpy_deg", 1.0, 4),
+            ("shift_m", 1e6, 1),
+            ("turn_rad", 1e3, 3),
+        )
+    )
+    return (
+        f"<p>Touched off with its sag: the part is really at {part} m, roll, pitch, yaw {rpy} deg; there"
+        f" the controller shows a frame that is off by {shift} um and {turn} mrad, world axes. The"
+        f" touched points fit that to {_UM * found['residual_m']:.2f} um.</p>"
+    )
+
+
+def real_part(figures: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the placement of the part, by the keys of [part]: where it is touched off, the real one.
+
+    Args:
+        figures: Content of result.json.
+        case: Content of case.toml.
+    """
+    found = figures["robots"][0].get("touch_off")
+    if found is None:
+        return dict(case["part"])
+    return {"position_m": found["part_position_m"], "rpy_deg": found["part_rpy_deg"]}
 
 
 def parsed(case: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.report.background import parsed
+from coupling.report.background import parsed, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import Section, document
@@ -26,6 +26,13 @@ from coupling.run.stored_run import StoredRobot
 
 _COLOURS = (BEFORE, AFTER)
 _STAGES = ("before", "after")
+_DEVIATIONS = (
+    ("maximum", "max"),
+    ("rms", "rms"),
+    ("normal_maximum", "across travel"),
+    ("maximum_less_constant", "max less a constant"),
+    ("rms_less_constant", "rms less a constant"),
+)
 
 
 def write_comparison(found: Comparison, file: Path) -> Path:
@@ -80,7 +87,11 @@ def _of_kind(figures: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _largest(figures: Mapping[str, Any], stage: str) -> str:
     found = figures[f"deviation_{stage}_m"]
-    return f"max {UM * found['maximum']:.2f} um, rms {UM * found['rms']:.2f} um"
+    text = f"max {UM * found['maximum']:.2f} um, rms {UM * found['rms']:.2f} um"
+    if "maximum_less_constant" in found:  # a run of an earlier version has none
+        most, rms = (UM * found[f"{name}_less_constant"] for name in ("maximum", "rms"))
+        text += f" (less a constant {most:.2f} um, {rms:.2f} um)"
+    return text
 
 
 def _figures(found: Comparison) -> str:
@@ -93,7 +104,7 @@ def _figures(found: Comparison) -> str:
     rows = [
         row(f"deviation {stage} compensation, {words} [um]", f"deviation_{stage}_m", key, unit=UM)
         for stage in _STAGES
-        for key, words in (("maximum", "max"), ("rms", "rms"), ("normal_maximum", "across travel"))
+        for key, words in _DEVIATIONS
     ]
     for part in ("gravity", "process"):
         rows.append(row(f"{part}, before [um]", "shares_m", part, "maximum", unit=UM))
@@ -120,6 +131,8 @@ def _cell(figures: Mapping[str, Any], keys: tuple[str, ...], unit: float, digits
         return "-"
     value: Any = figures
     for key in keys:
+        if key.endswith("_less_constant") and key not in value:  # a run of an earlier version
+            return "-"
         value = value[key]
     return f"{unit * value:.{digits}f}"
 
@@ -134,7 +147,7 @@ def _sections(
     views = []
     for name, run, own in pairs:
         *_, (stage, path) = own.actual.items()
-        part = parsed(run.case)["part"]
+        part = real_part(run.figures, parsed(run.case))
         views.append(View(f"{name}: {stage}", own.desired, path, part))
     difference = command_difference(first, second)
     sections: list[Section] = [

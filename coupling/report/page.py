@@ -12,7 +12,7 @@ from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, figures, tables, workpiece_figures
-from coupling.report.background import inputs, parsed, process_text
+from coupling.report.background import inputs, parsed, process_text, real_part
 from coupling.report.document import Section, document
 from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
@@ -74,7 +74,8 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     changes = own["flank_changes"]
     gears = f"{_FLANKS_TEXT}{tables.gears(changes)}" if changes else ""
     process = process_text(own, case, run.answers)
-    views = [View(stage, robot.desired, path, case["part"]) for stage, path in robot.actual.items()]
+    part = real_part(own, case)
+    views = [View(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     drive_text = f"{DRIVES_TEXT}{drives_table(own)}"
     sections: list[Section] = [
         ("The part from above", "above", from_above(views), _ABOVE_TEXT),

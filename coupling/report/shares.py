@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
 from coupling.run.stored_run import StoredRobot
 
@@ -20,7 +21,7 @@ class Share:
     """Part of a deviation.
 
     Attributes:
-        maximum, rms: Largest and rms distance [m].
+        maximum, rms: Largest and rms distance, the mean over time [m].
         time: Instant of the largest [s].
     """
 
@@ -29,11 +30,16 @@ class Share:
     time: float
 
     @classmethod
-    def of(cls, time: np.ndarray, distance: np.ndarray) -> Share | None:
-        """Return the share of the samples given, None where there are none."""
+    def of(
+        cls, time: np.ndarray, distance: np.ndarray, chosen: np.ndarray | None = None
+    ) -> Share | None:
+        """Return the share of chosen samples, a mask (n,), or of all; None where there are none."""
+        weights = shares_of_time(time)
+        if chosen is not None:
+            time, distance, weights = time[chosen], distance[chosen], weights[chosen]
         if len(time) == 0:
             return None
-        rms = float(np.sqrt(np.mean(distance**2)))
+        rms = float(np.sqrt(weights @ distance**2 / weights.sum()))
         return cls(float(distance.max()), rms, float(time[distance.argmax()]))
 
 
@@ -62,8 +68,8 @@ def shares_of(run: StoredRobot, stage: str) -> Shares:
     return Shares(
         other=_between(other, run.desired),
         motion=_between(other, path),
-        flanks=Share.of(path.time[near], distance[near]),
-        elsewhere=Share.of(path.time[~near], distance[~near]) if near.any() else None,
+        flanks=Share.of(path.time, distance, near),
+        elsewhere=Share.of(path.time, distance, ~near) if near.any() else None,
     )
 
 

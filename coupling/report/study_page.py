@@ -182,11 +182,19 @@ def _quantiles(figures: dict[str, Any]) -> str:
     found = figures["quantiles_m"]
     shares = list(found["maximum"])
     model = figures["command"]["deviation_m"]
-    names = (("maximum", "max"), ("rms", "rms"), ("normal_maximum", "max across travel"))
+    names = (
+        ("maximum", "max"),
+        ("rms", "rms"),
+        ("normal_maximum", "max across travel"),
+        ("maximum_less_constant", "max less a constant"),
+        ("rms_less_constant", "rms less a constant"),
+    )
     rows = [
         (
             words,
-            f"{_UM * model[name]:.2f}",
+            f"{_UM * model[name]:.2f}"
+            if name in model
+            else "-",  # its run may be an earlier version's
             *(f"{_UM * found[name][share]:.2f}" for share in shares),
         )
         for name, words in names

@@ -60,7 +60,12 @@ def deviations(run: StoredRobot) -> str:
     )
     rows: list[tuple[str, Sequence[Any]]] = [
         (f"{own}, {HOW[figures['before']]}" if len(parts) == 1 else own, whole),
+        ("&nbsp; less a constant", [_less_constant(own) for own in whole]),
         ("&nbsp; gravity alone", gravity[: len(parts)]),
+        (
+            "&nbsp; &nbsp; less a constant",
+            [_less_constant(own) for own in gravity[: len(parts)]],
+        ),
         ("&nbsp; process (loaded minus unloaded)", process[: len(parts)]),
         ("&nbsp; motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
@@ -78,7 +83,8 @@ def deviations(run: StoredRobot) -> str:
         f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on"
         " the path that the tool really takes. Its gravity alone is where the corrected command leads"
         " the tool without the process, which then moves it by the process's share. Shares do not add"
-        " up: they point to different sides.</p>"
+        " up: they point to different sides. Less a constant is what is left where the part or the"
+        " path is shifted by the mean deviation.</p>"
         if figures["kind"] == "compensate"
         else ""
     )
@@ -94,10 +100,20 @@ def deviations(run: StoredRobot) -> str:
     )
 
 
-def _figures_of(found: Mapping[str, float] | Share | None) -> tuple[str, ...]:
+def _less_constant(found: Mapping[str, float] | None) -> tuple[str, ...] | None:
+    """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
+    if found is None or "maximum_less_constant" not in found:
+        return None
+    most, rms = (_UM * found[f"{name}_less_constant"] for name in ("maximum", "rms"))
+    return f"{most:.2f}", f"{rms:.2f}", ""
+
+
+def _figures_of(found: Mapping[str, float] | Share | tuple[str, ...] | None) -> tuple[str, ...]:
     """Return largest, rms and instant of a deviation [um], [s]."""
     if found is None:
         return ("", "", "")
+    if isinstance(found, tuple):
+        return found
     if isinstance(found, Share):
         values = (found.maximum, found.rms, found.time)
     else:
@@ -214,12 +230,21 @@ def gear_loads(figures: dict[str, Any]) -> str:
 
 def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:
     return table(
-        ("deviation [um]", "max", "rms", "max across travel", "at t = [s]"),
+        (
+            "deviation [um]",
+            "max",
+            "rms",
+            "max across travel",
+            "at t = [s]",
+            "max less a constant",
+            "rms less a constant",
+        ),
         (
             (
                 name,
                 *(f"{_UM * own[key]:.2f}" for key in ("maximum", "rms", "normal_maximum")),
                 f"{own['time_of_maximum']:.3f}",
+                *(_less_constant(own) or ("-", "-"))[:2],
             )
             for name, own in rows
         ),

@@ -41,7 +41,7 @@ class View:
     Attributes:
         title: What to call it.
         desired, actual: Where its tool should be and where it is, at the same times.
-        part: Table [part] of its case.
+        part: Placement of the part in the world, by the keys of [part].
     """
 
     title: str

@@ -13,6 +13,7 @@ from coupling.inverse.inversion import Wanted
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
 from coupling.robot.moving import Inverter
+from coupling.robot.programmed import TouchOff
 from coupling.robot.robot import Inverse, RateWarning, SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
@@ -82,6 +83,7 @@ class Member:
         robot: Its simulation, in its own base frame.
         planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
+        touch_off: What it takes for the world where it was touched off; None: the world.
     """
 
     name: str
@@ -89,6 +91,11 @@ class Member:
     robot: SimulatedRobot
     planner: Planner
     inverter: Inverter | None = None
+    touch_off: TouchOff | None = None
+
+    def programmed(self, path: ToolPath) -> ToolPath:
+        """Return a path of its tool in the world as its program has it."""
+        return path if self.touch_off is None else self.touch_off.programmed(path)
 
 
 @dataclass(frozen=True)
@@ -102,11 +109,22 @@ class Cell:
     members: tuple[Member, ...]
 
     def plan(self, path: ToolPath) -> JointPath:
-        """Return the joint angles of all robots along the paths of their tools.
+        """Return the joint angles of all robots whose programs have the paths of their tools.
+
+        Robots that were touched off have them in the frames that their controllers show.
 
         Raises:
             PlanningError: If a robot cannot follow.
         """
+        return self._undeflected(self.programmed(path))
+
+    def programmed(self, path: ToolPath) -> ToolPath:
+        """Return the paths of the tools as the robots' programs have them, without any correction."""
+        pairs = zip(self.members, path.tools, strict=True)
+        return ToolPath.of_tools([member.programmed(tool) for member, tool in pairs])
+
+    def _undeflected(self, path: ToolPath) -> JointPath:
+        """Return the joint angles that put the undeflected tools on their paths."""
         motions = [
             member.planner.plan(member.placement.path_in_base(tool))
             for member, tool in zip(self.members, path.tools, strict=True)
@@ -159,7 +177,7 @@ class Cell:
             SimulationError: If a robot cannot be simulated.
         """
         found = []
-        rigid = self.plan(path)
+        rigid = self._undeflected(path)
         for member, tool, own, load in zip(
             self.members, path.tools, rigid.robots, wrench.tools, strict=True
         ):

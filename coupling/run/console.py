@@ -153,6 +153,7 @@ def print_summary(
         f"  gravity alone (no process):          {_figures(deviations.gravity)}",
         f"  process alone (loaded - unloaded):   {_figures(deviations.process)}",
     ]
+    lines += case.touch_off_remarks
     if compensated:
         lines.append(
             f"After compensation the {mode} robot, with the process on the path that it really takes,"
@@ -201,7 +202,7 @@ def _of_other_robots(replays: Sequence[Replay]) -> list[str]:
         "The command assumes the robot's parameters. As written, on dynamic robots that differ:",
         *(
             f"  {replay.name + ':':<37}max {_um(replay.deviation.maximum)},"
-            f" rms {_um(replay.deviation.rms)}"
+            f" rms {_um(replay.deviation.rms)}{_less_constant(replay.deviation)}"
             for replay in replays
         ),
     ]
@@ -282,5 +283,10 @@ def _um(length: float) -> str:
 def _figures(deviation: Deviation) -> str:
     return (
         f"max {_um(deviation.maximum)} at t = {deviation.time_of_maximum:.2f} s,"
-        f" rms {_um(deviation.rms)}"
+        f" rms {_um(deviation.rms)}{_less_constant(deviation)}"
     )
+
+
+def _less_constant(deviation: Deviation) -> str:
+    most, rms = deviation.maximum_less_constant, deviation.rms_less_constant
+    return f"; less a constant max {_um(most)}, rms {_um(rms)}"

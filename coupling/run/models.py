@@ -87,6 +87,8 @@ def cell_of(
         model = models.of(placed.description, placed.torque_curve)
         moving = MovingRobot(placed.description, placed.torque_curve)
         inverter = Inverter(moving, model.fmu, _POLISH[models.kind])
-        members.append(Member(placed.name, placed.placement, model.fmu, planner, inverter))
+        members.append(
+            Member(placed.name, placed.placement, model.fmu, planner, inverter, placed.touch_off)
+        )
         simulated.append(model)
     return Cell(tuple(members)), tuple(simulated)

@@ -58,7 +58,8 @@ def write_ssp(case: Case, file: Path, platforms: Sequence[str] = ()) -> Path:
             f"{case.name}: expected a case without [support], got a cell of two robots"
         )
     robot, task = case.robots[0], _in_base(case)
-    planned = InverseKinematics(robot.description, robot.home).plan(task.desired)
+    program = robot.placement.path_in_base(robot.programmed(case.task.forming))
+    planned = InverseKinematics(robot.description, robot.home).plan(program)
     command = on_cycle(planned, case.controller)
     settings = {
         "trajectory": _TRAJECTORY,

@@ -148,7 +148,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         process = LastAsked(case.process)
         loop = loop_of(replace(case, process=process), cell, watch)
         with _timed(kind, durations):
-            found = method.correct(loop, case.desired)
+            found = _of_program(cell, method.correct(loop, case.desired))
         with _timed("asked_again", durations):
             repeated = asked_again(case, process.last, found, watch)
             found = explained(found, kind, repeated)
@@ -197,6 +197,18 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             durations=durations,
             repeatability=repeated,
         )
+
+
+def _of_program(cell: Cell, found: Correction) -> Correction:
+    """Return a correction with its size told from what the robots' programs have without it.
+
+    Where a robot was touched off that is another path than the desired one.
+    """
+    if all(member.touch_off is None for member in cell.members):
+        return found
+    program = cell.programmed(found.desired)
+    commanded = cell.forward(found.joints, found.desired.time)
+    return replace(found, correction=commanded.deviation_from(program))
 
 
 @contextmanager

@@ -19,6 +19,7 @@ def print_findings(console: Console, study: StoredStudy, folder: Path) -> None:
     if not command["converged"]:
         lines.append(f"The command is NOT CONVERGED: {command['reason']}.")
     largest, rms = (figures["quantiles_m"][name] for name in ("maximum", "rms"))
+    less = figures["quantiles_m"]["maximum_less_constant"]
     lines += [
         f"On the dynamic model the command leaves max {_um(command['deviation_m']['maximum'])}, rms"
         f" {_um(command['deviation_m']['rms'])}.",
@@ -26,6 +27,8 @@ def print_findings(console: Console, study: StoredStudy, folder: Path) -> None:
         f" whole path, with an rms below {_um(rms[f'{coverage:g}'])}; half of them below"
         f" {_um(largest['0.5'])}, rms {_um(rms['0.5'])} ({study.figures['samples']} sampled,"
         f" {_wrench(figures)}).",
+        f"Less a constant, as where the part is touched off, {100 * coverage:g} % stay below"
+        f" {_um(less[f'{coverage:g}'])}, half of them below {_um(less['0.5'])}.",
     ]
     lines += _of_parameters(figures)
     if figures["failed"]:

@@ -17,7 +17,14 @@ from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, replaced, replaced_table
 from coupling.study.rows import Sample
 
-MEASURES = ("maximum", "rms", "normal_maximum", "tangential_maximum")
+MEASURES = (
+    "maximum",
+    "rms",
+    "normal_maximum",
+    "tangential_maximum",
+    "maximum_less_constant",
+    "rms_less_constant",
+)
 BAND_COLUMNS = ("time", "low", "median", "high", "everywhere")
 
 

@@ -245,6 +245,21 @@ def test_deviation_is_split_along_and_across_the_travel():
     assert figures.normal_maximum <= middle + 1e-12
 
 
+def test_what_a_shift_of_the_part_leaves_is_told_over_time_whatever_the_samples_distances():
+    """A deviation c + a t, t in 0 to 1: less its mean at most a / 2, rms a / sqrt(12)."""
+    time = np.sort(np.append(np.linspace(0.0, 1.0, 51), np.linspace(0.9, 1.0, 2000)[1:-1]))
+    path = ToolPath(time, np.tile([1.0, 0, 0, 0, 0, 0, 1], (len(time), 1)))
+    off = np.zeros((len(time), 6))
+    off[:, :3] = np.array([3e-3, -4e-3, 1e-3]) + 2e-4 * time[:, None] * np.array([0.0, 0.6, 0.8])
+    figures = measure(path.displaced(off), path)
+    assert figures.maximum_less_constant == pytest.approx(1e-4, rel=1e-9)
+    assert figures.rms_less_constant == pytest.approx(2e-4 / np.sqrt(12.0), rel=1e-3)
+    mean = np.array([3e-3, -3.94e-3, 1.08e-3])
+    assert figures.rms == pytest.approx(
+        np.hypot(np.linalg.norm(mean), 2e-4 / np.sqrt(12.0)), rel=1e-5
+    )
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
 def test_a_table_from_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "p.csv")

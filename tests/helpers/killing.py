@@ -213,7 +213,7 @@ def one_program(text: str) -> tuple[Exported, Options]:
 
     start, end = (0.0,) * 6, (0.1,) * 6
     moves = (Move("joint", joints=start), Move("joint", joints=end, duration=1.0))
-    none = Deviation(0.0, 0.0, 0.0, 0.0, 0.0)
+    none = Deviation(*[0.0] * 7)
     exported = Exported(
         robot="forming",
         program=Program("WAY", moves),

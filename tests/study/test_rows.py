@@ -18,7 +18,7 @@ from coupling.study.rows import Rows, Sample
 
 
 def sample(number: int) -> Sample:
-    figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25]
+    figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25, 0.1, 1e-9]
     return Sample(number, Deviation(*figures), (1.0 / 3.0, 5e-324, 7.0e-5))
 
 

@@ -1,0 +1,197 @@
+"""Parts that are touched off by robots that sag."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from line_case import line_case
+from places import CASES
+from random_robots import make_robot
+from scipy.spatial.transform import Rotation
+
+from coupling.case import load_case
+from coupling.errors import CaseError, PlanningError
+from coupling.path.deviation import measure
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.report.page import write_report
+from coupling.robot.cell import AT_THE_ORIGIN, Placement
+from coupling.robot.touch_off import RestingRobot, touched_off
+from coupling.run.folder import write_run
+from coupling.run.models import Models, cell_of
+from coupling.run.ssp import write_ssp
+from coupling.run.study import run_compensation, run_coupling
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Joint, Robot
+from elastic_robot.kinematics import base_from_tool
+from elastic_robot.trajectory import parse_trajectory
+
+PART = "[part]"
+POINTS = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]]
+THREE = str(POINTS)
+TURNED = Placement(np.array([0.3, -0.2, 0.1]), Rotation.from_euler("xyz", [0.1, 0.2, 2.0]))
+
+
+def touching(value: str) -> tuple[str, str]:
+    return (PART, f"{PART}\ntouch_off = {value}")
+
+
+def resting(robot: Robot, seed: int, at: Placement) -> tuple[RestingRobot, np.ndarray, Rotation]:
+    """A robot, three points around its TCP in a random posture, and the tool's orientation there."""
+    rng = np.random.default_rng(seed)
+    home, chain = rng.uniform(-1.0, 1.0, len(robot.joints)), build_chain(robot)
+    pose = base_from_tool(chain, chain.model.createData(), chain.theta(home))
+    middle = at.position + at.rotation.apply(pose.translation)
+    rotation = at.rotation * Rotation.from_matrix(pose.rotation)
+    return RestingRobot(robot, "linear", home, at), middle + rng.normal(0, 0.02, (3, 3)), rotation
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_frame_touched_off_with_a_rigid_robot_is_unchanged(seed):
+    robot = make_robot(seed, 6)
+    joints = tuple(
+        Joint(origin=j.origin, axis=j.axis, body=j.body, stiffness=None) for j in robot.joints
+    )
+    rigid = replace(robot, joints=joints)
+    own, points, rotation = resting(rigid, seed, TURNED)
+    found = touched_off(points, own.tool_at(points, rotation))
+    np.testing.assert_allclose(
+        found.position, 0.0, rtol=0, atol=1e-8
+    )  # lever 1 m of 0.1 nm / 20 mm
+    assert found.rotation.magnitude() < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_three_touched_points_tell_the_frame_that_fits_them_best(seed):
+    """No displacement near it comes closer to the points, in the sum of squares."""
+    own, points, rotation = resting(make_robot(seed, 6), seed, TURNED)
+    real = own.tool_at(points, rotation)
+    found, rng = touched_off(points, real), np.random.default_rng(seed)
+    assert np.linalg.norm(found.real(points) - real, axis=1).max() == pytest.approx(found.residual)
+    np.testing.assert_allclose(found.shown(found.real(points)), points, rtol=0, atol=1e-14)
+
+    def left(turn: np.ndarray, shift: np.ndarray) -> float:
+        moved = real.mean(axis=0) + Rotation.from_rotvec(turn).apply(
+            found.real(points) - real.mean(axis=0)
+        )
+        return float(np.sum((moved + shift - real) ** 2))
+
+    best = left(np.zeros(3), np.zeros(3))
+    size = 0.1 * np.linalg.norm(real - points, axis=1).max()
+    for _ in range(20):
+        assert left(10.0 * size * rng.normal(size=3), size * rng.normal(size=3)) > best
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_command_to_real_points_brings_the_sagging_tool_there(seed):
+    own, points, rotation = resting(make_robot(seed, 6), seed, TURNED)
+    commanded = own.command_for(points, rotation)
+    np.testing.assert_allclose(own.tool_at(commanded, rotation), points, rtol=0, atol=1e-9)
+
+
+def test_the_simulated_robot_commanded_to_the_touched_point_rests_where_the_part_is(tmp_path):
+    """The FMU without a load, at the origin of [part] as its controller shows it."""
+    case = line_case(tmp_path, "native", touching("true"))
+    untouched = line_case(tmp_path, "native").task
+    tool = untouched.forming.rotations[0][0].as_quat()
+    pose = np.tile([*untouched.part.position, *tool], (2, 1))
+    time = np.array([0.0, 0.1])
+    with Models("native") as fmus:
+        cell, _ = cell_of(case.robots, fmus)
+        joints = cell.members[0].planner.plan(
+            cell.members[0].placement.path_in_base(ToolPath(time, pose))
+        )
+        there = cell.simulate(JointPath(time, joints.q), WrenchHistory.none(time, 1), "quasistatic")
+    np.testing.assert_allclose(there.position[0, 0], case.task.part.position, rtol=0, atol=1e-9)
+    assert np.linalg.norm(case.task.part.position - untouched.part.position) > 1e-4
+
+
+def test_the_second_robot_of_a_cell_is_calibrated_at_the_same_points(tmp_path):
+    text = (CASES / "two_robots.toml").read_text()
+    file = tmp_path / "two.toml"
+    # Gears that carry nothing would rest now on one flank and now on the other.
+    text = text.replace("home_deg ", 'torque_curve = "linear"\nhome_deg ')
+    file.write_text(text.replace(PART, f"{PART}\ntouch_off = {THREE}", 1))
+    case, plain = load_case(file), load_case(CASES / "two_robots.toml")
+    part, points = case.task.part, np.array(POINTS)
+    real = part.position + part.rotation.apply(points)
+    forming, support = case.robots
+    shown = forming.touch_off.shown(part.position)
+    np.testing.assert_allclose(shown, plain.task.part.position, rtol=0, atol=1e-12)
+    own = RestingRobot(support.description, support.torque_curve, support.home, support.placement)
+    there = own.tool_at(support.touch_off.shown(real), plain.desired.rotations[1][0])
+    limit = 2.0 * support.touch_off.residual + 1e-7
+    np.testing.assert_allclose(there, real, rtol=0, atol=limit)
+
+
+def test_touch_off_takes_the_constant_out_of_the_deviation_and_of_the_correction(tmp_path):
+    plain, touched = (
+        line_case(tmp_path / name, "native", *changes)
+        for name, changes in (("a", ()), ("b", (touching("true"),)))
+        if not (tmp_path / name).mkdir()
+    )
+    before, after = run_compensation(plain), run_compensation(touched)
+    own, other = (measure(run.before, run.desired) for run in (before, after))
+    assert other.maximum < 0.5 * own.maximum
+    # What is left without the constant is that of the same robot, a sag beside.
+    assert other.rms_less_constant == pytest.approx(own.rms_less_constant, rel=0.05)
+    for run in (before, after):
+        assert measure(run.correction.achieved, run.desired).maximum < 1e-6
+    sizes = [np.abs(run.correction.correction[..., :3]).max() for run in (before, after)]
+    assert sizes[1] < 0.5 * sizes[0]
+    (tmp_path / "run").mkdir()
+    write_run(tmp_path / "run", touched, after)
+    page = write_report(tmp_path / "run").read_text()
+    assert "Touched off with its sag" in page
+    assert "less a constant" in page
+
+
+def test_the_package_for_other_tools_starts_from_the_programmed_path(tmp_path):
+    """Its first joint angles put the undeflected tool where the controller shows the path's start."""
+    case = line_case(tmp_path, "native", touching("true"))
+    file = write_ssp(case, tmp_path / "case.ssp", ["linux64"])
+    with zipfile.ZipFile(file) as archive:
+        fmu = zipfile.ZipFile(io.BytesIO(archive.read("resources/ElasticRobot.fmu")))
+        name = next(n for n in fmu.namelist() if n.endswith("command.npz"))
+        first = parse_trajectory(fmu.read(name), True, len(case.robots[0].home)).at(np.zeros(1))[0][
+            0
+        ]
+    robot = case.robots[0]
+    chain = build_chain(robot.description)
+    at = base_from_tool(chain, chain.model.createData(), chain.theta(first))
+    program = robot.programmed(case.desired).position[0, 0]
+    np.testing.assert_allclose(at.translation, program, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]", "at least three"),
+        ("[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]]", "on a line"),
+        ("[]", "at least three"),
+        ("[[0.0, 0.0]]", "touch_off"),
+        ('"yes"', "touch_off"),
+        ("[[50.0, 0.0, 0.0]]", "out of reach.*give points"),
+    ],
+)
+def test_touched_points_that_tell_no_frame_are_refused(tmp_path, value, said):
+    with pytest.raises(CaseError, match=said):
+        line_case(tmp_path, "native", touching(value))
+
+
+def test_a_point_out_of_reach_is_named():
+    own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
+    with pytest.raises(PlanningError, match=r"point 2, at .* out of reach"):
+        own.tool_at(points + np.array([[0.0], [40.0], [0.0]]), rotation)
+
+
+def test_a_touched_off_case_runs_again_from_its_folder_to_the_same_part(tmp_path: Path):
+    case = line_case(tmp_path, "native", touching(THREE))
+    (tmp_path / "run").mkdir()
+    write_run(tmp_path / "run", case, run_coupling(case))
+    again = load_case(tmp_path / "run" / "case.toml")
+    np.testing.assert_array_equal(again.task.part.position, case.task.part.position)
