@@ -21,6 +21,7 @@ from coupling.case_tables import (
 )
 from coupling.errors import CaseError, one_of
 from coupling.events import Watch, unwatched
+from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
@@ -69,6 +70,7 @@ class PlacedRobot:
         home: Joint angles where inverse kinematics starts [rad].
         placement: Place of its base in the world.
         mounting: How its description differs from its file.
+        ratings: What its file rates it for.
     """
 
     name: str
@@ -77,6 +79,7 @@ class PlacedRobot:
     home: np.ndarray
     placement: Placement
     mounting: Mounting
+    ratings: Ratings
 
 
 @dataclass(frozen=True)
@@ -241,10 +244,11 @@ def _placed(
     """Read the robot that a table of a case describes."""
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
+        ratings = table.ratings(path.parent, robot)
     at = table.placement()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
-    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting)
+    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting, ratings)
 
 
 def _supported(task: Task, table: SupportTable, process_table: ProcessTable) -> Task:

@@ -17,6 +17,7 @@ from coupling.events import Progress
 from coupling.path.histories import WrenchHistory
 from coupling.report.check_page import write_check_page
 from coupling.run.console import RunView
+from coupling.run.expected import remarks
 from coupling.solve.inverse import Inverse
 
 
@@ -40,14 +41,16 @@ def check(
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
+        said = remarks(loaded)
         loads = "the robot's own weight"
         if evaluate:
             answer, each = timed(loaded.process, desired)
-            wrench = answer.wrench
+            wrench, said = answer.wrench, remarks(loaded, answer.wrench)
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench)
     lines = [line for robot in robots for line in robot_lines(robot, loads)]
+    lines += [f"Remark: {remark}" for remark in said]
     lines += [*loaded.task.remarks, *_time(loaded, each)]
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, lines)

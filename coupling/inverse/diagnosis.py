@@ -74,6 +74,8 @@ class GearDiagnosis:
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it on one flank.
         miss: How far the tool is off behind a flank change if the backlash is 20 % off [m].
+        torque: Largest torque that it carries, to either side [N m].
+        torque_time: Instant of it [s].
         base_tilt: Smallest tilt of the base that would keep it on one flank; None where it keeps it,
             or none does.
     """
@@ -84,6 +86,8 @@ class GearDiagnosis:
     floats: float
     margin: float
     miss: float
+    torque: float
+    torque_time: float
     base_tilt: BaseTilt | None = None
 
     @property
@@ -115,6 +119,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     changes = flank_changes(step, loads.torque, play, damping)
     clear = margin(loads.torque)
+    carried = np.abs(loads.torque)
+    at_most = loads.time[carried.argmax(axis=0)]
     floats = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
     miss = backlash_miss(play, loads.lever.max(axis=0))
     gravity = np.asarray(model.parameters.gravity)
@@ -126,6 +132,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
             floats=float(floats[gear]),
             margin=float(clear[gear]),
             miss=float(miss[gear]),
+            torque=float(carried[:, gear].max()),
+            torque_time=float(at_most[gear]),
             base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
             if clear[gear] < 0.0
             else None,
