@@ -37,6 +37,8 @@ class GearLoads:
     Attributes:
         time: Evenly spaced [s], (k,).
         torque: Torque that the links need of every gear, with inertia [N m], (k, gears).
+        carried: The same without the inertia of tilts that spring back where a load jumps [N m],
+            (k, gears): what counts beside a gear's strength.
         static: The same at rest in every pose, under gravity and wrench [N m], (k, gears).
         by_gravity: Derivatives of these by gravity [N m s^2/m], (k, gears, 3).
         lever: Displacement of the TCP by the twist of every gear [m/rad], (k, gears).
@@ -44,6 +46,7 @@ class GearLoads:
 
     time: np.ndarray
     torque: np.ndarray
+    carried: np.ndarray
     static: np.ndarray
     by_gravity: np.ndarray
     lever: np.ndarray
@@ -119,7 +122,7 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     changes = flank_changes(step, loads.torque, play, damping)
     clear = margin(loads.torque)
-    carried = np.abs(loads.torque)
+    carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]
     floats = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
     miss = backlash_miss(play, loads.lever.max(axis=0))
@@ -163,11 +166,15 @@ def loads_along(
     still = theta.at(time)
     rest = np.zeros_like(still)
     static = -model.load(still, rest, rest, wrench(time))[:, model.gears]
+    rate, acceleration = theta.at(time, 1), theta.at(time, 2)
+    rate[:, model.tilts] = acceleration[:, model.tilts] = 0.0
+    carried = -model.load(still, rate, acceleration, wrench(time))[:, model.gears]
     seldom = np.append(time[:-1:_SELDOM], time[-1])
     by_gravity, lever = _by_pose(robot, theta.at(seldom))
     return GearLoads(
         time,
         robot.torque(theta, time, wrench),
+        carried,
         static,
         _between(time, seldom, by_gravity),
         _between(time, seldom, lever),
