@@ -21,6 +21,7 @@ from coupling.case_tables import (
 )
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.events import Watch, unwatched
+from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
@@ -72,6 +73,7 @@ class PlacedRobot:
         placement: Place of its base in the world.
         mounting: How its description differs from its file.
         touch_off: What it takes for the world where it was touched off; None: the world.
+        ratings: What its file rates it for.
     """
 
     name: str
@@ -80,6 +82,7 @@ class PlacedRobot:
     home: np.ndarray
     placement: Placement
     mounting: Mounting
+    ratings: Ratings
     touch_off: TouchOff | None = None
 
     def programmed(self, path: ToolPath) -> ToolPath:
@@ -272,10 +275,11 @@ def _placed(
     """Read the robot that a table of a case describes."""
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
+        ratings = table.ratings(path.parent, robot)
     at = table.placement()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
-    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting)
+    return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting, ratings)
 
 
 def _touched_off(

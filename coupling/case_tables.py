@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, field_validator
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, one_of
+from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
@@ -90,6 +91,10 @@ class _MemberTable(Schema):
                 f" {len(self.home_deg)}"
             )
         return robot
+
+    def ratings(self, folder: Path, robot: Robot) -> Ratings:
+        """Return what the description rates its robot for; `robot` is the one that was read."""
+        return load_ratings(find_robot(self.description, folder), robot)
 
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the table with a file of the user's as an absolute path."""

@@ -13,7 +13,9 @@ from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.cell import Placement
+from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import diagnose_robot, wanted_of
+from coupling.run.load_limits import passed
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class CheckedRobot:
         demands: What the path asks of the joints of the robot that does not give way.
         room: What is left around the path.
         gears: What the gears go through.
+        warnings: Rated loads and gear torques that are passed.
     """
 
     name: str
@@ -37,6 +40,7 @@ class CheckedRobot:
     demands: tuple[JointDemand, ...]
     room: Room
     gears: tuple[GearDiagnosis, ...]
+    warnings: tuple[LimitWarning, ...]
 
 
 def checked(case: Case, wrench: WrenchHistory) -> tuple[CheckedRobot, ...]:
@@ -53,7 +57,7 @@ def checked(case: Case, wrench: WrenchHistory) -> tuple[CheckedRobot, ...]:
     for placed, wanted in zip(
         case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
     ):
-        path, q = wanted.path, wanted.rigid.q[0]
+        path, q, gears = wanted.path, wanted.rigid.q[0], diagnose_robot(placed, wanted)
         limits = JointLimits.of(placed.description, case.controller.max_acceleration)
         found.append(
             CheckedRobot(
@@ -63,7 +67,8 @@ def checked(case: Case, wrench: WrenchHistory) -> tuple[CheckedRobot, ...]:
                 float(np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()),
                 joint_demands(path.time, q, limits),
                 room_around(placed.description, path, q),
-                diagnose_robot(placed, wanted),
+                gears,
+                tuple(passed(placed.ratings, wanted.wrench, gears)),
             )
         )
     return tuple(found)

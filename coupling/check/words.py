@@ -27,6 +27,7 @@ def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
     none = "a wrong backlash would show of no gear at the tool"
     yield f"  under {loads}:" if at_risk else f"  under {loads} {none}"
     yield from at_risk
+    yield from (f"  Warning: {warning}" for warning in robot.warnings)
 
 
 def joint_words(demand: JointDemand) -> str:

@@ -18,6 +18,7 @@ from coupling.path.histories import WrenchHistory
 from coupling.process import ProcessTable
 from coupling.report.check_page import write_check_page
 from coupling.run.console import RunView
+from coupling.run.expected import remarks
 from coupling.run.kept_process import checked_process
 from coupling.solve.inverse import Inverse
 
@@ -43,17 +44,19 @@ def check(
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
-        loads, alike = "the robot's own weight", []
+        said, alike = remarks(loaded), []
+        loads = "the robot's own weight"
         if evaluate:
             process = checked_process(loaded, view.watch)
             answer, each = timed(process, desired)
-            wrench = answer.wrench
+            wrench, said = answer.wrench, remarks(loaded, answer.wrench)
             if isinstance(loaded.process_table, ProcessTable):
                 alike = [repeated(process, desired, answer, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
         robots = checked(loaded, wrench)
     lines = [line for robot in robots for line in robot_lines(robot, loads)]
+    lines += [f"Remark: {remark}" for remark in said]
     lines += [*alike, *loaded.task.remarks, *loaded.touch_off_remarks, *_time(loaded, each)]
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, lines)

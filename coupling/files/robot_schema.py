@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive, Schema, Vector3
 from elastic_robot.description import Body
@@ -32,8 +32,25 @@ class TiltTable(Schema):
     damping: float = 0.0
 
 
+class GearTorque(Schema):
+    """Torque that a gear may pass on [N m]: again and again in motion, and in an emergency stop."""
+
+    peak: Positive | None = None
+    emergency: Positive | None = None
+
+    @model_validator(mode="after")
+    def _emergency_is_more(self) -> GearTorque:
+        if self.peak is None and self.emergency is None:
+            raise ValueError("expected peak, emergency or both [N m], got neither")
+        if self.peak and self.emergency and self.emergency < self.peak:
+            raise ValueError(
+                f"emergency: expected at least peak, {self.peak:.6g} N m, got {self.emergency:.6g} N m"
+            )
+        return self
+
+
 class Elasticity(Schema):
-    """What gives way in a joint, and what its drive can do."""
+    """What gives way in a joint, and what its drive and its gear can do."""
 
     stiffness: float | None = None
     damping: float = 0.0
@@ -43,6 +60,16 @@ class Elasticity(Schema):
     limits: Pair | None = None
     max_rate: float | None = None
     max_acceleration: float | None = None
+    gear_torque_Nm: GearTorque | None = None
+
+    @model_validator(mode="after")
+    def _gear_is_elastic(self) -> Elasticity:
+        if self.gear_torque_Nm is not None and self.stiffness is None:
+            raise ValueError(
+                "gear_torque_Nm: expected a stiffness beside it, as the torque is that of a gear that"
+                " gives way, got none: give one, or leave gear_torque_Nm out"
+            )
+        return self
 
 
 class JointTable(BodyTable, Elasticity):
@@ -77,6 +104,7 @@ class RobotFile(Schema):
     gravity: Vector3 = [0.0, 0.0, -9.81]
     tcp: Tcp
     joint: Annotated[list[JointTable], Field(min_length=1)]
+    payload_N: Positive | None = None
     payload: BodyTable | None = None
     controller: ControllerAxesTable | None = None
     sources: dict[str, str] = {}
@@ -112,6 +140,7 @@ class UrdfRobotFile(Schema):
     urdf: Urdf
     tcp: UrdfTcp
     joint: list[UrdfJoint] = []
+    payload_N: Positive | None = None
     payload: BodyTable | None = None
     controller: ControllerAxesTable | None = None
     sources: dict[str, str] = {}

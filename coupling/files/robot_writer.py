@@ -47,7 +47,7 @@ def _keys(table: Mapping[str, Any], before: str, remarks: Mapping[str, str]) -> 
         place = before + key
         if key == "tilt" and before:
             lines += _tilts(value, place, remarks)
-        elif not isinstance(value, Mapping) and not _is_tables(value):
+        elif (before or not isinstance(value, Mapping)) and not _is_tables(value):
             lines.append(_remarked(f"{_key(key)} = {_value(value)}", remarks.get(place)))
     return lines
 
@@ -57,9 +57,8 @@ def _tilts(tilts: list[Mapping[str, Any]], place: str, remarks: Mapping[str, str
         return ["tilt = []"]
     lines = ["tilt = ["]
     for number, tilt in enumerate(tilts, start=1):
-        keys = ", ".join(f"{_key(key)} = {_value(value)}" for key, value in tilt.items())
         remark = remarks.get(f"{place}[{number}].stiffness")
-        lines.append(_remarked(f"    {{ {keys} }},", remark))
+        lines.append(_remarked(f"    {_value(tilt)},", remark))
     return [*lines, "]"]
 
 
@@ -79,4 +78,7 @@ def _key(key: str) -> str:
 def _value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(_value(entry) for entry in value)}]"
+    if isinstance(value, Mapping):
+        keys = (f"{_key(key)} = {_value(entry)}" for key, entry in value.items())
+        return f"{{ {', '.join(keys)} }}"
     return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip("\n")

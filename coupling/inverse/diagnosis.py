@@ -37,6 +37,8 @@ class GearLoads:
     Attributes:
         time: Evenly spaced [s], (k,).
         torque: Torque that the links need of every gear, with inertia [N m], (k, gears).
+        carried: The same without the inertia of tilts that spring back where a load jumps [N m],
+            (k, gears): what counts beside a gear's strength.
         static: The same at rest in every pose, under gravity and wrench [N m], (k, gears).
         by_gravity: Derivatives of these by gravity [N m s^2/m], (k, gears, 3).
         lever: Displacement of the TCP by the twist of every gear [m/rad], (k, gears).
@@ -44,6 +46,7 @@ class GearLoads:
 
     time: np.ndarray
     torque: np.ndarray
+    carried: np.ndarray
     static: np.ndarray
     by_gravity: np.ndarray
     lever: np.ndarray
@@ -74,6 +77,8 @@ class GearDiagnosis:
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it on one flank.
         miss: How far the tool is off behind a flank change if the backlash is 20 % off [m].
+        torque: Largest torque that it carries, to either side [N m].
+        torque_time: Instant of it [s].
         base_tilt: Smallest tilt of the base that would keep it on one flank; None where it keeps it,
             or none does.
     """
@@ -84,6 +89,8 @@ class GearDiagnosis:
     floats: float
     margin: float
     miss: float
+    torque: float
+    torque_time: float
     base_tilt: BaseTilt | None = None
 
     @property
@@ -115,6 +122,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
     changes = flank_changes(step, loads.torque, play, damping)
     clear = margin(loads.torque)
+    carried = np.abs(loads.carried)
+    at_most = loads.time[carried.argmax(axis=0)]
     floats = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
     miss = backlash_miss(play, loads.lever.max(axis=0))
     gravity = np.asarray(model.parameters.gravity)
@@ -126,6 +135,8 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
             floats=float(floats[gear]),
             margin=float(clear[gear]),
             miss=float(miss[gear]),
+            torque=float(carried[:, gear].max()),
+            torque_time=float(at_most[gear]),
             base_tilt=_base_tilt(loads.torque[:, gear], loads.by_gravity[:, gear], gravity)
             if clear[gear] < 0.0
             else None,
@@ -155,11 +166,15 @@ def loads_along(
     still = theta.at(time)
     rest = np.zeros_like(still)
     static = -model.load(still, rest, rest, wrench(time))[:, model.gears]
+    rate, acceleration = theta.at(time, 1), theta.at(time, 2)
+    rate[:, model.tilts] = acceleration[:, model.tilts] = 0.0
+    carried = -model.load(still, rate, acceleration, wrench(time))[:, model.gears]
     seldom = np.append(time[:-1:_SELDOM], time[-1])
     by_gravity, lever = _by_pose(robot, theta.at(seldom))
     return GearLoads(
         time,
         robot.torque(theta, time, wrench),
+        carried,
         static,
         _between(time, seldom, by_gravity),
         _between(time, seldom, lever),

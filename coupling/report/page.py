@@ -213,5 +213,11 @@ def _axes_text(run: StoredRobot) -> str:
 
 
 def _warnings(figures_: Mapping[str, Any]) -> str:
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in figures_["rate_warnings"])
-    return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""
+    # A run of an earlier version has warned of rates alone.
+    warned = [own["text"] for own in figures_.get("warnings", [])] or figures_["rate_warnings"]
+    lists = {"Warnings": warned, "Remarks": figures_.get("remarks", [])}
+    return "".join(
+        f"<h2>{title}</h2><ul>{''.join(f'<li>{html.escape(text)}</li>' for text in texts)}</ul>"
+        for title, texts in lists.items()
+        if texts
+    )

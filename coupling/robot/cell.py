@@ -14,7 +14,7 @@ from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
 from coupling.robot.moving import Inverter
 from coupling.robot.programmed import TouchOff
-from coupling.robot.robot import Inverse, RateWarning, SimulatedRobot
+from coupling.robot.robot import Inverse, LimitWarning, SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
 
@@ -68,7 +68,7 @@ class Planner(Protocol):
         """Return the path of its undeflected tool under a motion of its drives."""
         ...
 
-    def rate_warnings(self, path: JointPath) -> list[RateWarning]:
+    def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         ...
 
@@ -196,7 +196,7 @@ class Cell:
         """Return the name of a robot where there are several."""
         return member.name if len(self.members) > 1 else ""
 
-    def rate_warnings(self, command: JointPath) -> list[RateWarning]:
+    def rate_warnings(self, command: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         return [
             replace(warning, robot=self._name(member))

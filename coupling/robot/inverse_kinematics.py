@@ -8,7 +8,7 @@ import pinocchio as pin
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
 from coupling.path.histories import JointPath, ToolPath
-from coupling.robot.robot import RateWarning
+from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
@@ -98,7 +98,7 @@ class InverseKinematics:
         ]
         return ToolPath(time, np.array(poses))
 
-    def rate_warnings(self, path: JointPath) -> list[RateWarning]:
+    def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""
         rates = np.abs(np.diff(path.q[0], axis=0) / np.diff(path.time)[:, None])
         warnings = []
@@ -106,7 +106,7 @@ class InverseKinematics:
             worst = int(np.argmax(rates[:, i]))
             if joint.max_rate is not None and rates[worst, i] > joint.max_rate:
                 time, rate = float(path.time[worst]), float(rates[worst, i])
-                warnings.append(RateWarning(i + 1, time, rate, joint.max_rate))
+                warnings.append(LimitWarning("rate", rate, joint.max_rate, time, i + 1))
         return warnings
 
     def _solve(self, target: pin.SE3, guess: np.ndarray, where: str) -> np.ndarray:

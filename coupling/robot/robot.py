@@ -12,31 +12,42 @@ from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
 
+# What is said of a limit that is passed, by its name.
+_PASSED = {
+    "rate": "joint {joint} moves at {value:.3g} rad/s at t = {time:.3f} s; its maximum rate is"
+    " {limit:.3g} rad/s",
+    "payload": "the tool is pushed with {value:.5g} N at t = {time:.3f} s; the robot's rated load is"
+    " {limit:.5g} N",
+    "gear-torque-peak": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its peak"
+    " torque is {limit:.5g} N m",
+    "gear-torque-emergency": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its"
+    " torque in an emergency stop is {limit:.5g} N m",
+}
+
 
 @dataclass(frozen=True)
-class RateWarning:
-    """A joint is asked to move faster than it can.
+class LimitWarning:
+    """A limit of the robot file is passed.
 
     Attributes:
-        joint: Number, from 1.
+        name: Name of the limit: "rate", "payload", "gear-torque-peak" or "gear-torque-emergency".
+        value: What is asked, where it is worst [rad/s], [N] or [N m].
+        limit: What the robot can do, in the same unit.
         time: Instant at which it is worst [s].
-        rate: Rate there [rad/s].
-        limit: Maximum rate of the joint [rad/s].
+        joint: Number, from 1; None for what is no joint's.
         robot: Name of the robot in a cell of several.
     """
 
-    joint: int
-    time: float
-    rate: float
+    name: str
+    value: float
     limit: float
+    time: float
+    joint: int | None = None
     robot: str = ""
 
     def __str__(self) -> str:
         whose = f"{self.robot}: " if self.robot else ""
-        return (
-            f"{whose}joint {self.joint} moves at {self.rate:.3g} rad/s at t = {self.time:.3f} s;"
-            f" its maximum rate is {self.limit:.3g} rad/s"
-        )
+        return whose + _PASSED[self.name].format(**vars(self))
 
 
 @dataclass(frozen=True)

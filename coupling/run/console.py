@@ -190,7 +190,8 @@ def print_summary(
         f"Peak force {found.answer.wrench.peak_force:.1f} N; {found.evaluations} evaluations of the"
         f" process{taken}; {sum(run.durations.values()):.1f} s.",
     ]
-    lines += [f"Warning: {warning}" for warning in run.rate_warnings]
+    lines += [f"Warning: {warning}" for warning in run.warnings]
+    lines += [f"Remark: {remark}" for remark in run.remarks]
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
     style = None if found.converged else "yellow"
     console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)

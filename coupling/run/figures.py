@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
@@ -31,11 +32,11 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
     """
     found, deviations = run.correction, Deviations.of(run, tool)
     wrench = found.answer.wrench if tool is None else found.answer.wrench.tools[tool]
-    warnings = (
+    warnings = [
         warning
-        for warning in run.rate_warnings
+        for warning in run.warnings
         if tool is None or not warning.robot or warning.robot == run.robots[tool]
-    )
+    ]
     gap = {} if run.gap is None or tool is not None else {"pinch_gap_m": run.gap.as_dict()}
     return {
         "case": case,
@@ -72,7 +73,12 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         **gap,
         "beat": _beat(run, tool),
         "passes": [_pass_figures(entry) for entry in found.passes],
-        "rate_warnings": [str(warning) for warning in warnings],
+        "warnings": [
+            {**asdict(own), "robot": own.robot or run.robots[0], "text": str(own)}
+            for own in warnings
+        ],
+        "rate_warnings": [str(warning) for warning in warnings if warning.name == "rate"],
+        "remarks": list(run.remarks),
         "evaluation_keys": list(run.keys),
         "fmu_fingerprint": run.fmu_fingerprint,
         "versions": versions(),
@@ -163,6 +169,8 @@ def gear_figures(gear: GearDiagnosis) -> dict[str, Any]:
         "floats_s": gear.floats,
         "margin_Nm": gear.margin,
         "backlash_20_percent_m": gear.miss,
+        "torque_Nm": gear.torque,
+        "torque_time_s": gear.torque_time,
         "base_tilt_rad": None if tilt is None else tilt.angle,
         "base_tilt_direction_rad": None if tilt is None else tilt.direction,
     }

@@ -16,10 +16,12 @@ from coupling.path.deviation import ToolGap
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.repeatability import Repeatability
 from coupling.robot.cell import Cell
-from coupling.robot.robot import RateWarning
+from coupling.robot.robot import LimitWarning
 from coupling.run.asked_again import LastAsked, asked_again, explained
 from coupling.run.drive_motion import DriveMotion, drive_motions
+from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
+from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import OnPlant, plant_cell, run_on_plant
 from coupling.run.robustness import Replay, replayed
@@ -55,7 +57,8 @@ class Run:
         robustness: What the corrected command leaves on robots that differ from the model.
         plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
-        rate_warnings: Joints that would have to move too fast.
+        warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
+        remarks: What in the case or the process's answer is out of what is usual, sentences.
         fmu_fingerprint: Hash of the FMUs' sources and robots.
         gap: Gap between the tools of a cell; None for one robot.
         gears: What the gears of every robot go through along its path.
@@ -75,7 +78,8 @@ class Run:
     robustness: tuple[Replay, ...]
     plant: OnPlant | None
     drives: tuple[tuple[DriveMotion, ...], ...]
-    rate_warnings: tuple[RateWarning, ...]
+    warnings: tuple[LimitWarning, ...]
+    remarks: tuple[str, ...]
     fmu_fingerprint: str
     gap: ToolGap | None = None
     gears: tuple[tuple[GearDiagnosis, ...], ...] = ()
@@ -190,7 +194,11 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
                 drive_motions(own, JointLimits.of(model.robot, case.controller.max_acceleration))
                 for own, model in zip(found.joints.robots, models, strict=True)
             ),
-            rate_warnings=tuple(cell.rate_warnings(found.joints)),
+            warnings=(
+                *cell.rate_warnings(found.joints),
+                *load_warnings(case.robots, loads, gears),
+            ),
+            remarks=remarks(case, loads),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,

@@ -214,7 +214,8 @@ def test_too_fast_joints_are_warned_of_with_the_time(example):
     assert planner.rate_warnings(slow) == []
     (warning,) = planner.rate_warnings(fast)
     assert warning.joint == 1
-    assert 0.2 < warning.rate < 0.4
+    assert warning.name == "rate"
+    assert 0.2 < warning.value < 0.4
     assert "maximum rate is 0.1 rad/s" in str(warning)
     assert f"t = {warning.time:.3f} s" in str(warning)
 

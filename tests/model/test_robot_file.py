@@ -20,6 +20,11 @@ def broken(old: str, new: str, count: int = 1) -> str:
     return TEXT.replace(old, new, count)
 
 
+def rated_gear(torque: str) -> str:
+    origin = "origin    = [0.0, 0.0, 0.0]"
+    return broken(origin, f"{origin}\ngear_torque_Nm = {torque}")
+
+
 # What is changed in the example robot, and what the message must contain.
 MISTAKES = {
     "negative mass": (
@@ -108,6 +113,29 @@ MISTAKES = {
     "negative acceleration": (
         broken("origin    = [0.0, 0.0, 0.0]", "origin = [0.0, 0.0, 0.0]\nmax_acceleration = -1.0"),
         ["joint 1: max_acceleration: expected a finite number > 0 [rad/s^2], got -1.0"],
+    ),
+    "negative rated load": (
+        broken("payload_N = 2650.0", "payload_N = -2650.0"),
+        ["payload_N: expected a number greater than 0, got -2650.0"],
+    ),
+    "negative gear torque": (
+        rated_gear("{ peak = -1.0 }"),
+        ["joint 1: gear_torque_Nm: peak: expected a number greater than 0, got -1.0"],
+    ),
+    "peak gear torque above the one in an emergency": (
+        rated_gear("{ peak = 5000.0, emergency = 4000.0 }"),
+        ["joint 1: gear_torque_Nm: emergency: expected at least peak, 5000 N m, got 4000 N m"],
+    ),
+    "gear torque of no kind": (
+        rated_gear("{}"),
+        ["joint 1: gear_torque_Nm: expected peak, emergency or both [N m], got neither"],
+    ),
+    "gear torque on a rigid joint": (
+        broken(
+            "inertia   = [0.1, 1.0, 1.0]",
+            "inertia = [0.1, 1.0, 1.0]\ngear_torque_Nm = { peak = 900.0 }",
+        ),
+        ["joint 6: gear_torque_Nm: expected a stiffness beside it", "got none"],
     ),
     "payload without mass": (
         TEXT + "\n[payload]\nmass=0.0\ncom=[0.0,0.0,0.0]\ninertia=[1.0,1.0,1.0]\n",

@@ -1,0 +1,190 @@
+"""Values that are legal in a case or an answer but out of what is usual: a remark, not an error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.case import Case
+from coupling.path.histories import WrenchHistory
+from coupling.process.milling_force import MillingForceTable
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Range in which a value usually is.
+
+    Attributes:
+        low, high: Its ends.
+        unit: Unit of both.
+        why: What has these values.
+        or_none: Whether 0 says that there is none of it, which is usual as well.
+    """
+
+    low: float
+    high: float
+    unit: str
+    why: str
+    or_none: bool = False
+
+
+_SHEET = "from foil to thick plate; single point forming is done up to a few millimetres"
+_TOOL = "tools for incremental forming"
+_STEP = "steps between the contours of a formed wall"
+_CUTTING = "of cutting: plastics at the lower end, nickel alloys at the upper"
+_EDGE = "of an edge: sharp in plastics at the lower end, worn in steel at the upper"
+
+# What is usual, by the table of the resolved case and its key; "joint" is the robots' files, "milling"
+# and "answer" are what follows from a case.
+EXPECTED = {
+    "process.tensile_strength_Pa": Expected(
+        3e7, 2.5e9, "Pa", "metal sheet, from soft aluminium to press-hardened steel"
+    ),
+    "process.strength_Pa": Expected(2e7, 3e9, "Pa", "factor of the hardening laws of metals"),
+    "process.youngs_modulus_Pa": Expected(1e9, 4.2e11, "Pa", "from plastics to tungsten"),
+    "process.sheet_thickness_m": Expected(5e-5, 1e-2, "m", _SHEET),
+    "process.tool_diameter_m": Expected(1e-3, 0.1, "m", _TOOL),
+    "support.tool_diameter_m": Expected(1e-3, 0.1, "m", _TOOL),
+    "support.gap_m": Expected(5e-5, 2e-2, "m", "one or two thicknesses of a sheet"),
+    "process.step_down_m": Expected(2e-5, 5e-3, "m", _STEP),
+    "process.penetration_stiffness_N_m": Expected(
+        1e3, 1e8, "N/m", "sheet under a tool; 1.2e5 is 1 mm of soft aluminium", or_none=True
+    ),
+    "process.pinch_stiffness_N_m": Expected(
+        1e3, 1e9, "N/m", "sheet between two tools", or_none=True
+    ),
+    "process.stiffness_N_m": Expected(
+        1e2, 1e10, "N/m", "from a foam to a block of steel", or_none=True
+    ),
+    "process.cutter_diameter_m": Expected(1e-4, 0.3, "m", "end mills and face mills"),
+    "process.spindle_speed_rpm": Expected(100.0, 2e5, "1/min", "spindles for milling"),
+    "process.K_tc_Pa": Expected(2e7, 1e10, "Pa", f"coefficients {_CUTTING}"),
+    "process.K_rc_Pa": Expected(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
+    "process.K_ac_Pa": Expected(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
+    "process.K_te_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "process.K_re_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "process.K_ae_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "tool_path.feed_m_s": Expected(
+        2e-4, 2.0, "m/s", "feeds of forming, milling and measuring with robots"
+    ),
+    "tool_path.rapid_m_s": Expected(1e-3, 4.0, "m/s", "what robots reach between cuts"),
+    "tool_path.step_down_m": Expected(2e-5, 5e-3, "m", _STEP),
+    "tool_path.depth_m": Expected(1e-4, 0.5, "m", "depth of formed parts"),
+    "joint.stiffness": Expected(
+        1e3, 2e8, "N m/rad", "from gears of small arms to those of the heaviest robots"
+    ),
+    "joint.tilt.stiffness": Expected(
+        1e3, 1e9, "N m/rad", "bearings and links, from small arms to the heaviest robots"
+    ),
+    "joint.backlash": Expected(
+        1e-6, 3e-3, "rad", "half a backlash of up to 20 arc minutes", or_none=True
+    ),
+    "milling.axial_depth": Expected(
+        0.0, 2.0, "diameters of the cutter", "slots to about one deep, walls to two"
+    ),
+    "milling.feed_per_tooth": Expected(
+        2e-6, 1.5e-3, "m", "less than the radius of an edge rubs, more breaks it"
+    ),
+    "answer.peak_force": Expected(
+        0.5, 5e4, "N", "forces on a robot's tool; the heaviest robots carry 23 kN", or_none=True
+    ),
+}
+
+# Units that are mistaken for the right one, and what one of them is in the right one.
+MISTAKEN = {
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    "m": {"mm": 1e-3, "um": 1e-6},
+    "m/s": {"mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0},
+    "N/m": {"N/mm": 1e3, "N/um": 1e6},
+    "N m/rad": {
+        "N m/deg": 180.0 / np.pi,
+        "N m/arcmin": 10800.0 / np.pi,
+        "kN m/rad": 1e3,
+        "MN m/rad": 1e6,
+    },
+    "rad": {"arcmin": np.pi / 10800.0, "deg": np.pi / 180.0},
+    "1/min": {"1/s": 60.0, "rad/s": 30.0 / np.pi},
+    "N": {"kN": 1e3, "mN": 1e-3},
+}
+
+
+def remarks(case: Case, wrench: WrenchHistory | None = None) -> tuple[str, ...]:
+    """Return a sentence for each value that is out of what is usual.
+
+    Args:
+        case: The case.
+        wrench: What the process answers; None where it was not asked.
+    """
+    found = [
+        text for place, key, value in _values(case, wrench) if (text := remark(place, key, value))
+    ]
+    told_so = case.resolved["process"].get("stiffness_N_m") == 0.0
+    if wrench is not None and wrench.peak_force == 0.0 and not told_so:
+        found.append(
+            "the process pushes with 0 N everywhere: expected a force somewhere along the path: look"
+            " whether the path goes into the part, and at its frame and units"
+        )
+    return tuple(found)
+
+
+def remark(place: str, key: str, value: float) -> str:
+    """Return what there is to say of a value, "" where it is usual.
+
+    Args:
+        place: Where it stands, in words.
+        key: One of `EXPECTED`.
+        value: In the unit there.
+
+    Example:
+        >>> print(remark("process: tensile_strength_Pa", "process.tensile_strength_Pa", 310.0))
+        process: tensile_strength_Pa: expected 3e+07 to 2.5e+09 Pa (metal sheet, from soft aluminium
+        to press-hardened steel), got 310 Pa: did you mean 3.1e+08 Pa (310 MPa)?
+    """
+    usual = EXPECTED[key]
+    if usual.low <= value <= usual.high or (usual.or_none and value == 0.0):
+        return ""
+    meant = [
+        f"{factor * value:.4g} {usual.unit} ({value:.6g} {unit})"
+        for unit, factor in MISTAKEN.get(usual.unit, {}).items()
+        if usual.low <= factor * value <= usual.high
+    ]
+    return (
+        f"{place}: expected {usual.low:.4g} to {usual.high:.4g} {usual.unit} ({usual.why}), got"
+        f" {value:.6g} {usual.unit}" + (f": did you mean {' or '.join(meant)}?" if meant else "")
+    )
+
+
+def _values(case: Case, wrench: WrenchHistory | None) -> Iterator[tuple[str, str, float]]:
+    """Yield place, key of `EXPECTED` and value of all that is looked at."""
+    for table, keys in case.resolved.items():
+        for name, value in keys.items():
+            if f"{table}.{name}" in EXPECTED:
+                yield f"{table}: {name}", f"{table}.{name}", value
+    # A robot that both tools share is looked at once.
+    for robot in {placed.description.name: placed.description for placed in case.robots}.values():
+        for number, joint in enumerate(robot.joints, start=1):
+            place = f"robot {robot.name}: joint {number}"
+            if joint.stiffness is not None:
+                yield f"{place}: stiffness", "joint.stiffness", joint.stiffness
+                yield f"{place}: backlash", "joint.backlash", joint.backlash
+            for tilt in joint.tilt:
+                yield f"{place}: stiffness of a tilt", "joint.tilt.stiffness", tilt.stiffness
+    yield from _of_milling(case)
+    if wrench is not None:
+        yield "process: largest force", "answer.peak_force", wrench.peak_force
+
+
+def _of_milling(case: Case) -> Iterator[tuple[str, str, float]]:
+    """Yield what follows from tool path and cutter of a milling case."""
+    table = case.process_table
+    if not isinstance(table, MillingForceTable):
+        return
+    height = case.task.part.coordinates(case.task.forming.position[0])[:, 2]
+    depth = max(table.surface_z_m - float(height.min()), 0.0) / table.cutter_diameter_m
+    yield "process: depth below surface_z_m", "milling.axial_depth", depth
+    feed = case.resolved["tool_path"].get("feed_m_s")
+    if feed is not None:
+        teeth_per_second = table.spindle_speed_rpm / 60.0 * table.teeth
+        yield "process: feed per tooth", "milling.feed_per_tooth", feed / teeth_per_second

@@ -1,0 +1,61 @@
+"""Loads along a path beside what the robots are rated for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from coupling.case import PlacedRobot
+from coupling.files.ratings import Ratings
+from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.path.histories import WrenchHistory
+from coupling.robot.robot import LimitWarning
+
+
+def load_warnings(
+    robots: Sequence[PlacedRobot],
+    wrench: WrenchHistory,
+    gears: Sequence[Sequence[GearDiagnosis]],
+) -> tuple[LimitWarning, ...]:
+    """Return one warning for each rated load and each gear's torque that is passed.
+
+    Args:
+        robots: The robots of a case.
+        wrench: What acts on their tools.
+        gears: What the gears of every robot go through under it.
+    """
+    return tuple(
+        warning
+        for placed, load, own in zip(robots, wrench.tools, gears, strict=True)
+        for warning in passed(placed.ratings, load, own, placed.name if len(robots) > 1 else "")
+    )
+
+
+def passed(
+    ratings: Ratings, wrench: WrenchHistory, gears: Sequence[GearDiagnosis], robot: str = ""
+) -> Iterator[LimitWarning]:
+    """Yield a warning for each rating of one robot that is passed.
+
+    Args:
+        ratings: What it is rated for.
+        wrench: What acts on its tool.
+        gears: What its gears go through.
+        robot: Its name in a cell of several.
+    """
+    force = np.linalg.norm(wrench.force[0], axis=1)
+    worst = int(force.argmax())
+    if ratings.payload is not None and force[worst] > ratings.payload:
+        time = float(wrench.time[worst])
+        yield LimitWarning("payload", float(force[worst]), ratings.payload, time, robot=robot)
+    for gear in gears:
+        rated = ratings.gears.get(gear.joint)
+        if rated is None:
+            continue
+        # The graver of both is the one that is said.
+        limits = {"gear-torque-emergency": rated.emergency, "gear-torque-peak": rated.peak}
+        for name, limit in limits.items():
+            if limit is not None and gear.torque > limit:
+                at = gear.torque_time, gear.joint, robot
+                yield LimitWarning(name, gear.torque, limit, *at)
+                break

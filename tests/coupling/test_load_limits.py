@@ -1,0 +1,301 @@
+"""Loads beyond what a robot is rated for, and values out of what is usual: never in silence."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from line_case import moving_line
+from places import CASES, DOCS, EXAMPLES
+
+from coupling.case import Case, load_case
+from coupling.cli import main
+from coupling.files.ratings import Ratings, load_ratings
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.files.robot_schema import GearTorque
+from coupling.files.robot_writer import robot_text
+from coupling.inverse.diagnosis import diagnose, gear_loads
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.expected import EXPECTED, MISTAKEN, remark, remarks
+from coupling.run.load_limits import passed
+
+HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
+ICME = find_robot("icme2008")
+# Joint 2's own, so that no other joint's line is changed.
+JOINT_2 = "origin    = [0.35, 0.0, 0.75]         # in body 1\n"
+RATED_2 = "gear_torque_Nm = { peak = 3000.0, emergency = 6000.0 }\n"
+FORCED = 20_000.0
+
+
+def held_still(robot, force) -> Wanted:
+    """The tool 1.6 m before the base for 1 s, under one force."""
+    time = np.linspace(0.0, 1.0, 51)
+    half = np.sqrt(0.5)
+    path = ToolPath(time, np.tile([1.6, 0.0, 0.8, 0.0, half, 0.0, half], (len(time), 1)))
+    rigid = InverseKinematics(robot, HOME).plan(path)
+    return Wanted(path, rigid, WrenchHistory.of_forces(time, [np.tile(force, (len(time), 1))]))
+
+
+def test_the_gear_of_a_vertical_axis_carries_the_force_across_times_its_arm(example):
+    """No weight turns it, so 1.6 m times the force is all; tilts under load shift the arm a little."""
+    gear = diagnose(MovingRobot(example, "linear"), held_still(example, [0.0, 2000.0, 0.0]))[0]
+    assert gear.torque == pytest.approx(1.6 * 2000.0, rel=2e-3)
+
+
+def test_the_time_of_the_largest_torque_is_that_of_the_largest_force(example):
+    wanted = held_still(example, [0.0, 1000.0, 0.0])
+    bump = np.exp(-(((wanted.path.time - 0.7) / 0.1) ** 2))
+    loads = WrenchHistory(wanted.path.time, wanted.wrench.wrench * bump[:, None])
+    gear = diagnose(MovingRobot(example, "linear"), Wanted(wanted.path, wanted.rigid, loads))[0]
+    assert gear.torque_time == pytest.approx(0.7, abs=0.03)
+
+
+def test_a_force_that_jumps_is_carried_as_it_is(example):
+    """Tilts that spring back within 4 ms would need more than a tenth more of the gear."""
+    wanted = held_still(example, [0.0, 2000.0, 0.0])
+    on = (wanted.path.time > 0.5)[:, None]
+    loads = WrenchHistory(wanted.path.time, wanted.wrench.wrench * on)
+    robot, sudden = MovingRobot(example, "linear"), Wanted(wanted.path, wanted.rigid, loads)
+    # What smooths the force between samples overshoots a jump by a few percent.
+    assert diagnose(robot, sudden)[0].torque == pytest.approx(1.6 * 2000.0, rel=0.05)
+    assert np.abs(gear_loads(robot, sudden).torque[:, 0]).max() > 1.1 * 1.6 * 2000.0
+
+
+def test_each_rating_warns_above_itself_and_not_below(example):
+    wanted = held_still(example, [0.0, 2000.0, 0.0])
+    gears = diagnose(MovingRobot(example, "linear"), wanted)
+    torque = gears[0].torque
+
+    def names(payload=None, **rated: float) -> list[str]:
+        ratings = Ratings(payload, {1: GearTorque(**rated)} if rated else {})
+        return [warning.name for warning in passed(ratings, wanted.wrench, gears)]
+
+    assert names() == []
+    assert names(payload=2001.0) == []
+    assert names(payload=1999.0) == ["payload"]
+    assert names(peak=1.001 * torque, emergency=2.0 * torque) == []
+    assert names(peak=0.999 * torque, emergency=2.0 * torque) == ["gear-torque-peak"]
+    assert names(peak=0.5 * torque, emergency=0.999 * torque) == ["gear-torque-emergency"]
+    assert names(emergency=1.001 * torque) == []
+
+
+def test_a_warning_says_joint_value_time_and_limit(example):
+    wanted = held_still(example, [0.0, 2000.0, 0.0])
+    gears = diagnose(MovingRobot(example, "linear"), wanted)
+    ratings = Ratings(1500.0, {1: GearTorque(peak=3000.0)})
+    force, gear = map(str, passed(ratings, wanted.wrench, gears, "support"))
+    assert force == (
+        "support: the tool is pushed with 2000 N at t = 0.000 s; the robot's rated load is 1500 N"
+    )
+    assert gear.startswith("support: joint 1: its gear carries 32")
+    assert gear.endswith("its peak torque is 3000 N m")
+
+
+def test_ratings_are_read_and_change_no_robot(tmp_path):
+    """The model, and with it the FMU, is the same robot with and without them."""
+    text = ICME.read_text()
+    file = tmp_path / "robot.toml"
+    file.write_text(text.replace(JOINT_2, JOINT_2 + RATED_2))
+    robot = load_robot(file)
+    assert robot == load_robot(ICME)
+    assert load_ratings(file, robot) == Ratings(2650.0, {2: GearTorque(peak=3e3, emergency=6e3)})
+
+
+def test_beside_a_urdf_gears_are_found_by_the_names_of_their_joints(tmp_path):
+    text = (EXAMPLES / "robots" / "kuka_kr210.toml").read_text()
+    entry = '[[joint]]\nname = "joint_a3"\n'
+    assert entry in text
+    file = tmp_path / "kuka.toml"
+    file.write_text(text.replace(entry, f"{entry}gear_torque_Nm = {{ peak = 7000.0 }}\n"))
+    found = load_ratings(file, load_robot(file))
+    assert found == Ratings(1470.0, {3: GearTorque(peak=7000.0)})
+
+
+def test_a_written_robot_file_keeps_its_ratings():
+    data = tomllib.loads(ICME.read_text().replace(JOINT_2, JOINT_2 + RATED_2))
+    assert tomllib.loads(robot_text(data, {}, "As it was.")) == data
+
+
+@pytest.mark.parametrize("name", sorted(file.stem for file in CASES.glob("*.toml")))
+def test_no_example_is_remarked_upon(name):
+    """With the answer to the desired path where that is a formula's."""
+    case = load_case(CASES / f"{name}.toml")
+    wrench = case.process.evaluate(case.desired).wrench if case.process_table.FORMULA else None
+    assert remarks(case, wrench) == ()
+
+
+def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Case:
+    """Return an example with changes of its text."""
+    text = (CASES / f"{name}.toml").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    file = folder / f"{name}.toml"
+    file.write_text(text)
+    return load_case(file)
+
+
+# An example, what is changed in it, and how its only remark ends.
+SLIPS = {
+    "strength in MPa": (
+        "cone",
+        ("tensile_strength_Pa       = 1.05e8", "tensile_strength_Pa = 310.0"),
+        "got 310 Pa: did you mean 3.1e+08 Pa (310 MPa)?",
+    ),
+    "modulus in GPa": (
+        "cone_fem",
+        ("youngs_modulus_Pa  = 7.0e10", "youngs_modulus_Pa = 70.0"),
+        "got 70 Pa: did you mean 7e+10 Pa (70 GPa)?",
+    ),
+    "stiffness in N/mm": (
+        "cone",
+        ("penetration_stiffness_N_m = 1.2e5", "penetration_stiffness_N_m = 120.0"),
+        "got 120 N/m: did you mean 1.2e+05 N/m (120 N/mm)?",
+    ),
+    "thickness in mm": (
+        "cone",
+        ("sheet_thickness_m         = 0.001", "sheet_thickness_m = 1.0"),
+        "got 1 m: did you mean 0.001 m (1 mm)?",
+    ),
+    "feed in mm/s": (
+        "measured_line",
+        ("feed_m_s = 0.05", "feed_m_s = 50.0"),
+        "got 50 m/s: did you mean 0.05 m/s (50 mm/s) or 0.8333 m/s (50 m/min) or 0.0008333 m/s"
+        " (50 mm/min)?",
+    ),
+    "cutting coefficient in MPa": (
+        "milling_20000",
+        ("K_tc_Pa           = 7.67e8", "K_tc_Pa = 767.0"),
+        "got 767 Pa: did you mean 7.67e+08 Pa (767 MPa)?",
+    ),
+    "depth of three diameters": (
+        "milling_20000",
+        ("[0.06, 0.0, -0.003], [0.14, 0.0, -0.003]", "[0.06, 0.0, -0.048], [0.14, 0.0, -0.048]"),
+        "slots to about one deep, walls to two), got 3 diameters of the cutter",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_what_is_legal_but_unusual_is_remarked_upon_once(tmp_path, slip):
+    name, change, end = SLIPS[slip]
+    case = changed(tmp_path, name, *files_of(name), change)
+    (said,) = remarks(case)
+    assert said.endswith(end)
+
+
+def files_of(name: str) -> list[tuple[str, str]]:
+    """Return the change that lets a copy of an example find its file."""
+    measured = EXAMPLES / "measured" / "line_force.csv"
+    return [("../measured/line_force.csv", str(measured))] if name == "measured_line" else []
+
+
+def test_a_force_of_zero_everywhere_is_remarked_upon_unless_there_is_no_contact_at_all():
+    case = load_case(CASES / "cone.toml")
+    none = WrenchHistory.none(case.desired.time)
+    (said,) = remarks(case, none)
+    assert said.startswith("the process pushes with 0 N everywhere")
+    assert remarks(load_case(CASES / "iso9283.toml"), none) == ()
+
+
+@pytest.mark.parametrize("key", EXPECTED)
+def test_a_range_holds_its_ends_and_every_unit_that_is_named_leads_into_it(key):
+    usual = EXPECTED[key]
+    assert 0.0 <= usual.low < usual.high
+    assert remark("", key, usual.low) == remark("", key, usual.high) == ""
+    middle = np.sqrt(usual.low * usual.high)
+    for unit, factor in MISTAKEN.get(usual.unit, {}).items():
+        given = middle / factor
+        assert usual.low <= given <= usual.high or f"({given:.6g} {unit})" in remark("", key, given)
+
+
+def test_the_page_tells_every_range():
+    page = (DOCS / "case_file.md").read_text()
+    for key, usual in EXPECTED.items():
+        none = ", or 0" if usual.or_none else ""
+        span = f"{usual.low:g} to {usual.high:g} {usual.unit}{none}"
+        assert f"| `{key}` | {span} | {usual.why} |" in page
+
+
+@pytest.fixture
+def forced(tmp_path, monkeypatch, capsys):
+    """Function that runs a command on a short line under 20 kN; returns what was said."""
+    (tmp_path / "force.csv").write_text(
+        f"distance,fx,fy,fz\n0,0,0,0\n0.02,{-FORCED},0,0\n0.04,{-FORCED},0,0\n0.07,0,0,0\n"
+    )
+    text = ICME.read_text().replace(JOINT_2, JOINT_2 + RATED_2)
+    (tmp_path / "robot.toml").write_text(text)
+    (tmp_path / "line.toml").write_text(
+        moving_line(
+            ('"icme2008"', '"robot.toml"'),
+            ('model         = "elastic-wall"', 'model = "measured"'),
+            ("stiffness_N_m = 2.0e5", 'file = "force.csv"'),
+        )
+    )
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> str:
+        with pytest.raises(SystemExit) as done:
+            main([*words, "-o", "out" if words[0] != "check" else "check.html"])
+        told = capsys.readouterr()
+        assert done.value.code in (0, None), told.out + told.err
+        return told.out
+
+    return run
+
+
+PUSHED = "Warning: the tool is pushed with 20000 N at t = "
+
+
+def test_check_warns_of_the_process_s_force_when_it_is_asked_for(forced):
+    said = forced("check", "line.toml", "--evaluate")
+    assert PUSHED in said
+    assert "Warning: joint 2: its gear carries " in said
+    assert "its torque in an emergency stop is 6000 N m" in said
+    assert "its rated load" not in said
+    page = Path("check.html").read_text()
+    assert "the tool is pushed with 20000 N" in page
+
+
+def test_check_without_the_process_judges_weight_and_motion_alone(forced):
+    """Joint 2 carries 1.4 t at about a metre, more than the 3000 N m that its file allows."""
+    said = forced("check", "line.toml")
+    assert "the tool is pushed" not in said
+    assert "Warning: joint 2: its gear carries " in said
+
+
+@pytest.mark.parametrize("kind", ["couple", "compensate"])
+def test_a_run_warns_in_console_result_and_report(forced, kind):
+    said = forced(kind, "line.toml")
+    assert PUSHED in said
+    assert "Remark" not in said
+    result = json.loads(Path("out", "result.json").read_text())
+    force, gear = result["warnings"]
+    assert (force["name"], force["robot"], force["joint"]) == ("payload", "forming", None)
+    assert force["value"] == pytest.approx(FORCED, rel=1e-6)
+    assert force["limit"] == 2650.0
+    assert (gear["name"], gear["joint"], gear["limit"]) == ("gear-torque-emergency", 2, 6000.0)
+    (of_2,) = [own for own in result["gears"] if own["joint"] == 2]
+    assert gear["value"] == of_2["torque_Nm"]
+    assert gear["time"] == of_2["torque_time_s"]
+    assert result["remarks"] == result["rate_warnings"] == []
+    page = Path("out", "report.html").read_text()
+    assert "<h2>Warnings</h2>" in page
+    for own in (force, gear):
+        assert f"Warning: {own['text']}" in said
+        assert own["text"].replace("'", "&#x27;") in page
+
+
+def test_a_remark_stands_in_console_result_and_report(forced):
+    Path("force.csv").write_text("distance,fx,fy,fz\n0,0,0,0\n0.07,0,0,0\n")
+    said = forced("couple", "line.toml")
+    assert "Remark: the process pushes with 0 N everywhere" in said
+    (remark,) = json.loads(Path("out", "result.json").read_text())["remarks"]
+    page = Path("out", "report.html").read_text()
+    assert "<h2>Remarks</h2>" in page
+    assert remark in page
