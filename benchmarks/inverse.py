@@ -119,7 +119,8 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
     """Return the times of simulations of the command under the task's wrench."""
     start, end = command.time[0], task.path.time[-1]
     times = start + _PERIOD * np.arange(int((end - start) / _PERIOD + 1e-9) + 1)
-    (loads,) = task.wrench.held(times).wrench
+    # Peers hold a force over a step: its mean.
+    (loads,) = task.wrench.at(np.append(times[:1], 0.5 * (times[1:] + times[:-1])))
 
     def in_python() -> np.ndarray:
         (rates,), (accelerations,) = command.qd, command.qdd

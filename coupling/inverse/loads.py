@@ -13,7 +13,7 @@ _WIDE = 4
 
 
 class SmoothWrench:
-    """A held wrench without what is faster than nodes can follow, continuous in time.
+    """A wrench without what is faster than nodes can follow, continuous in time.
 
     A wrench that jumps asks for links whose acceleration jumps.  Smoothed with a kernel K it moves the
     links to the same place at the same rate behind the jump if K has no first and second moment:
@@ -26,24 +26,30 @@ class SmoothWrench:
 
     Example:
         >>> force = np.array([[0.0, 0, 0], [0, 0, 0], [8, 0, 0]])
-        >>> step = WrenchHistory.of_forces(np.array([0.0, 1.0, 2.0]), [force])
+        >>> step = WrenchHistory.of_forces(np.array([0.0, 1.0, 1.0]), [force])
         >>> SmoothWrench(step, 0.2)(np.array([0.5, 1.0, 1.5]))[:, 0].round(9)
         array([0., 4., 8.])
     """
 
     def __init__(self, history: WrenchHistory, width: float) -> None:
         time, rows = history.time, history.wrench[0]
+        corners, behind, before = history.instants, history.behind[0], history.before[0]
         step, margin = width / _PARTS, _WIDE * _PARTS
         count = int(np.ceil((time[-1] - time[0]) / step)) + 2 * margin
         # Cells of the grid, with the mean of the wrench in each; the values belong to their middles.
         edges = time[0] + step * (np.arange(count + 1) - margin)
-        impulse = np.vstack([np.zeros(6), np.cumsum(rows[1:] * np.diff(time)[:, None], axis=0)])
+        steps = np.diff(corners)[:, None]
+        means = 0.5 * (behind[:-1] + before[1:])
+        impulse = np.vstack([np.zeros(6), np.cumsum(means * steps, axis=0)])
         inside = np.clip(edges, time[0], time[-1])
-        until = np.stack([np.interp(inside, time, column) for column in impulse.T], axis=1)
+        piece = (np.searchsorted(corners, inside, side="right") - 1).clip(0, len(steps) - 1)
+        since = (inside - corners[piece])[:, None]
+        slope = ((before[1:] - behind[:-1]) / steps)[piece]
+        until = impulse[piece] + since * (behind[piece] + 0.5 * since * slope)
         until += np.minimum(edges - time[0], 0.0)[:, None] * rows[0]
         until += np.maximum(edges - time[-1], 0.0)[:, None] * rows[-1]
-        held = np.diff(until, axis=0) / step
-        narrow = _mean_twice(held)
+        cells = np.diff(until, axis=0) / step
+        narrow = _mean_twice(cells)
         self._time = edges[:-1] + 0.5 * step
         self._smooth = 2.0 * narrow - _mean_twice(narrow)
 

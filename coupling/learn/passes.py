@@ -71,7 +71,8 @@ class Pass:
         last = int(np.searchsorted(self.desired.time, seen.time[-1] + _CLOCK))
         count = min(last + 1, len(self.desired.time))
         desired = self.desired.at_rows(np.arange(count))
-        return replace(self, wrench=self.wrench.first(count), desired=desired, seen=seen)
+        wrench = self.wrench.until(float(desired.time[-1]))
+        return replace(self, wrench=wrench, desired=desired, seen=seen)
 
     def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
         """Return where the tool is on a robot with other parameters."""

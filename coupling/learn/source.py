@@ -78,13 +78,13 @@ class Source:
         every = max(1, round(_SAMPLES / float(np.median(np.diff(desired.time)))))
         rows = np.unique(np.append(np.arange(0, len(desired.time), every), len(desired.time) - 1))
         path = desired.at_rows(rows)
-        loads = WrenchHistory(path.time, wrench.on(desired).wrench[:, rows])
+        loads = WrenchHistory(path.time, wrench.on(desired).at(path.time))
         rigid: JointPath = InverseKinematics(self.robot, self.home).plan(path)
         return Wanted(path, rigid, loads)
 
 
 def _until(path: ToolPath, wrench: WrenchHistory, last: int) -> tuple[ToolPath, WrenchHistory]:
-    return path.at_rows(np.arange(last + 1)), wrench.first(last + 1)
+    return path.at_rows(np.arange(last + 1)), wrench.until(float(path.time[last]))
 
 
 def read_source(folder: Path, seen: Seen) -> Source:

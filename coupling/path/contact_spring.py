@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 class ContactSpring:
     """Springs that pull every tool to a place of its own: the force K (anchor - position) at its TCP.
 
-    The rows are those of the wrenches beside which they act.  A place moves straight from row to row;
-    row k of the stiffness acts over the step that ends there.
+    The rows are at the instants of the wrenches beside which they act.  A place moves straight from row
+    to row; row k of the stiffness acts over the step that ends there.  Of a coupling that has converged
+    the springs carry nothing.
 
     Attributes:
         anchor: Places, base axes of the first robot [m], (tools, n, 3).

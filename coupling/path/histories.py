@@ -17,8 +17,11 @@ from coupling.path.contact_spring import ContactSpring, straight
 _POSE, _WRENCH = 7, 6  # columns
 
 
-def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
-    """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,)."""
+def _require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
+    """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,).
+
+    Where there may be jumps a time may stand twice.
+    """
     if time.ndim != 1 or len(time) < 2 or values.ndim != 2 or len(values) != len(time):
         raise ValueError(
             f"{name}: expected times (n,) and values (n, k), n >= 2, got shapes {time.shape} and"
@@ -26,15 +29,20 @@ def _require_history(time: np.ndarray, values: np.ndarray, name: str) -> None:
         )
     if not np.all(np.isfinite(time)) or not np.all(np.isfinite(values)):
         raise ValueError(f"{name}: expected finite times and values, got one that is not finite")
-    if np.any(np.diff(time) <= 0.0):
-        row = int(np.argmax(np.diff(time) <= 0.0))
+    falls = np.diff(time) < 0.0 if jumps else np.diff(time) <= 0.0
+    if jumps:
+        falls[1:] |= time[2:] == time[:-2]
+    if np.any(falls):
+        row = int(np.argmax(falls))
         raise ValueError(
             f"{name}: time: expected rising values, got {time[row + 1]:.9g} s after"
             f" {time[row]:.9g} s in row {row + 2}"
         )
 
 
-def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> np.ndarray:
+def _of_tools(
+    time: np.ndarray, values: np.ndarray, columns: int, name: str, jumps: bool = False
+) -> np.ndarray:
     """Return checked values (tools, n, columns), from those of a single tool as well."""
     stacked = values[None] if values.ndim == 2 else values
     if stacked.ndim != 3 or len(stacked) == 0 or stacked.shape[2] != columns:
@@ -43,7 +51,7 @@ def _of_tools(time: np.ndarray, values: np.ndarray, columns: int, name: str) -> 
             f" shape {values.shape}"
         )
     for tool in stacked:
-        _require_history(time, tool, name)
+        _require_history(time, tool, name, jumps)
     return stacked
 
 
@@ -204,16 +212,23 @@ class JointPath:
 class WrenchHistory:
     """Wrenches on the tools at their TCPs over time, base axes of the first robot.
 
-    Row k acts over the step that ends at time[k]; row 0 acts in initialisation.
+    They stand at their times, and what lies between is straight.  A time that stands twice is a jump,
+    from the wrench before it to the one behind it; the first row acts in initialisation.
 
     Attributes:
-        time: Rising [s], (n,).
+        time: [s], (n,), rising, but for jumps.
         wrench: fx, fy, fz [N], mx, my, mz [N m], (tools, n, 6); that on one tool may be given as (n, 6).
-        spring: Springs that act on the tools beside it, which stand for what the wrench would be with
-            the tools elsewhere; None for a wrench that does not ask where they are.
+        spring: Springs that act on the tools beside it, at its `instants`, which stand for what the
+            wrench would be with the tools elsewhere; None for a wrench that does not ask where they are.
 
     Raises:
         ValueError: As for ToolPath.
+
+    Example:
+        >>> forces = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 3.0], [0.0, 0.0, 7.0], [0.0, 0.0, 7.0]])
+        >>> loads = WrenchHistory.of_forces(np.array([0.0, 1.0, 1.0, 2.0]), [forces])
+        >>> loads.refined(np.array([0.0, 0.5, 1.0, 2.0])).force[0, :, 2]
+        array([1., 2., 3., 7., 7.])
     """
 
     time: np.ndarray
@@ -221,7 +236,7 @@ class WrenchHistory:
     spring: ContactSpring | None = None
 
     def __post_init__(self) -> None:
-        checked = _of_tools(self.time, self.wrench, _WRENCH, "wrench history")
+        checked = _of_tools(self.time, self.wrench, _WRENCH, "wrench history", jumps=True)
         object.__setattr__(self, "wrench", checked)
 
     @classmethod
@@ -236,6 +251,23 @@ class WrenchHistory:
         return cls(time, np.concatenate([stacked, np.zeros_like(stacked)], axis=2))
 
     @classmethod
+    def of_means(cls, time: np.ndarray, means: np.ndarray) -> WrenchHistory:
+        """Return wrenches that are constant over each step and jump between two of them.
+
+        Args:
+            time: Ends of the steps, rising [s], (n,).
+            means: Row k acts over the step that ends at time[k], row 0 in initialisation,
+                (tools, n, 6), or (n, 6) for one tool.
+
+        Example:
+            >>> steps = WrenchHistory.of_means(np.array([0.0, 1.0, 2.0]), np.eye(6)[:3])
+            >>> steps.time, steps.force[0, :, 1]
+            (array([0., 0., 1., 1., 2.]), array([0., 1., 1., 0., 0.]))
+        """
+        rows = np.arange(2 * len(time) - 1)
+        return cls(time[rows // 2], means[..., (rows + 1) // 2, :])
+
+    @classmethod
     def of_tools(cls, histories: Sequence[WrenchHistory]) -> WrenchHistory:
         """Return the wrenches on several tools at the same time."""
         time = _common_time(histories, "wrench history")
@@ -246,40 +278,83 @@ class WrenchHistory:
             ContactSpring.of_tools(springs) if len(springs) == len(histories) else None,
         )
 
-    def held(self, time: np.ndarray) -> WrenchHistory:
-        """Return the same loads over shorter steps: each row of `time` gets the one that acts there.
+    @property
+    def instants(self) -> np.ndarray:
+        """The times, each once [s], (k,)."""
+        return self.time[self._first]
+
+    @property
+    def jumps(self) -> np.ndarray:
+        """Times at which the wrenches may jump [s]."""
+        return self.time[1:][np.diff(self.time) == 0.0]
+
+    @property
+    def before(self) -> np.ndarray:
+        """Wrenches just before the instants, (tools, k, 6)."""
+        return self.wrench[:, self._first]
+
+    @property
+    def behind(self) -> np.ndarray:
+        """Wrenches just behind the instants, (tools, k, 6)."""
+        return self.wrench[:, np.append(self.time[1:] != self.time[:-1], True)]
+
+    @property
+    def _first(self) -> np.ndarray:
+        return np.append(True, self.time[1:] != self.time[:-1])
+
+    @property
+    def _instant(self) -> np.ndarray:
+        """Number of each row's instant, (n,)."""
+        return np.cumsum(self._first) - 1
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return the wrenches at given times, (tools, k, 6); at a jump those before it.
 
         Args:
-            time: Rising, from the first time to the last [s], (k,).
-
-        Example:
-            >>> forces = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
-            >>> loads = WrenchHistory.of_forces(np.array([0.0, 1.0]), [forces])
-            >>> loads.held(np.array([0.0, 0.5, 1.0])).force[0, :, 2]
-            array([1., 2., 2.])
+            time: From the first time to the last [s], (k,).
         """
-        rows = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
-        spring = self.spring
-        if spring is not None:
-            anchor = straight(self.time, spring.anchor, time)
-            spring = ContactSpring(anchor, spring.stiffness[:, rows])
-        return WrenchHistory(time, self.wrench[:, rows], spring)
+        after = np.searchsorted(self.time, time, side="left").clip(max=len(self.time) - 1)
+        before = np.maximum(after - 1, 0)
+        step = self.time[after] - self.time[before]
+        part = np.divide(self.time[after] - time, step, out=np.zeros(len(time)), where=step > 0.0)
+        part = part.clip(0.0, 1.0)[:, None]
+        return (1.0 - part) * self.wrench[:, after] + part * self.wrench[:, before]
 
-    def first(self, count: int) -> WrenchHistory:
-        """Return the first rows, so many."""
+    def refined(self, time: np.ndarray) -> WrenchHistory:
+        """Return the same loads with rows at other times, and at their jumps.
+
+        Args:
+            time: Rising, from the first time to the last, with the times of the jumps among them [s],
+                (k,).
+        """
+        rows = np.sort(np.concatenate([time, self.jumps]))
+        wrench = self.at(rows)
+        second = np.flatnonzero(rows[1:] == rows[:-1]) + 1
+        wrench[:, second] = self.wrench[:, np.searchsorted(self.time, rows[second], "right") - 1]
         spring = self.spring
         if spring is not None:
-            spring = ContactSpring(spring.anchor[:, :count], spring.stiffness[:, :count])
-        return WrenchHistory(self.time[:count], self.wrench[:, :count], spring)
+            instants = self.instants
+            held = np.searchsorted(instants, time).clip(max=len(instants) - 1)
+            anchor = straight(instants, spring.anchor, time)
+            spring = ContactSpring(anchor, spring.stiffness[:, held])
+        return WrenchHistory(rows, wrench, spring)
+
+    def until(self, end: float) -> WrenchHistory:
+        """Return what acts up to a time, which is one of the instants."""
+        rows, instants = self.time <= end, self.instants <= end
+        spring = self.spring
+        if spring is not None:
+            spring = ContactSpring(spring.anchor[:, instants], spring.stiffness[:, instants])
+        return WrenchHistory(self.time[rows], self.wrench[:, rows], spring)
 
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""
         return replace(self, wrench=factor * self.wrench)
 
     def plus(self, force: np.ndarray) -> WrenchHistory:
-        """Return the same loads with forces [N] added, (tools, n, 3)."""
+        """Return the same loads with forces at the instants added [N], (tools, k, 3)."""
         wrench = self.wrench.copy()
-        wrench[..., :3] += force
+        wrench[..., :3] += force[:, self._instant]
         return replace(self, wrench=wrench)
 
     def on(self, path: ToolPath) -> WrenchHistory:
@@ -288,7 +363,7 @@ class WrenchHistory:
         Their springs then pull to that path, and carry nothing on it.
 
         Args:
-            path: Paths of all tools at the times of the wrenches.
+            path: Paths of all tools at the instants of the wrenches.
         """
         if self.spring is None:
             return self
@@ -313,6 +388,12 @@ class WrenchHistory:
         return float(np.linalg.norm(self.force, axis=2).max())
 
     def change_from(self, other: WrenchHistory) -> float:
-        """Return the largest force difference on a tool relative to the larger peak force."""
-        largest = WrenchHistory(self.time, self.wrench - other.wrench).peak_force
+        """Return the largest force difference on a tool relative to the larger peak force.
+
+        Args:
+            other: Wrenches at the same instants, which may jump elsewhere.
+        """
+        sides = zip((self.before, self.behind), (other.before, other.behind), strict=True)
+        change = np.stack([own[..., :3] - others[..., :3] for own, others in sides])
+        largest = float(np.linalg.norm(change, axis=-1).max())
         return largest / max(self.peak_force, other.peak_force) if largest > 0.0 else 0.0

@@ -60,13 +60,15 @@ def _problem(answer: object, path: ToolPath) -> str:
     if not isinstance(answer, Answer):
         return f"expected a coupling.process.Answer, got {type(answer).__name__}"
     expected = (*path.pose.shape[:2], 6)
-    if answer.wrench.wrench.shape != expected:
+    if answer.wrench.before.shape != expected:
         return (
             f"wrench: expected shape {expected}, (tools, samples, 6) of the path, got"
-            f" {answer.wrench.wrench.shape}"
+            f" {answer.wrench.before.shape}"
         )
-    if not np.array_equal(answer.wrench.time, path.time):
-        return "wrench: expected the times of the path, got times of its own"
+    if not np.array_equal(answer.wrench.instants, path.time):
+        return (
+            "wrench: expected the times of the path, one that is a jump twice, got times of its own"
+        )
     if answer.wrench.spring is not None:
         return "wrench: expected no spring, which the coupling adds: state the stiffness instead"
     if answer.stiffness is None:

@@ -116,7 +116,7 @@ class External(Identified):
             return None
 
     def _read(self, folder: Path, path: ToolPath) -> np.ndarray:
-        """Return the wrenches that the program left, and its stiffnesses if it told, (n, 6 or 12)."""
+        """Return times, wrenches and, if it told, stiffnesses that the program left, (n, 7 or 13)."""
         said = quoted(last_lines(folder)) if (folder / OUTPUT).exists() else ""
         if not (folder / WRENCH).is_file():
             raise ProcessError(f"{self.command[0]!r} left no {WRENCH}{said}")
@@ -127,18 +127,23 @@ class External(Identified):
         except ProcessError as cause:
             problem = str(cause).removeprefix(f"{folder}/")
             raise ProcessError(f"{self.command[0]!r} answered badly: {problem}{said}") from cause
-        if len(table) != len(path.time):
+        jumps = np.append(np.diff(table[:, 0]) == 0.0, False)
+        if len(table) - np.count_nonzero(jumps) != len(path.time):
             raise ProcessError(
-                f"{WRENCH}: expected {len(path.time)} rows, as {PATH} has, got {len(table)}{said}"
+                f"{WRENCH}: expected {len(path.time)} rows, as {PATH} has, and two of one time where"
+                f" the force jumps, got {len(table)} rows of"
+                f" {len(table) - np.count_nonzero(jumps)} times{said}"
             )
-        late = np.abs(table[:, 0] - path.time)
+        asked = np.append(0, np.cumsum(~jumps[:-1]))
+        late = np.abs(table[:, 0] - path.time[asked])
         if late.max() > _TIME_TOLERANCE * np.diff(path.time).min():
             row = int(late.argmax())
             raise ProcessError(
-                f"{WRENCH}: time: expected {path.time[row]:.9g} s, as {PATH} has, got"
+                f"{WRENCH}: time: expected {path.time[asked[row]]:.9g} s, as {PATH} has, got"
                 f" {table[row, 0]:.9g} s in row {row + 1}{said}"
             )
-        return table[:, 1:]
+        table[:, 0] = path.time[asked]
+        return table
 
 
 def _filled(command: list[str], info: ValidationInfo) -> list[str]:

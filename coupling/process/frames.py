@@ -47,16 +47,21 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
 
     Args:
         frame: The frame.
-        values: Wrench at the TCP [N, N m], and stiffness xx, xy, xz, yy, yz, zz [N/m] behind it where
-            it is known, (n, 6) or (n, 12).
+        values: Time [s], one that is a jump twice, wrench at the TCP [N, N m], and stiffness xx, xy,
+            xz, yy, yz, zz [N/m] behind it where it is known, (n, 7) or (n, 13).
         path: Actual path of the tool.
         part: Placement of the part.
     """
-    wrench = WrenchHistory(path.time, wrench_in_base(frame, values[:, :6], path, part))
-    if values.shape[1] == 6:
+    first = np.append(True, np.diff(values[:, 0]) > 0.0)
+    in_base = np.empty((len(values), 6))
+    for rows in (first, ~first) if not np.all(first) else (first,):
+        seen = path.at_rows(np.searchsorted(path.time, values[rows, 0]))
+        in_base[rows] = wrench_in_base(frame, values[rows, 1:7], seen, part)
+    wrench = WrenchHistory(values[:, 0], in_base)
+    if values.shape[1] == 7:
         return Answer(wrench)
-    axes = np.broadcast_to(_base_from(frame, path, part).as_matrix(), (len(values), 3, 3))
-    turned = axes @ symmetric(values[:, 6:]) @ axes.swapaxes(1, 2)
+    axes = np.broadcast_to(_base_from(frame, path, part).as_matrix(), (len(path.time), 3, 3))
+    turned = axes @ symmetric(values[first, 7:]) @ axes.swapaxes(1, 2)
     return Answer(wrench, stiffness=turned)
 
 

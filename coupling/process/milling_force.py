@@ -172,8 +172,10 @@ class MillingForce(Identified):
         """Return the wrench along the actual path of the tool."""
         feed = self.milling.feed_directions()
         wrench = self.force(self.milling, path, feed)
-        history = WrenchHistory(path.time, self.milling.in_base(wrench, feed))
-        return Answer(history, period=self.milling.cutter.tooth_period)
+        in_base = self.milling.in_base(wrench, feed)
+        # Teeth come and go within a step: their impulse over it counts.
+        tell = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
+        return Answer(tell(path.time, in_base), period=self.milling.cutter.tooth_period)
 
 
 class MillingForceTable(ProcessSchema):

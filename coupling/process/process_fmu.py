@@ -75,7 +75,7 @@ class ProcessFmu(Identified):
             raise ProcessError(
                 f"{self.file}: expected finite outputs, got {told[row]} at t = {path.time[row]:.6g} s"
             )
-        return answer_in_base(self.frame, told, path, self.part)
+        return answer_in_base(self.frame, np.column_stack([path.time, told]), path, self.part)
 
     def _run(self, job: Job) -> np.ndarray:
         with ScratchFolder() as folder:

@@ -56,7 +56,7 @@ class Inverter:
 
         found = self.moving.invert(wanted, controller, limits, progress)
         fine, _ = refined(wanted.path, _WATCHED)
-        loads = wanted.wrench.held(fine.time)
+        loads = wanted.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
         watched = Watched(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)

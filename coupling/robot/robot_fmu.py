@@ -38,7 +38,7 @@ class Signals:
     """Names of what goes in and out.
 
     Attributes:
-        wrench: Of the wrench.
+        wrench: Of the wrench and of its rate.
         spring: Of the contact spring: anchor, its velocity and the stiffness.
         pose: Of the TCP's pose.
         deflection: Function that gives those of so many elastic coordinates.
@@ -51,14 +51,18 @@ class Signals:
 
 
 SCALARS = Signals(
-    tuple(f"{name}.{axis}" for name in ("force", "moment") for axis in AXES),
+    tuple(
+        f"{name}.{axis}"
+        for name in ("force", "moment", "force_rate", "moment_rate")
+        for axis in AXES
+    ),
     tuple(f"anchor.{name}" for name in (*AXES, "vx", "vy", "vz", *STIFFNESS_COLUMNS)),
     tuple(f"tcp.{name}" for name in POSE),
     lambda count: tuple(f"deflection[{i + 1}]" for i in range(count)),
 )
 # Of an FMU built with --arrays.
 ARRAYS = Signals(
-    ("force", "moment"),
+    ("force", "moment", "force_rate", "moment_rate"),
     ("anchor.position", "anchor.velocity", "anchor.stiffness"),
     ("tcp.position", "tcp.orientation"),
     lambda count: ("deflection",) if count else (),
@@ -119,11 +123,9 @@ class RobotFmu:
     ) -> ToolPath:
         """Run a command under a wrench history and return the path that the TCP takes.
 
-        Row k of the history acts over the step that ends at time[k], row 0 in initialisation.
-
         Args:
             command: Motion of the drives, which covers the history's times.
-            wrench: Wrench on the tool; the path is told at its times.
+            wrench: Wrench on the tool; the path is told at its instants.
             mode: "dynamic" or "quasistatic".
             changed: Values of the FMU's parameters other than the robot's own, by name.
             what: Remark on what is simulated, for who watches.
@@ -133,7 +135,7 @@ class RobotFmu:
             HostError: If the FMU's process has ended.
         """
         rows = self._run(command, wrench, {"mode": mode, **changed}, 0, what)
-        return ToolPath(wrench.time, rows)
+        return ToolPath(wrench.instants, rows)
 
     def deflected(
         self, command: JointPath, wrench: WrenchHistory, coordinates: int
@@ -151,7 +153,7 @@ class RobotFmu:
             SimulationError, HostError: As `simulate`.
         """
         rows = self._run(command, wrench, {"mode": "dynamic"}, coordinates)
-        return ToolPath(wrench.time, rows[:, : len(POSE)]), rows[:, len(POSE) :]
+        return ToolPath(wrench.instants, rows[:, : len(POSE)]), rows[:, len(POSE) :]
 
     def _run(
         self,
@@ -166,7 +168,8 @@ class RobotFmu:
         save_trajectory(trajectory, command)
         mode = str(values["mode"])
         parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
-        parts = _parts(len(wrench.time), mode)
+        instants = wrench.instants
+        parts = _parts(len(instants), mode)
         processes = self._started(len(parts))
         signals = ARRAYS if "force" in processes[0].variables else SCALARS
         inputs = signals.wrench if wrench.spring is None else signals.wrench + signals.spring
@@ -175,7 +178,7 @@ class RobotFmu:
         jobs = [
             Job(
                 parameters,
-                wrench.time[part],
+                instants[part],
                 inputs,
                 _inputs(wrench, part),
                 outputs,
@@ -241,15 +244,21 @@ def save_trajectory(file: Path | BinaryIO, command: JointPath) -> None:
 
 
 def _inputs(wrench: WrenchHistory, part: slice) -> np.ndarray:
-    """Return the inputs for some steps: the wrench, and anchor, velocity and stiffness of a spring."""
-    (loads,) = wrench.wrench[:, part]
+    """Return the inputs for some steps: wrench and rate, and anchor, velocity and stiffness of a spring.
+
+    The first row is for initialisation.
+    """
+    (before,), (behind,) = wrench.before[:, part], wrench.behind[:, part]
+    steps = np.diff(wrench.instants[part])[:, None]
+    start, rate = before.copy(), np.zeros_like(before)
+    start[1:], rate[1:] = behind[:-1], (before[1:] - behind[:-1]) / steps
+    loads = np.hstack([start, rate])
     if wrench.spring is None:
         return loads
     (anchor,), (stiffness,) = wrench.spring.anchor[:, part], wrench.spring.entries[:, part]
-    start, velocity = anchor.copy(), np.zeros_like(anchor)
-    start[1:] = anchor[:-1]
-    velocity[1:] = np.diff(anchor, axis=0) / np.diff(wrench.time[part])[:, None]
-    return np.hstack([loads, start, velocity, stiffness])
+    place, velocity = anchor.copy(), np.zeros_like(anchor)
+    place[1:], velocity[1:] = anchor[:-1], np.diff(anchor, axis=0) / steps
+    return np.hstack([loads, place, velocity, stiffness])
 
 
 def _parts(samples: int, mode: str) -> list[slice]:

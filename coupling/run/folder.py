@@ -72,13 +72,15 @@ def _write_tool(folder: Path, run: Run, tool: int) -> None:
     command = np.column_stack([found.command.pose[tool], *drives.values()])
     _write(folder, "command", (*POSE_COLUMNS, *drives), found.joints.time, command)
     _write(folder, "correction", CORRECTION_COLUMNS, time, found.correction[tool])
-    _write(folder, "wrench", WRENCH_COLUMNS, time, found.answer.wrench.wrench[tool])
-    spring = found.answer.wrench.spring
+    wrench = found.answer.wrench
+    _write(folder, "wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
+    spring = wrench.spring
     if spring is not None:
         rows = np.hstack([spring.anchor[tool], spring.entries[tool]])
         _write(folder, ANCHOR, ANCHOR_COLUMNS, time, rows)
     if run.plant is not None and run.plant.coupling is not None:
-        _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, time, run.plant.wrench.wrench[tool])
+        wrench = run.plant.wrench
+        _write(folder, f"{PLANT}_wrench", WRENCH_COLUMNS, wrench.time, wrench.wrench[tool])
 
 
 def _write_workpieces(folder: Path, run: Run) -> None:

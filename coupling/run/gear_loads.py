@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from coupling.case import PlacedRobot
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot, Wanted
@@ -57,5 +55,4 @@ def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> Wren
         path: Paths that they take, at the times of the wrenches.
         samples: Paths whose times are wanted, each one of the wrenches'.
     """
-    rows = np.searchsorted(wrench.time, samples.time).clip(max=len(wrench.time) - 1)
-    return WrenchHistory(samples.time, wrench.on(path).wrench[:, rows])
+    return WrenchHistory(samples.time, wrench.on(path).at(samples.time))

@@ -226,7 +226,7 @@ def couple(
             if found is None:
                 raise
             return ended(*_failure(error, number))
-        g, loads, told = moved.path, moved.loads.on(moved.path), seen.loads(loop.mode)
+        g, loads, told = moved.path, moved.loads.on(moved.path), seen.loads
         found = g, replace(answer, wrench=loads)
         carried = loads.change_from(told)
         evaluations.append(Evaluation.of(number, x, g, told, last, carried))

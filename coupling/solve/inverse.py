@@ -117,7 +117,7 @@ class Inverse(Schema):
             command=loop.robot.forward(joints, joints.time),
             correction=loop.robot.forward(joints, times.path.time).deviation_from(times.path),
             achieved=best.achieved,
-            answer=replace(best.answer, wrench=best.answer.wrench.held(times.path.time)),
+            answer=replace(best.answer, wrench=best.answer.wrench.refined(times.path.time)),
             consistency=best.consistency,
             passes=tuple(entry.report for entry in rounds),
             evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
@@ -129,7 +129,7 @@ class Inverse(Schema):
     ) -> tuple[Before, int]:
         """Return what the uncorrected command leads to, and the evaluations that it took."""
         if self.before == "one-way":
-            loads = answer.wrench.held(times.path.time)
+            loads = answer.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
             return Before(path, plain, loads, None, "one-way"), 0
         coupling = couple(loop, plain, unloaded, times.rows)
@@ -148,13 +148,13 @@ class Inverse(Schema):
         goal = _SHARE_OF_ROBOT * self.tolerance_m
         inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
-        seen = loop.robot.simulate(inverse.joints, answer.wrench.held(time), loop.mode)
+        seen = loop.robot.simulate(inverse.joints, answer.wrench.refined(time), loop.mode)
         first = () if rounds else (Evaluation.of(1, times.path, seen, answer.wrench, None),)
         for entry in first:
             loop.watch(Evaluated(entry, seen))
         try:
             checked = loop.process.evaluate(seen.at_rows(times.rows))
-            achieved = loop.robot.simulate(inverse.joints, checked.wrench.held(time), loop.mode)
+            achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
             report = Pass(len(rounds) + 1, measure(seen, times.path), first)
             loop.watch(report)

@@ -9,8 +9,7 @@ import numpy as np
 from coupling.path.contact_spring import ContactSpring, straight
 from coupling.path.histories import ToolPath
 from coupling.process.base import joined
-from coupling.solve.scheme import Seen, mean_of_steps
-from elastic_robot.fmi.interface import Mode
+from coupling.solve.scheme import Seen
 
 
 @dataclass(frozen=True)
@@ -20,24 +19,18 @@ class LinearProcess:
     Attributes:
         seen: The path x_k and the answer to it.
         stiffness: K at the samples [N/m], (n, 3 tools, 3 tools).
-        mode: How the robots are simulated.
     """
 
     seen: Seen
     stiffness: np.ndarray
-    mode: Mode
 
     def change(self, path: ToolPath) -> np.ndarray:
         """Return by how much the forces [N] on a path differ from those answered, (tools, k, 3)."""
         moved = (self.seen.path.position - path.position)[:, self.seen.rows]
         change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
-        return self._told(straight(self.seen.answer.wrench.time, tools, path.time))
+        return straight(self.seen.answer.wrench.instants, tools, path.time)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
         """Return what of this change springs to x_k do not give [N], (tools, k, 3)."""
-        return self.change(path) - self._told(spring.force(path.position))
-
-    def _told(self, force: np.ndarray) -> np.ndarray:
-        """Return forces as the robots are told them."""
-        return mean_of_steps(force) if self.mode == "dynamic" else force
+        return self.change(path) - spring.force(path.position)

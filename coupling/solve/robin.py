@@ -55,11 +55,11 @@ class Robin(Constant):
         Raises:
             SimulationError: If a robot cannot be simulated under the process's answer and the springs.
         """
-        process = LinearProcess(seen, self._react(seen, mode), mode)
+        process = LinearProcess(seen, self._react(seen, mode))
         time, x = seen.path.time, seen.path
-        own = straight(seen.answer.wrench.time, own_blocks(process.stiffness), time)
+        own = straight(seen.answer.wrench.instants, own_blocks(process.stiffness), time)
         spring = ContactSpring(x.position, own)
-        answered = replace(seen.loads(mode), spring=spring)
+        answered = replace(seen.loads, spring=spring)
         inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf
         for _ in range(_MOST):
             loads = answered.plus(beyond)
@@ -94,7 +94,7 @@ class Robin(Constant):
 
     def _react(self, seen: Seen, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
-        position, force = seen.path.position[:, seen.rows], seen.answer.wrench.force
+        position, force = seen.path.position[:, seen.rows], seen.force
         stated = seen.answer.stiffness
         if self._seen is not None:
             if stated is not None:

@@ -8,7 +8,6 @@ from typing import Protocol
 
 import numpy as np
 
-from coupling.path.contact_spring import straight
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.base import Answer
 from coupling.robot.robot import SimulatedRobot
@@ -29,28 +28,15 @@ class Seen:
     rows: np.ndarray
     answer: Answer
 
-    def loads(self, mode: Mode) -> WrenchHistory:
-        """Return the process's wrenches at the times of the paths, straight between its samples.
+    @property
+    def loads(self) -> WrenchHistory:
+        """The process's wrenches at the times of the paths."""
+        return self.answer.wrench.refined(self.path.time)
 
-        A moving robot gets their mean over each of its steps.  Held from sample to sample they would
-        shake it, and would not belong to what it does at that time.  A process that beats tells means
-        over its steps already.
-
-        Args:
-            mode: How the robots are simulated.
-        """
-        answered = self.answer.wrench
-        wrench = straight(answered.time, answered.wrench, self.path.time)
-        if mode == "dynamic" and self.answer.period is None:
-            wrench = mean_of_steps(wrench)
-        return WrenchHistory(self.path.time, wrench)
-
-
-def mean_of_steps(values: np.ndarray) -> np.ndarray:
-    """Return the means over the steps of what goes straight from row to row, (tools, n, ...)."""
-    means = values.copy()
-    means[:, 1:] = 0.5 * (values[:, 1:] + values[:, :-1])
-    return means
+    @property
+    def force(self) -> np.ndarray:
+        """Forces at the process's samples [N], (tools, n, 3); at a jump those before it."""
+        return self.answer.wrench.before[..., :3]
 
 
 @dataclass(frozen=True)
@@ -75,7 +61,7 @@ class Scheme(ABC):
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
-        loads = seen.loads(mode)
+        loads = seen.loads
         return Moved(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod

@@ -191,7 +191,7 @@ def _identity(case: Case, table: StudyTable, work: Work) -> dict[str, Any]:
     digest = sha256()
     for values in (work.joints.time, *work.joints.q, *work.joints.qd, *work.joints.qdd):
         digest.update(values.tobytes())
-    for history in (work.wrench.wrench, work.desired.time, work.desired.pose):
+    for history in (work.wrench.time, work.wrench.wrench, work.desired.time, work.desired.pose):
         digest.update(history.tobytes())
     resolved = {
         name: keys for name, keys in case.resolved.items() if name not in ("plant", "study")

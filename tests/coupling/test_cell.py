@@ -300,7 +300,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         before=replace(found.before, path=refined(run.before, 0.0021)[0]),
         correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
         achieved=refined(found.achieved, 0.0021)[0],
-        answer=Answer(found.answer.wrench.held(desired.time)),
+        answer=Answer(found.answer.wrench.refined(desired.time)),
     )
     gap = _gap(case, finer)
     np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)

@@ -40,7 +40,7 @@ class InvertibleSprings(SpringRobot):
 
     def inverse(self, path, wrench, controller, goal, watch=None):
         fine, _ = refined(path, controller.cycle)
-        give = wrench.held(fine.time).force[0] @ COMPLIANCE
+        give = wrench.refined(fine.time).force[0] @ COMPLIANCE
         return RobotInverse(JointPath(fine.time, (fine.position[0] - give + self.error,)))
 
 

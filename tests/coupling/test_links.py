@@ -143,26 +143,30 @@ def test_windows_give_the_motion_of_the_whole_path(robot, model):
 
 
 def test_a_smoothed_force_moves_a_mass_to_the_same_place_at_the_same_rate():
-    """Twice integrated, long after the last step; and a force held for long is left as it is."""
+    """Twice integrated, long after the last jump; and a force without corners is left as it is."""
     rng = np.random.default_rng(4)
     time = np.concatenate([[0.0], np.sort(rng.uniform(0.1, 0.8, 20)).round(5), [1.0]])
-    rows = rng.normal(size=(22, 6))
-    rows[:2] = 0.0
-    history = WrenchHistory(time, rows)
+    before, behind = rng.normal(size=(2, 22, 6))
+    before[:2] = behind[0] = before[-1] = behind[-2:] = 0.0
+    behind[::3] = before[::3]  # a corner without a jump
+    sides = np.stack([before, behind], axis=1).reshape(-1, 6)
+    history = WrenchHistory(np.repeat(time, 2), sides)
     smooth = SmoothWrench(history, 0.01)
     step = 1e-6
     t = np.arange(0.5 * step, 1.0, step)
-    held = rows[np.searchsorted(time, t)]
-    error = smooth(t) - held
-    late = 0.85
-    before = t < late
-    rate = error[before].sum(axis=0) * step
-    place = ((late - t[before])[:, None] * error[before]).sum(axis=0) * step
+    after = np.searchsorted(time, t)
+    part = ((t - time[after - 1]) / np.diff(time)[after - 1])[:, None]
+    straight = (1.0 - part) * behind[after - 1] + part * before[after]
+    error = smooth(t) - straight
+    late = 0.9
+    early = t < late
+    rate = error[early].sum(axis=0) * step
+    place = ((late - t[early])[:, None] * error[early]).sum(axis=0) * step
     # A mean over the width alone would leave the place off by width^2 / 24 of the steps: 4e-6.
     assert np.abs(rate).max() < 1e-7
     assert np.abs(place).max() < 5e-7
     quiet = np.abs(t[:, None] - time).min(axis=1) > 0.021
-    np.testing.assert_allclose(smooth(t[quiet]), held[quiet], atol=1e-9)
+    np.testing.assert_allclose(smooth(t[quiet]), straight[quiet], atol=1e-9)
 
 
 def test_the_teeth_of_a_mill_are_left_out():

@@ -245,12 +245,12 @@ def test_a_spring_is_the_same_in_the_frame_of_another_robot():
     np.testing.assert_allclose(at.rotation.apply(own), load.on(path).force[0], atol=1e-12)
 
 
-def test_loads_held_over_shorter_steps_keep_their_springs():
+def test_loads_told_at_more_times_keep_their_springs():
     """The place moves straight on, the stiffness acts over the step that ends at its row."""
     time, fine = np.array([0.0, 1.0, 2.0]), np.linspace(0.0, 2.0, 9)
     anchor = np.array([[[0.0, 0, 0], [1.0, 0, 0], [3.0, 0, 0]]])
     stiffness = np.arange(3.0)[None, :, None, None] * np.eye(3)
-    load = WrenchHistory(time, np.zeros((1, 3, 6)), ContactSpring(anchor, stiffness)).held(fine)
+    load = WrenchHistory(time, np.zeros((1, 3, 6)), ContactSpring(anchor, stiffness)).refined(fine)
     expected = np.interp(fine, time, anchor[0, :, 0])
     np.testing.assert_allclose(load.spring.anchor[0, :, 0], expected, atol=1e-15)
     held = [0, 1, 1, 1, 1, 2, 2, 2, 2]

@@ -51,7 +51,7 @@ class Robots:
         self.parameters = learnables(robot, "backlash")
         self.fmu = models.of(robot, "backlash").fmu
         self.time = np.arange(0.0, seconds + 1e-9, 0.004)
-        self.wrench = self.wanted.wrench.held(self.time)
+        self.wrench = self.wanted.wrench.refined(self.time)
         self.path = InterpolatedPath(self.wanted.path).at(self.time)
         self.desired = self.path.position[0]
         self.command = self.commanded(np.zeros(len(self.parameters)))

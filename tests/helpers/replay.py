@@ -81,12 +81,21 @@ def replay(folder: Path, robot: Robot, settings: Settings, base: Base | None = N
     base = base or Base()
     desired, loads = read_table(folder / "desired.csv"), read_table(folder / "wrench.csv")
     samples = desired["time"]
-    np.testing.assert_array_equal(loads["time"], samples, "wrench.csv and desired.csv: times")
+    once = np.unique(loads["time"])
+    np.testing.assert_array_equal(once, samples, "wrench.csv and desired.csv: times")
     time, sample = steps_between(samples, settings.every)
     vectors = columns(loads, WRENCH).reshape(-1, 3) * settings.scale.get("wrench", 1.0)
     wrench = base.rotation.inv().apply(vectors).reshape(-1, 6)
-    held = wrench[np.searchsorted(sample, np.arange(len(time)))]
-    poses = robot.poses(folder / "command.csv", time, held, settings)
+    first = np.searchsorted(loads["time"], samples, "left")  # a time that stands twice is a jump
+    last = np.searchsorted(loads["time"], samples, "right") - 1
+    step = np.searchsorted(sample, np.arange(len(time)))[
+        1:
+    ]  # of the samples in which each time lies
+    begin, end, since = samples[step - 1], samples[step], time[:-1] - samples[step - 1]
+    rate = (wrench[first[step]] - wrench[last[step - 1]]) / (end - begin)[:, None]
+    start = wrench[last[step - 1]] + since[:, None] * rate
+    straight = np.vstack([np.append(wrench[0], np.zeros(6)), np.hstack([start, rate])])
+    poses = robot.poses(folder / "command.csv", time, straight, settings)
     position = columns(desired, POSITION)
     between = path_between_samples(samples, position)(time)
     between[sample] = position

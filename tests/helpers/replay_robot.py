@@ -15,7 +15,8 @@ import numpy as np
 from fmpy.logging import addLoggerProxy
 from fmpy.simulation import apply_start_values
 
-INPUTS = [f"{kind}.{axis}" for kind in ("force", "moment") for axis in "xyz"]
+KINDS = ("force", "moment", "force_rate", "moment_rate")
+INPUTS = [f"{kind}.{axis}" for kind in KINDS for axis in "xyz"]
 OUTPUTS = [f"tcp.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 SCALED = {"stiffness", "damping", "backlash", "wrench"}
 ERROR = 3  # of fmi2Status
@@ -71,7 +72,8 @@ class Robot:
     ) -> np.ndarray:
         """Return the poses x .. qw of the TCP in base axes at `time` (k,) [s], (k, 7).
 
-        Row k of `wrench` (k, 6) is held over the step that ends at time[k], row 0 in initialisation.
+        Row k of `wrench` (k, 12) is wrench and rate at the start of the step that ends at time[k], row 0
+        that of initialisation.
         """
         slave = self._slave
         slave.instantiate(callbacks=self._callbacks, loggingOn=True)

@@ -29,7 +29,7 @@ MISTAKES = {
     "two tools": (answer(tools=2), r"wrench: expected shape \(1, 5, 6\), .* got \(2, 5, 6\)"),
     "own times": (
         answer(late=1e-9),
-        "wrench: expected the times of the path, got times of its own",
+        "wrench: expected the times of the path, one that is a jump twice, got times of its own",
     ),
     "a spring": (
         Answer(replace(answer().wrench, spring=object())),  # type: ignore[arg-type]

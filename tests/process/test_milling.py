@@ -179,7 +179,7 @@ def test_steady_feed_gives_the_mean_force_in_the_parts_axes():
 def test_the_tooth_resolved_history_has_the_mean_force_and_the_tooth_frequency():
     of = task()
     mean = in_cut(milling(of, force="mean").evaluate(of.desired).wrench.wrench[0])[-1]
-    force = in_cut(milling(of).evaluate(of.desired).wrench.wrench[0])[31:571]  # 36 teeth of 1.5 ms
+    force = in_cut(milling(of).evaluate(of.desired).wrench.before[0])[31:571]  # 36 teeth of 1.5 ms
     np.testing.assert_allclose(force.mean(axis=0), mean, rtol=2e-3)
     spectrum = np.abs(np.fft.rfft(force[:, 1] - force[:, 1].mean()))
     assert np.argmax(spectrum) / (540 * 1e-4) == pytest.approx(20000.0 / 60.0 * 2.0)
@@ -190,7 +190,7 @@ def test_the_history_converges_with_the_time_resolution():
 
     def impulses(parts: int) -> np.ndarray:
         of = task(6e-4 / parts, duration=0.03)
-        force = in_cut(milling(of).evaluate(of.desired).wrench.wrench[0])[1:, :2]
+        force = in_cut(milling(of).evaluate(of.desired).wrench.before[0])[1:, :2]
         return force.reshape(-1, parts, 2).mean(axis=1)
 
     fine = impulses(160)

@@ -79,7 +79,7 @@ def test_a_stiffness_turns_with_its_frame(frame):
     path = ToolPath(time, np.hstack([rng.normal(size=(9, 3)), turns.as_quat()]))
     axes = {"base": Rotation.identity(9), "part": PART.rotation, "tool": path.rotations[0]}[frame]
     values, own = rng.normal(size=(9, 12)), rng.normal(size=(9, 3))
-    told = answer_in_base(frame, values, path, PART).stiffness
+    told = answer_in_base(frame, np.column_stack([path.time, values]), path, PART).stiffness
     xx, xy, xz, yy, yz, zz = values[:, 6:].T
     x, y, z = own.T
     work = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z)
