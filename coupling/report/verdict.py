@@ -21,7 +21,14 @@ def verdict(figures: Mapping[str, Any], process: str) -> str:
     state = "yes" if figures["converged"] else "no"
     word = "Converged" if figures["converged"] else "Not converged"
     text = sentence(figures, process) + " (" + figures["reason"] + ".)"
-    return f'<p class="verdict {state}"><b>{word}</b>: {html.escape(text)}</p>'
+    told = f"<b>{word}</b>: {html.escape(text)}"
+    outlook = figures.get("outlook")  # runs of earlier versions and couplings have none
+    if outlook is None:
+        return f'<p class="verdict {state}">{told}</p>'
+    expected = html.escape(outlook["sentence"])
+    if outlook["gains"]:
+        return f'<p class="verdict {state}">{told}<br>{expected}</p>'
+    return f'<p class="verdict no"><b>{expected}</b><br>{told}</p>'
 
 
 def sentence(figures: Mapping[str, Any], process: str) -> str:

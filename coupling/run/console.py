@@ -21,6 +21,7 @@ from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
 from coupling.run.beat import beat_parts
 from coupling.run.deviations import Deviations
+from coupling.run.outlook import Outlook
 from coupling.run.plant import OnPlant
 from coupling.run.robustness import Replay
 from coupling.run.study import Run, RunBegins
@@ -164,7 +165,9 @@ def print_summary(
             f"The dynamic robot under the same command and wrench deviates by"
             f" {_figures(deviations.dynamic)}"
         )
-    if compensated and run.robustness:
+    outlook = Outlook.of(deviations.before, run.robustness) if compensated else None
+    if outlook is not None:
+        lines.insert(1 if outlook.gains else 0, outlook.sentence)
         lines += _of_other_robots(run.robustness)
     if run.plant is not None:
         lines += _of_plant(run.plant)
@@ -193,7 +196,8 @@ def print_summary(
     lines += [f"Warning: {warning}" for warning in run.warnings]
     lines += [f"Remark: {remark}" for remark in run.remarks]
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
-    style = None if found.converged else "yellow"
+    safe = found.converged and (outlook is None or outlook.gains)
+    style = None if safe else "yellow"
     console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -12,6 +12,7 @@ from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.deviation import Deviation
 from coupling.run.beat import beat_parts
 from coupling.run.deviations import Deviations
+from coupling.run.outlook import Outlook
 from coupling.run.plant import OnPlant
 from coupling.run.study import Run
 from coupling.solve.correction import Pass
@@ -66,6 +67,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
             }
             for replay in run.robustness
         ],
+        "outlook": _outlook(run, deviations.before),
         "plant": _plant(run.plant, tool),
         "flank_changes": _flank_changes(run, tool),
         "gears": _gears(run, tool),
@@ -83,6 +85,12 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "fmu_fingerprint": run.fmu_fingerprint,
         "versions": versions(),
     }
+
+
+def _outlook(run: Run, before: Deviation) -> dict[str, Any] | None:
+    """Return what to expect on a real robot; None where nothing was replayed."""
+    outlook = Outlook.of(before, run.robustness)
+    return None if outlook is None else outlook.as_dict()
 
 
 def _told(deviation: Deviation | None) -> dict[str, float] | None:

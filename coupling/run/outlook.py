@@ -1,0 +1,82 @@
+"""What to expect of a command on a real robot, which is none of the model's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from coupling.path.deviation import Deviation
+from coupling.run.robustness import Replay
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """The worst of all replays of a command, beside what the uncorrected one leaves.
+
+    Attributes:
+        worst: What is other in the replay with the largest deviation.
+        deviation: Largest deviation of all replays [m].
+        less_constant: That less a constant, of the replay in which this is largest [m].
+        nothing: Largest deviation of the uncorrected command, as the model has it [m].
+        nothing_less_constant: That less a constant [m].
+    """
+
+    worst: str
+    deviation: float
+    less_constant: float
+    nothing: float
+    nothing_less_constant: float
+
+    @classmethod
+    def of(cls, before: Deviation, replays: Sequence[Replay]) -> Outlook | None:
+        """Return the outlook; None where nothing was replayed.
+
+        Args:
+            before: Deviation under the uncorrected command.
+            replays: What the command leaves on robots and under loads that differ.
+        """
+        if not replays:
+            return None
+        worst = max(replays, key=lambda replay: replay.deviation.maximum)
+        return cls(
+            worst.name,
+            worst.deviation.maximum,
+            max(replay.deviation.maximum_less_constant for replay in replays),
+            before.maximum,
+            before.maximum_less_constant,
+        )
+
+    @property
+    def gains(self) -> bool:
+        """Whether the command is better than the uncorrected one in all replays.
+
+        Less a constant as well: a command that takes off the robot's sag and shakes its tool is worse
+        than an uncorrected one with the part touched off.
+        """
+        within = self.less_constant <= self.nothing_less_constant
+        return within and self.deviation <= self.nothing
+
+    @property
+    def sentence(self) -> str:
+        """What to expect, in a sentence."""
+        figures = (
+            f"up to {_um(self.deviation)} ({self.worst}), {_um(self.less_constant)} less a constant;"
+            f" the uncorrected command leaves {_um(self.nothing)}, {_um(self.nothing_less_constant)}"
+            " less a constant"
+        )
+        if self.gains:
+            return f"To expect on a real robot: {figures}."
+        return (
+            f"This command may be WORSE THAN NONE: on robots and under forces that hardly differ it"
+            f" leaves {figures}. Measure the force and the gears' backlash more exactly, or place the"
+            " part where gears keep their flank (elastic-robot place)."
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return its figures by name [m], with the sentence."""
+        return {**asdict(self), "gains": self.gains, "sentence": self.sentence}
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.4g} um"
