@@ -1,4 +1,4 @@
-"""What a robot file rates its robot for: data that the model does not need, so the FMU has none of it."""
+"""What a robot file rates its robot for; the model does not need it, so no FMU has it."""
 
 from __future__ import annotations
 
@@ -38,10 +38,13 @@ def load_ratings(path: Path, robot: Robot) -> Ratings:
     data = load_toml(path, RobotFileError)
     schema: type[RobotFile | UrdfRobotFile] = UrdfRobotFile if "urdf" in data else RobotFile
     file = validate(data, schema, RobotFileError, str(path))
-    in_order = {joint.name: number for number, joint in enumerate(robot.joints, start=1)}
+    numbers = list(range(1, len(file.joint) + 1))
+    if isinstance(file, UrdfRobotFile):
+        names = [joint.name for joint in robot.joints]
+        numbers = [names.index(joint.name) + 1 for joint in file.joint]
     gears = {
-        in_order[joint.name] if "urdf" in data else number: joint.gear_torque_Nm
-        for number, joint in enumerate(file.joint, start=1)
+        number: joint.gear_torque_Nm
+        for number, joint in zip(numbers, file.joint, strict=True)
         if joint.gear_torque_Nm is not None
     }
     return Ratings(file.payload_N, gears)

@@ -12,7 +12,6 @@ from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
 
-
 # What is said of a limit that is passed, by its name.
 _PASSED = {
     "rate": "joint {joint} moves at {value:.3g} rad/s at t = {time:.3f} s; its maximum rate is"
