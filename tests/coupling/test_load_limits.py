@@ -108,10 +108,13 @@ def test_ratings_are_read_and_change_no_robot(tmp_path):
 
 def test_beside_a_urdf_gears_are_found_by_the_names_of_their_joints(tmp_path):
     text = (EXAMPLES / "robots" / "kuka_kr210.toml").read_text()
-    entry = '[[joint]]\nname = "joint_a3"\n'
-    assert entry in text
+    first, third = '[[joint]]\nname = "joint_a1"\n', '[[joint]]\nname = "joint_a3"\n'
+    assert text.index(first) < text.index(third)
+    # The third joint's table comes first.
+    text = text.replace(third, "[[joint]]\n").replace(first, third)
+    text = text.replace("[[joint]]\nstiffness", f"{first}stiffness")
     file = tmp_path / "kuka.toml"
-    file.write_text(text.replace(entry, f"{entry}gear_torque_Nm = {{ peak = 7000.0 }}\n"))
+    file.write_text(text.replace(third, f"{third}gear_torque_Nm = {{ peak = 7000.0 }}\n"))
     found = load_ratings(file, load_robot(file))
     assert found == Ratings(1470.0, {3: GearTorque(peak=7000.0)})
 
