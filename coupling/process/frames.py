@@ -38,7 +38,10 @@ def wrench_in_base(
 
     The reference point stays the TCP: only axes change.
     """
-    turn = _base_from(frame, path, part)
+    return _turned(_base_from(frame, path, part), wrench)
+
+
+def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
 
 
@@ -53,14 +56,12 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
         part: Placement of the part.
     """
     first = np.append(True, np.diff(values[:, 0]) > 0.0)
-    in_base = np.empty((len(values), 6))
-    for rows in (first, ~first) if not np.all(first) else (first,):
-        seen = path.at_rows(np.searchsorted(path.time, values[rows, 0]))
-        in_base[rows] = wrench_in_base(frame, values[rows, 1:7], seen, part)
-    wrench = WrenchHistory(values[:, 0], in_base)
+    turn = _base_from(frame, path, part)
+    each = turn if turn.single else turn[np.cumsum(first) - 1]
+    wrench = WrenchHistory(values[:, 0], _turned(each, values[:, 1:7]))
     if values.shape[1] == 7:
         return Answer(wrench)
-    axes = np.broadcast_to(_base_from(frame, path, part).as_matrix(), (len(path.time), 3, 3))
+    axes = np.broadcast_to(turn.as_matrix(), (len(path.time), 3, 3))
     turned = axes @ symmetric(values[first, 7:]) @ axes.swapaxes(1, 2)
     return Answer(wrench, stiffness=turned)
 

@@ -1,0 +1,66 @@
+"""What to expect of a command on a real robot, beside what the uncorrected one leaves."""
+
+from coupling.path.deviation import Deviation
+from coupling.report.verdict import verdict
+from coupling.run.outlook import Outlook
+from coupling.run.robustness import Replay
+
+
+def deviation(maximum: float, less_constant: float) -> Deviation:
+    return Deviation(
+        maximum=maximum,
+        rms=0.5 * maximum,
+        normal_maximum=maximum,
+        tangential_maximum=0.0,
+        time_of_maximum=1.0,
+        maximum_less_constant=less_constant,
+        rms_less_constant=0.5 * less_constant,
+    )
+
+
+def outlook(*rows: tuple[str, float, float]) -> Outlook:
+    replays = [Replay(name, deviation(*own), ()) for name, *own in rows]
+    found = Outlook.of(deviation(1.7e-3, 4e-4), replays)
+    assert found is not None
+    return found
+
+
+FIGURES = {
+    "kind": "compensate",
+    "converged": True,
+    "reason": "converged with one inverse of the moving robot",
+    "robots": [{"title": "robot", "description": "a robot", "torque_curve": "backlash"}],
+    "deviation_before_m": {"maximum": 1.7e-3},
+    "deviation_after_m": {"maximum": 1e-6},
+    "mode": "dynamic",
+    "robustness": [],
+    "gears": [],
+}
+
+
+def test_the_worst_replay_of_all_is_told_whatever_differs():
+    found = outlook(("backlash -20 %", 1.6e-4, 1.5e-4), ("stiffness +2 %", 3e-4, 1e-5))
+    assert (found.worst, found.deviation, found.less_constant) == ("stiffness +2 %", 3e-4, 1.5e-4)
+    assert found.gains
+    assert found.sentence.startswith("To expect on a real robot: up to 300 um (stiffness +2 %)")
+
+
+def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
+    """1.2 mm are less than 1.7 mm, but less a constant 0.9 mm are more than 0.4 mm."""
+    assert not outlook(("damping -20 %", 1.2e-3, 9e-4)).gains
+    assert not outlook(("damping -20 %", 1.8e-3, 1e-4)).gains
+
+
+def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
+    bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
+    box = verdict(FIGURES | {"outlook": bad.as_dict()}, "measured")
+    assert box.startswith('<p class="verdict no"><b>This command may be WORSE THAN NONE')
+    assert box.index("WORSE THAN NONE") < box.index("Converged")
+    box = verdict(FIGURES | {"outlook": good.as_dict()}, "measured")
+    assert box.startswith('<p class="verdict yes"><b>Converged')
+    assert "To expect on a real robot" in box
+
+
+def test_nothing_is_expected_where_nothing_was_replayed():
+    assert Outlook.of(deviation(1e-3, 1e-4), ()) is None
+    assert "expect" not in verdict(FIGURES, "measured")
