@@ -134,6 +134,12 @@ class External(Identified):
                 f" the force jumps, got {len(table)} rows of"
                 f" {len(table) - np.count_nonzero(jumps)} times{said}"
             )
+        if np.any(jumps[1:] & jumps[:-1]):
+            row = int(np.argmax(jumps[1:] & jumps[:-1]))
+            raise ProcessError(
+                f"{WRENCH}: expected two rows of one time where the force jumps, before and behind it,"
+                f" got more of {table[row, 0]:.9g} s{said}"
+            )
         asked = np.append(0, np.cumsum(~jumps[:-1]))
         late = np.abs(table[:, 0] - path.time[asked])
         if late.max() > _TIME_TOLERANCE * np.diff(path.time).min():

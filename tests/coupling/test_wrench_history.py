@@ -1,5 +1,6 @@
 """Wrenches as functions of time: straight between their rows, with jumps where a time stands twice."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from coupling.errors import ProcessError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.loads import SmoothWrench
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.external import External
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.toolpaths.part import Part
@@ -133,11 +135,6 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
         "rows = np.column_stack([t, 0*z, 0*z, z, 0*z, 0*z, 0*z])\n"
         "np.savetxt('wrench.csv', rows, delimiter=',', header='time,fx,fy,fz,mx,my,mz', comments='')\n"
     )
-    import sys
-
-    from coupling.errors import CouplingError
-    from coupling.path.histories import ToolPath
-
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (3, 1))
     path = ToolPath(np.array([0.0, 0.5, 1.0]), pose)
     part = Part(np.zeros(3), Rotation.from_euler("y", 180.0, degrees=True))
@@ -147,5 +144,5 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
     np.testing.assert_array_equal(found.time, [0.0, 0.5, 0.5, 1.0])
     np.testing.assert_allclose(found.force[0, :, 2], [0.0, 0.0, -70.0, -70.0], atol=1e-12)
     program.write_text(text.format(extra=2))
-    with pytest.raises(CouplingError):
+    with pytest.raises(ProcessError, match=r"two rows of one time .* got more of 0\.5 s"):
         process.evaluate(path)
