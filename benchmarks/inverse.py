@@ -138,7 +138,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
         save_trajectory(folder / "command.npz", command)
         unpack(build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native")), folder / "fmu")
         driver = load(folder / "fmu")
-        inputs, outputs = SCALARS.wrench, SCALARS.pose
+        inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
 
         def native(mode: Mode) -> float:
             settings = {

@@ -91,7 +91,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
                 np.savez(folder / "path.npz", **samples)
             trajectory = str(folder / "path.npz")
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
-            inputs, outputs = SCALARS.wrench, SCALARS.pose
+            inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
             loads = np.zeros((len(times), len(inputs)))
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
             fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))

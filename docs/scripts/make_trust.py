@@ -29,7 +29,7 @@ SUMMARY = """\
 - **Forming forces: measure one.**
   On a measured sheet `sheet-fem` is off by {axial.beyond}, Aerens' law by {law.beyond}.
 - **A command is as right as its robot file.**
-  Of the example cone's {before:.0f} um it leaves {as_file_um:.1f} um if the file is right,
+  Of the example cone's {before:.0f} um it leaves {as_file_um:.2f} um if the file is right,
   {backlash_um:.0f} um with 20 % more or less backlash, {softer_um:.0f} um with joints 20 % softer.
 - **Never compared:** a real robot in motion, hysteresis of its gears, heat, its controller; a part made
   by a command of this project."""

@@ -113,7 +113,9 @@ def _still(curve: str, postures: np.ndarray, wrench: np.ndarray, **start: float)
     """Return the job to rest in all postures under a wrench."""
     rows = np.hstack([postures, np.tile(wrench, (len(postures), 1))])
     settings: dict[str, str | float] = {"mode": "quasistatic", "torque_curve": curve, **start}
-    return _job(settings, np.arange(len(rows), dtype=float), (*_COMMANDS, *SCALARS.wrench), rows)
+    return _job(
+        settings, np.arange(len(rows), dtype=float), (*_COMMANDS, *SCALARS.wrench[:6]), rows
+    )
 
 
 def _job(

@@ -46,15 +46,18 @@ def write_step(folder: Path, curve: str, base: tuple[np.ndarray, Rotation] | Non
     table = reference(f"c_step_{CURVES[curve]}")
     position, rotation = base or (np.zeros(3), Rotation.identity())
     time = table[:, 0]
-    loads = np.zeros((len(time), 6))
-    loads[(time > 0.1005) & (time < 0.3005), 2] = -2000.0
+    before, behind = (time > 0.1005) & (time < 0.3005), (time > 0.0995) & (time < 0.2995)
+    rows = np.sort(np.append(np.arange(len(time)), np.flatnonzero(before != behind)))
+    second = np.append(False, rows[1:] == rows[:-1])  # a time that stands twice is a jump
+    loads = np.zeros((len(rows), 6))
+    loads[:, 2] = -2000.0 * np.where(second, behind[rows], before[rows])
     turned = (rotation * Rotation.from_quat(table[:, 4:8])).as_quat()
     pose = np.hstack([time[:, None], position + rotation.apply(table[:, 1:4]), turned])
     forces = rotation.apply(loads.reshape(-1, 3)).reshape(-1, 6)
     write(folder, "desired", POSE, pose)
-    write(folder, "wrench", LOADS, np.column_stack([time, forces]))
-    rows = np.array([[t, *POSTURE] for t in (0.0, 0.3, time[-1])])
-    write(folder, "command", ("time", *(f"q{i + 1}" for i in range(6))), rows)
+    write(folder, "wrench", LOADS, np.column_stack([time[rows], forces]))
+    drives = np.array([[t, *POSTURE] for t in (0.0, 0.3, time[-1])])
+    write(folder, "command", ("time", *(f"q{i + 1}" for i in range(6))), drives)
 
 
 @pytest.mark.parametrize("curve", CURVES)

@@ -37,7 +37,9 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
     pressed = 4.0 * part * (1.0 - part) * 250.0
     force = pressed[:, None] * np.stack([-np.cos(turn), -np.sin(turn), np.ones(len(time))], axis=1)
     rigid = InverseKinematics(robot, HOME).plan(path)
-    return Wanted(path, rigid, WrenchHistory.of_forces(time, [force]))
+    # It steps from sample to sample, which shakes what is to be learned.
+    steps = np.hstack([force, np.zeros_like(force)])
+    return Wanted(path, rigid, WrenchHistory.of_means(time, steps))
 
 
 class Robots:
@@ -51,7 +53,9 @@ class Robots:
         self.parameters = learnables(robot, "backlash")
         self.fmu = models.of(robot, "backlash").fmu
         self.time = np.arange(0.0, seconds + 1e-9, 0.004)
-        self.wrench = self.wanted.wrench.refined(self.time)
+        (told,) = self.wanted.wrench.before
+        rows = np.searchsorted(self.wanted.path.time, self.time).clip(max=len(told) - 1)
+        self.wrench = WrenchHistory.of_means(self.time, told[rows])
         self.path = InterpolatedPath(self.wanted.path).at(self.time)
         self.desired = self.path.position[0]
         self.command = self.commanded(np.zeros(len(self.parameters)))

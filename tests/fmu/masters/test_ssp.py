@@ -130,7 +130,7 @@ def test_co_simulated_pose_is_the_robots_under_the_force_of_two_steps_ago(system
     command = on_cycle(planned, case.controller)
     fmu = system.folder / "resources" / "ElasticRobot.fmu"
     with RobotFmu(fmu, placed.torque_curve) as robot:
-        path = robot.simulate(command, WrenchHistory(time, felt), case.mode)
+        path = robot.simulate(command, WrenchHistory.of_means(time, felt), case.mode)
     assert np.abs(felt).max() > 100.0
     np.testing.assert_allclose(poses[:, 1:4], path.position[0, 1:], rtol=0, atol=1e-12)
 
