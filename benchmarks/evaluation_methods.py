@@ -102,7 +102,7 @@ def corrected(
         case.controller,
     )
     start = time.perf_counter()
-    found = method.correct(loop, case.desired)
+    found = method.correct(loop, case.motion)
     return MethodRow(
         name,
         type(method).__name__.lower(),

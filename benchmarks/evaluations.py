@@ -22,6 +22,7 @@ from benchmarks.goals import Goal
 from coupling.errors import SimulationError
 from coupling.events import Event
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import SampledPath
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models
 from coupling.solve.fixed_point import (
@@ -191,10 +192,10 @@ def coupled(
 
     relaxation = SCHEMES[scheme.split(",")[0]]()
     loop = Loop(robot, process, task.mode, relaxation, tolerance, most, watch=watch)
-    times, rows = told_at(task.desired, task.mode)
-    start = start or unloaded_path(loop, task.command, times.time)
+    times = told_at(SampledPath.of(task.desired), task.mode)
+    start = start or unloaded_path(loop, task.command, times.path.time)
     try:
-        found = couple(loop, task.command, start, rows)
+        found = couple(loop, task.command, start, times.asked)
     except SimulationError:
         return Coupled(start, [start], [np.inf], False, "robot failed")
     return Coupled(found.path, paths, changes, found.converged, found.outcome.value)

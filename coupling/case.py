@@ -25,6 +25,7 @@ from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema
 from coupling.process.plugin import find_process
 from coupling.robot.cell import Placement
@@ -35,6 +36,7 @@ from coupling.robot.touch_off import RestingRobot, touched_off
 from coupling.solve import METHODS
 from coupling.solve.correction import Method
 from coupling.toolpaths import TOOL_PATHS
+from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
@@ -100,7 +102,8 @@ class Case:
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
         tool_path: Table [tool_path].
-        task: Task that the tools are to do.
+        motion: Desired paths of all tools, told finely.
+        task: What they are to do, as the process knows it: where it is asked.
         process: Process model.
         process_table: Table [process] that it is made of.
         coupling: Table [coupling].
@@ -117,6 +120,7 @@ class Case:
     mode: Mode
     fmu: str
     tool_path: ToolPathTable
+    motion: SampledPath
     task: Task
     process: Process
     process_table: ProcessSchema
@@ -130,7 +134,7 @@ class Case:
 
     @property
     def desired(self) -> ToolPath:
-        """Desired paths of all tools."""
+        """Desired paths of all tools where the process is asked."""
         return self.task.desired
 
     @property
@@ -190,6 +194,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
             task = replace(task, workspace=workspace)
         if file.support is not None:
             task = _supported(task, file.support, process_table)
+        motion, task = task.motion, task.sampled
         process = process_table.process(task)
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": file.coupling, "compensation": method}
@@ -210,6 +215,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         mode=file.robot.mode,
         fmu=file.robot.fmu,
         tool_path=tool_path,
+        motion=motion,
         task=task,
         process=process,
         process_table=process_table,
@@ -255,12 +261,22 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
 
 
 def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessSchema) -> Task:
-    """Return what is to be made, with the point of a tool's sphere that is its TCP."""
-    task = tool_path.task(part)
-    if process_table.forming_tool_diameter is None:
-        return task
-    radius = 0.5 * process_table.forming_tool_diameter
-    return tool_path.upright(part).on_sphere(task, tool_path.tilt, radius)
+    """Return what is to be made, with the point of a tool's sphere that is its TCP.
+
+    The process is asked where its force has corners, too.
+    """
+    diameter = process_table.forming_tool_diameter
+
+    def task(corners: Corners) -> Task:
+        own = tool_path.task(part, corners)
+        if diameter is None:
+            return own
+        upright = tool_path.upright(part, corners)
+        return upright.on_sphere(own, tool_path.tilt, 0.5 * diameter)
+
+    found = task(NONE)
+    corners = process_table.corners(found)
+    return task(corners) if len(corners) else found
 
 
 def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -89,21 +90,59 @@ class InterpolatedPath:
         return RotationSpline(self._path.time, self._path.rotations[0])
 
 
-def refined(path: ToolPath, longest: float) -> tuple[ToolPath, np.ndarray]:
-    """Return the paths of all tools at shorter steps, and the row of each of their samples.
+def divided(time: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times with each step divided evenly into ones not longer, and the rows of the given times.
 
     Args:
-        path: The paths.
-        longest: Each step between samples is divided evenly into ones not longer than this [s].
+        time: Rising [s], (n,).
+        longest: [s].
+
+    Example:
+        >>> divided(np.array([0.0, 0.5, 2.5]), 1.0)
+        (array([0. , 0.5, 1.5, 2.5]), array([0, 1, 3]))
     """
-    parts = np.maximum(np.ceil(np.diff(path.time) / longest - 1e-9).astype(int), 1)
+    parts = np.maximum(np.ceil(np.diff(time) / longest - 1e-9).astype(int), 1)
     rows = np.concatenate([[0], np.cumsum(parts)])
-    time = np.interp(np.arange(rows[-1] + 1), rows, path.time)
-    time[rows] = path.time
-    tools = []
-    for tool in path.tools:
-        between = InterpolatedPath(tool)
-        pose = poses(between.position(time), between.rotation(time))
-        pose[rows] = tool.pose[0]
-        tools.append(ToolPath(time, pose))
-    return ToolPath.of_tools(tools), rows
+    told = np.interp(np.arange(rows[-1] + 1), rows, time)
+    told[rows] = time
+    return told, rows
+
+
+@dataclass(frozen=True)
+class SampledPath:
+    """Paths of all tools, told at shorter steps than a process is asked at.
+
+    Attributes:
+        path: The paths.
+        asked: Rows of them at which a process is asked, (k,).
+    """
+
+    path: ToolPath
+    asked: np.ndarray
+
+    @classmethod
+    def of(cls, path: ToolPath) -> SampledPath:
+        """Return paths along which a process is asked at every row."""
+        return cls(path, np.arange(len(path.time)))
+
+    @property
+    def samples(self) -> ToolPath:
+        """The paths where the process is asked."""
+        return self.path.at_rows(self.asked)
+
+    def refined(self, longest: float) -> SampledPath:
+        """Return the same paths at shorter steps.
+
+        Args:
+            longest: Each step between rows is divided evenly into ones not longer than this [s].
+        """
+        time, rows = divided(self.path.time, longest)
+        if len(time) == len(rows):
+            return self
+        tools = []
+        for tool in self.path.tools:
+            between = InterpolatedPath(tool)
+            pose = poses(between.position(time), between.rotation(time))
+            pose[rows] = tool.pose[0]
+            tools.append(ToolPath(time, pose))
+        return SampledPath(ToolPath.of_tools(tools), rows[self.asked])

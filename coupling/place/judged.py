@@ -74,8 +74,10 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
     wrench = turned_wrench(case.task.part.rotation, placing.wrench)
     if np.any(setting[_TOOL] != placing.present[_TOOL]):
         wrench = process_of(case).evaluate(case.desired).wrench
-    upright = case.tool_path.upright(case.task.part)
-    stations = stations_along(upright, placing.cell.sphere_radius, wrench).strongest()
+    # The same motion, but for rounding: its process is asked at the same times.
+    wrench = wrench.refined(case.desired.time)
+    along = case.tool_path.upright(case.task.part).sampled
+    stations = stations_along(along, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.

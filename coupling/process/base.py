@@ -19,6 +19,7 @@ from coupling.files.toml_file import Schema
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
+from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 
@@ -135,6 +136,18 @@ class ProcessSchema(Schema, ABC):
         Raises:
             CaseError: If table and task do not fit.
         """
+
+    def corners(self, task: Task) -> Corners:
+        """Return the times at which the force along a task's desired path has corners [s], (k,).
+
+        Between two samples the force is straight, so a process is asked there as well: where contact
+        begins and ends, at the ends of ramps.  `coupling.process.corners` finds when a tool crosses a
+        surface.
+
+        Args:
+            task: The task, its path told in short steps.
+        """
+        return NONE
 
     @property
     def forming_tool_diameter(self) -> float | None:

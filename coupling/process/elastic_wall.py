@@ -10,7 +10,9 @@ from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Vector3
 from coupling.process.base import MemorylessProcess, ProcessSchema
+from coupling.process.corners import crossings
 from coupling.process.force_laws import ForceLaw
+from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.task import Task
 
 
@@ -61,6 +63,15 @@ class ElasticWallTable(ProcessSchema):
         if abs(length - 1.0) > 1e-9:
             raise ValueError(f"normal: expected length 1, got {length:.9g} ({self.normal})")
         return self
+
+    def corners(self, task: Task) -> Corners:
+        """Return when the desired path enters the wall and leaves it."""
+
+        def off(position: np.ndarray) -> np.ndarray:
+            distance: np.ndarray = (task.part.coordinates(position) - self.point_m) @ self.normal
+            return distance
+
+        return crossings(task.forming, off)
 
     def process(self, task: Task) -> ElasticWall:
         """Return the wall in the robot's base frame."""

@@ -12,10 +12,15 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath
 from coupling.process.base import MemorylessProcess, Process, ProcessSchema
+from coupling.process.corners import level_crossings
 from coupling.process.double_sided import DoubleSided
 from coupling.process.force_laws import ForceLaw
+from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
+
+# Step-downs after which the force is steady.
+_RAMP = 4.0
 
 
 def scallop_height(step_down: float, wall_angle: float, tool_diameter: float) -> float:
@@ -150,6 +155,12 @@ class IsfForceLawTable(ProcessSchema):
         """Diameter of the forming tool's sphere [m]."""
         return self.tool_diameter_m
 
+    def corners(self, task: Task) -> Corners:
+        """Return when the tool crosses the sheet's plane, and the depth at which the force is steady."""
+        _, step_down = self._wall(task)
+        levels = (task.height, task.height - self._ramp(step_down))
+        return level_crossings(task.forming, task.part, levels)
+
     def process(self, task: Task) -> Process:
         """Return the force law for a task, of one tool or between two.
 
@@ -172,7 +183,8 @@ class IsfForceLawTable(ProcessSchema):
             identity=self.identity(task),
         )
 
-    def _forming(self, task: Task) -> IsfForceLaw:
+    def _wall(self, task: Task) -> tuple[float, float]:
+        """Return wall angle [rad] and step-down [m]."""
         angle = task.wall_angle if self.wall_angle_deg is None else np.deg2rad(self.wall_angle_deg)
         step_down = task.step_down if self.step_down_m is None else self.step_down_m
         if angle is None or step_down is None:
@@ -180,6 +192,14 @@ class IsfForceLawTable(ProcessSchema):
                 "process: the tool path has no wall angle and step-down: give the keys"
                 " wall_angle_deg and step_down_m"
             )
+        return angle, step_down
+
+    def _ramp(self, step_down: float) -> float:
+        """Return the depth at which the force is steady [m]."""
+        return self.ramp_depth_m or _RAMP * step_down
+
+    def _forming(self, task: Task) -> IsfForceLaw:
+        angle, step_down = self._wall(task)
         try:
             scallop = scallop_height(step_down, angle, self.tool_diameter_m)
         except ValueError as cause:
@@ -193,7 +213,7 @@ class IsfForceLawTable(ProcessSchema):
             axial=axial,
             radial=radial,
             penetration_stiffness=self.penetration_stiffness_N_m,
-            ramp_depth=self.ramp_depth_m or 4.0 * step_down,
+            ramp_depth=self._ramp(step_down),
             height=task.height,
             identity=self.identity(task),
         )

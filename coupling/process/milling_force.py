@@ -13,6 +13,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified, ProcessSchema
+from coupling.process.corners import level_crossings
 from coupling.process.cutting_force import (
     Cut,
     Cutter,
@@ -20,6 +21,7 @@ from coupling.process.cutting_force import (
     mean_wrench,
     tooth_wrench,
 )
+from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
@@ -217,6 +219,10 @@ class MillingForceTable(ProcessSchema):
                 f"radial_depth_m: expected at most cutter_diameter_m, {diameter}, got {depth}"
             )
         return self
+
+    def corners(self, task: Task) -> Corners:
+        """Return when the tool's tip crosses the raw surface."""
+        return level_crossings(task.forming, task.part, (self.surface_z_m,))
 
     def process(self, task: Task) -> MillingForce:
         """Return the milling force along a task's path.

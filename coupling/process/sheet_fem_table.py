@@ -10,7 +10,9 @@ from pydantic import Field, model_validator
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.process.base import ProcessSchema
+from coupling.process.corners import level_crossings
 from coupling.sheet_fem.coarse import COARSENING
+from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
 
@@ -118,6 +120,10 @@ class SheetFemTable(ProcessSchema):
     def forming_tool_diameter(self) -> float:
         """Diameter of the forming tool's sphere [m]."""
         return self.tool_diameter_m
+
+    def corners(self, task: Task) -> Corners:
+        """Return when the forming tool crosses the flat sheet's plane."""
+        return level_crossings(task.forming, task.part, (task.height,))
 
     def process(self, task: Task) -> SheetFem:
         """Return the sheet, flat and ready, for one tool or between two.

@@ -14,7 +14,7 @@ from coupling.inverse.polish_step import Seen, View, Watched
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.robot.robot import FlankChange, Inverse
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -55,7 +55,7 @@ class Inverter:
             watch(Progress(f"inverting the moving robot: {what}", done, total))
 
         found = self.moving.invert(wanted, controller, limits, progress)
-        fine, _ = refined(wanted.path, _WATCHED)
+        fine = SampledPath.of(wanted.path).refined(_WATCHED).path
         loads = wanted.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])

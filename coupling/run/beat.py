@@ -8,8 +8,8 @@ import numpy as np
 
 from coupling.run.study import Run
 
-# Largest difference of steps that count as even, by their mean.
-_EVEN = 1e-6
+# Half a period more or less by this part of it ends at the same sample.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Parts:
         """Return the parts of a deviation.
 
         Args:
-            time: Even times [s], (n,).
+            time: Rising [s], (n,).
             deviation: [m], (n,) or (n, 3); straight between the times, constant beyond them.
             period: Of the teeth [s].
 
@@ -53,43 +53,59 @@ class Parts:
             >>> [round(float(v[50]), 6) for v in (parts.slow, parts.lowest)]
             [5.0, 4.048943]
         """
-        step = (time[-1] - time[0]) / (len(time) - 1)
-        wide = int(np.ceil(0.5 * period / step))
-        padded = np.pad(
-            deviation, [(wide + 1, wide + 1), *[(0, 0)] * (deviation.ndim - 1)], mode="edge"
+        half = 0.5 * period
+        # A point of constant values far beyond either end stands for all of them.
+        known = np.concatenate([[time[0] - period], time, [time[-1] + period]])
+        values = np.concatenate([deviation[:1], deviation, deviation[-1:]])
+        steps = np.diff(known).reshape(-1, *[1] * (deviation.ndim - 1))
+        pieces = 0.5 * steps * (values[1:] + values[:-1])
+        sums = np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])
+        slow = (
+            _integral(known, values, sums, time + half)
+            - _integral(known, values, sums, time - half)
+        ) / period
+        within = half * (1.0 + _ROUNDING)
+        first = np.searchsorted(time, time - within)
+        last = np.searchsorted(time, time + within, side="right")
+        lowest, highest = (
+            _extreme(take, deviation, first, last) for take in (np.minimum, np.maximum)
         )
-        middle = 0.5 * (padded[1:] + padded[:-1])
-        sums = np.concatenate([np.zeros_like(padded[:1]), np.cumsum(middle, axis=0)])
-        half = 0.5 * period / step
-        rows = np.arange(len(time)) + wide + 1
-        slow = (_between(sums, padded, rows + half) - _between(sums, padded, rows - half)) / (
-            2.0 * half
-        )
-        near = int(half)
-        spans = np.lib.stride_tricks.sliding_window_view(padded, 2 * near + 1, axis=0)
-        spans = spans[wide + 1 - near : wide + 1 - near + len(time)]
-        return cls(slow, deviation - slow, spans.min(axis=-1), spans.max(axis=-1))
+        return cls(slow, deviation - slow, lowest, highest)
 
 
-def _between(sums: np.ndarray, values: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return the integral of straight pieces up to places between their ends, in steps."""
-    first = np.minimum(place.astype(int), len(values) - 2)
-    part = (place - first).reshape(-1, *[1] * (values.ndim - 1))
-    rise = values[first + 1] - values[first]
-    integral: np.ndarray = sums[first] + part * (values[first] + 0.5 * part * rise)
+def _integral(
+    known: np.ndarray, values: np.ndarray, sums: np.ndarray, time: np.ndarray
+) -> np.ndarray:
+    """Return the integral of straight pieces from their start to times between their ends."""
+    shape = (-1, *[1] * (values.ndim - 1))
+    first = (np.searchsorted(known, time, side="right") - 1).clip(max=len(known) - 2)
+    since = (time - known[first]).reshape(shape)
+    slope = (values[first + 1] - values[first]) / np.diff(known)[first].reshape(shape)
+    integral: np.ndarray = sums[first] + since * (values[first] + 0.5 * since * slope)
     return integral
+
+
+def _extreme(take: np.ufunc, values: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return the extremes of rows first to last - 1, from those of runs of 1, 2, 4, ... rows."""
+    found, width, runs = values[first], 1, values
+    count = last - first
+    while width <= count.max():
+        own = (width <= count) & (count < 2 * width)
+        rows = np.flatnonzero(own)
+        found[rows] = take(runs[first[rows]], runs[last[rows] - width])
+        runs = take(runs[:-width], runs[width:])
+        width *= 2
+    return found
 
 
 def beat_parts(run: Run) -> list[Parts] | None:
     """Return the parts of every tool's deviation after a run; None where its process does not beat.
 
-    Neither are there any where the times are uneven or the period is longer than the path.
+    Neither are there any where the period is longer than the path.
     """
     found = run.correction
     time, period = found.desired.time, found.answer.period
-    steps = np.diff(time)
-    uneven = np.ptp(steps) > _EVEN * steps.mean()
-    if period is None or uneven or period > time[-1] - time[0]:
+    if period is None or period > time[-1] - time[0]:
         return None
     deviation = found.achieved.position - found.desired.position
     return [Parts.of(time, own, period) for own in deviation]

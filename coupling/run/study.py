@@ -152,7 +152,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         process = LastAsked(case.process)
         loop = loop_of(replace(case, process=process), cell, watch)
         with _timed(kind, durations):
-            found = _of_program(cell, method.correct(loop, case.desired))
+            found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
             repeated = asked_again(case, process.last, found, watch)
             found = explained(found, kind, repeated)

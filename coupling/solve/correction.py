@@ -11,6 +11,7 @@ from coupling.events import Event
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import SampledPath
 from coupling.process.base import Answer
 from coupling.robot.robot import FlankChange, Robot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, told_at, unloaded_path
@@ -135,7 +136,7 @@ class Correction:
 class Method(Protocol):
     """What makes a command of a desired path."""
 
-    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, with what it leads to.
 
         Raises:
@@ -149,25 +150,26 @@ class Method(Protocol):
 class Uncorrected:
     """Commands the desired path as it is."""
 
-    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
-        joints = on_cycle(loop.robot.plan(desired), loop.controller)
-        desired, rows = told_at(desired, loop.mode)
-        loop.watch(Refined(desired))
-        unloaded = unloaded_path(loop, joints, desired.time)
-        coupling = couple(loop, joints, unloaded, rows)
+        joints = on_cycle(loop.robot.plan(desired.path), loop.controller)
+        times = told_at(desired, loop.mode)
+        path = times.path
+        loop.watch(Refined(path))
+        unloaded = unloaded_path(loop, joints, path.time)
+        coupling = couple(loop, joints, unloaded, times.asked)
         return Correction(
             outcome=coupling.outcome,
             reason=coupling.reason,
-            desired=desired,
+            desired=path,
             unloaded=unloaded,
             before=Before(coupling.path, joints, coupling.answer.wrench, coupling.answer),
             joints=joints,
             command=loop.robot.forward(joints, joints.time),
-            correction=loop.robot.forward(joints, desired.time).deviation_from(desired),
+            correction=loop.robot.forward(joints, path.time).deviation_from(path),
             achieved=coupling.path,
             answer=coupling.answer,
             consistency=coupling.evaluations[-1].path_change,
-            passes=(Pass(0, measure(coupling.path, desired), coupling.evaluations),),
+            passes=(Pass(0, measure(coupling.path, path), coupling.evaluations),),
             evaluations=len(coupling.evaluations),
         )

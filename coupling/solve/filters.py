@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from coupling.errors import CouplingError
+# Even times for each step of uneven ones at most.
+_MOST_EVEN = 4
 
 
 def low_pass(time: np.ndarray, correction: np.ndarray, cutoff: float) -> np.ndarray:
@@ -14,26 +15,27 @@ def low_pass(time: np.ndarray, correction: np.ndarray, cutoff: float) -> np.ndar
     Second-order Butterworth, forwards and backwards.
 
     Args:
-        time: Evenly spaced [s], (n,).
+        time: Rising [s], (n,); the filter works on even times as near as the nearest of these, straight
+            pieces in between.
         correction: (n, k).
-        cutoff: [Hz].
-
-    Raises:
-        CouplingError: If the samples are uneven or too far apart for that frequency.
+        cutoff: [Hz]; nothing is taken from a correction whose samples are too far apart for it.
     """
-    steps = np.diff(time)
-    rate = 1.0 / float(np.mean(steps))
-    if np.ptp(steps) > 1e-6 * np.mean(steps):
-        raise CouplingError(
-            "cutoff_Hz: expected a path with evenly spaced samples, got samples"
-            f" {np.min(steps):.9g} to {np.max(steps):.9g} s apart"
-        )
+    duration, steps = float(time[-1] - time[0]), np.diff(time)
+    count = min(round(duration / steps.min()), _MOST_EVEN * len(steps))
+    even = np.linspace(time[0], time[-1], count + 1)
+    rate = count / duration
     if cutoff >= 0.5 * rate:
         return correction
     sections = butter(2, cutoff, fs=rate, output="sos")
-    padding = min(len(time) - 1, int(3.0 * rate / cutoff))
-    filtered: np.ndarray = sosfiltfilt(sections, correction, axis=0, padtype="even", padlen=padding)
-    return filtered
+    padding = min(count, int(3.0 * rate / cutoff))
+    told = _at(even, time, correction)
+    filtered = sosfiltfilt(sections, told, axis=0, padtype="even", padlen=padding)
+    return _at(time, even, filtered)
+
+
+def _at(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values (n, k) between their times."""
+    return np.column_stack([np.interp(time, known, column) for column in values.T])
 
 
 def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.ndarray:

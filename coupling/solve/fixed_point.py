@@ -11,7 +11,7 @@ from coupling.errors import ProcessError, SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.process.base import Answer, Process
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome
@@ -172,16 +172,15 @@ _SLOWEST = 0.9
 _CARRIED = 20.0
 
 
-def told_at(path: ToolPath, mode: Mode) -> tuple[ToolPath, np.ndarray]:
-    """Return a path at the times at which the robots are simulated, and the rows of its samples.
+def told_at(path: SampledPath, mode: Mode) -> SampledPath:
+    """Return paths at the times at which the robots are simulated.
 
     Args:
-        path: Paths at the samples of the process.
-        mode: A quasi-static robot needs these alone; a moving one does something in between.
+        path: The paths.
+        mode: A quasi-static robot needs the samples of the process alone; a moving one does something
+            in between.
     """
-    if mode == "quasistatic":
-        return path, np.arange(len(path.time))
-    return refined(path, _STEP)
+    return SampledPath.of(path.samples) if mode == "quasistatic" else path.refined(_STEP)
 
 
 def couple(

@@ -13,7 +13,7 @@ from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.process.base import Answer
 from coupling.robot.robot import Inverse as RobotInverse
 from coupling.robot.robot import Robot
@@ -27,19 +27,6 @@ from elastic_robot.fmi.interface import Mode
 _SHARE_OF_ROBOT = 0.1
 # A round that lowers the deviation by less is the last one.
 _IMPROVED = 0.9
-
-
-@dataclass(frozen=True)
-class _Times:
-    """Desired paths on the times at which the tools are watched.
-
-    Attributes:
-        path: The paths.
-        rows: Rows of the process's samples in them.
-    """
-
-    path: ToolPath
-    rows: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -83,7 +70,7 @@ class Inverse(Schema):
     max_rounds: Annotated[int, Field(ge=1)] = 3
     before: How = "one-way"
 
-    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the command for the desired paths of all tools, validated.
 
         Raises:
@@ -91,11 +78,11 @@ class Inverse(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the desired path.
         """
-        times = _Times(*refined(desired, loop.controller.cycle))
+        times = desired.refined(loop.controller.cycle)
         loop.watch(Refined(times.path))
-        plain = on_cycle(loop.robot.plan(desired), loop.controller)
+        plain = on_cycle(loop.robot.plan(desired.path), loop.controller)
         unloaded = unloaded_path(loop, plain, times.path.time)
-        answer = loop.process.evaluate(desired)
+        answer = loop.process.evaluate(desired.samples)
         before, spent = self._before(loop, plain, unloaded, times, answer)
         rounds: list[_Round] = []
         verdict: tuple[Outcome, str] | None = None
@@ -125,35 +112,40 @@ class Inverse(Schema):
         )
 
     def _before(
-        self, loop: Loop[Robot], plain: JointPath, unloaded: ToolPath, times: _Times, answer: Answer
+        self,
+        loop: Loop[Robot],
+        plain: JointPath,
+        unloaded: ToolPath,
+        times: SampledPath,
+        answer: Answer,
     ) -> tuple[Before, int]:
         """Return what the uncorrected command leads to, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
             return Before(path, plain, loads, None, "one-way"), 0
-        coupling = couple(loop, plain, unloaded, times.rows)
+        coupling = couple(loop, plain, unloaded, times.asked)
         before = Before(coupling.path, plain, coupling.answer.wrench, coupling.answer, "coupled")
         return before, len(coupling.evaluations)
 
     def _round(
         self,
         loop: Loop[Robot],
-        desired: ToolPath,
-        times: _Times,
+        desired: SampledPath,
+        times: SampledPath,
         answer: Answer,
         rounds: list[_Round],
     ) -> _Round:
         """Invert the robots under a wrench and validate the command."""
         goal = _SHARE_OF_ROBOT * self.tolerance_m
-        inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
+        inverse = loop.robot.inverse(desired.path, answer.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
         seen = loop.robot.simulate(inverse.joints, answer.wrench.refined(time), loop.mode)
         first = () if rounds else (Evaluation.of(1, times.path, seen, answer.wrench, None),)
         for entry in first:
             loop.watch(Evaluated(entry, seen))
         try:
-            checked = loop.process.evaluate(seen.at_rows(times.rows))
+            checked = loop.process.evaluate(seen.at_rows(times.asked))
             achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
             report = Pass(len(rounds) + 1, measure(seen, times.path), first)

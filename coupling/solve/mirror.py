@@ -13,6 +13,7 @@ from coupling.files.toml_file import Positive, Schema
 from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
+from coupling.path.interpolation import SampledPath
 from coupling.robot.robot import Robot
 from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncorrected
 from coupling.solve.filters import limit_rate, low_pass
@@ -61,7 +62,7 @@ class Mirror(Schema):
     max_correction_rate_m_s: Positive = 0.05
     max_passes: Annotated[int, Field(ge=1)] = 12
 
-    def correct(self, loop: Loop[Robot], desired: ToolPath) -> Correction:
+    def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the corrected command for the desired paths of all tools, validated.
 
         Raises:
@@ -69,19 +70,19 @@ class Mirror(Schema):
             SimulationError: If the robot cannot be simulated.
             ProcessError: If the process has no answer to the first path.
         """
-        _, rows = told_at(desired, loop.mode)
+        times = told_at(desired, loop.mode)
+        rows, path = times.asked, times.path
         first = Uncorrected().correct(loop, desired)
-        desired = first.desired
         passes = list(first.passes)
         coupling = Coupling(
             first.outcome, first.reason, first.achieved, first.answer, passes[0].coupling
         )
-        last = best = _Attempt(desired, first.joints, coupling)
+        last = best = _Attempt(path, first.joints, coupling)
         loop.watch(passes[0])
         verdict = self._verdict(passes, coupling)
         while verdict is None:
             try:
-                last, correction = self._mirrored(loop, last, desired, rows)
+                last, correction = self._mirrored(loop, last, path, rows)
             except ProcessError as error:
                 reason = f"the process failed in pass {len(passes)}: {error}"
                 verdict = Outcome.PROCESS_FAILED, reason
@@ -92,7 +93,7 @@ class Mirror(Schema):
                 reason = f"the corrected command cannot be run: {error}{_ADVICE}"
                 verdict = Outcome.ROBOT_FAILED, reason
                 break
-            deviation = measure(last.coupling.path, desired)
+            deviation = measure(last.coupling.path, path)
             evaluations = last.coupling.evaluations
             passes.append(Pass(len(passes), deviation, evaluations, correction))
             loop.watch(passes[-1])

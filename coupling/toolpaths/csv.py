@@ -11,6 +11,7 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, poses
+from coupling.toolpaths.instants import NONE, Corners, inserted
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
@@ -30,7 +31,7 @@ class CsvPath(ToolPathTable):
     kind: Literal["csv"]
     file: FilePath
 
-    def upright(self, part: Part) -> UprightPath:
+    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -50,4 +51,4 @@ class CsvPath(ToolPathTable):
             path = ToolPath(table[:, 0], pose)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        return self._of_file(part, path)
+        return self._of_file(part, *inserted(path, corners))

@@ -14,7 +14,8 @@ from pydantic import Field
 from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
-from coupling.toolpaths.motion import chain, drive, require_few
+from coupling.toolpaths.instants import NONE, Corners, Instants
+from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
@@ -39,7 +40,7 @@ class GcodePath(ToolPathTable):
     def _program(self) -> Program:
         return read_program(self.file)
 
-    def task(self, part: Part) -> Task:
+    def task(self, part: Part, corners: Corners = NONE) -> Task:
         """Return what is to be made, which words change nothing, and how much the acceleration jumps."""
         ignored = self._program.ignored
         words = ", ".join(
@@ -51,7 +52,7 @@ class GcodePath(ToolPathTable):
                 f"{self.file.name}: where lines and arcs meet without a rest, the acceleration jumps, by"
                 f" up to {jump:.3g} m/s^2 at the feed"
             )
-        return replace(super().task(part), remarks=tuple(remarks))
+        return replace(super().task(part, corners), remarks=tuple(remarks))
 
     def _jump(self) -> float:
         """Return the largest jump of the acceleration within the moves that are driven without a rest.
@@ -69,35 +70,33 @@ class GcodePath(ToolPathTable):
             default=0.0,
         )
 
-    def upright(self, part: Part) -> UprightPath:
+    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
             CaseError: If the file is unreadable or not such a program, or takes too long.
         """
-        parts = list(self._driven())
-        samples = np.vstack([parts[0], *(points[1:] for points in parts[1:])])
-        path = part.tool_path(np.arange(len(samples)) * self.sample_s, samples)
-        return self._of_file(part, path)
+        motion = Motion(list(self._driven()))
+        instants = Instants.of(motion.ends, self.sample_s, corners)
+        path = part.tool_path(instants.time, motion.at(instants.time))
+        return self._of_file(part, path, instants.asked)
 
-    def _driven(self) -> Iterator[np.ndarray]:
-        """Yield the samples of each stretch between two rests, both ends among them, (k, 3)."""
+    def _driven(self) -> Iterator[Leg]:
+        """Yield the motion of each stretch between two rests, and of waits behind the first."""
         count, here = 1.0, None
         for stretch in self._stretches():
             if isinstance(stretch, Dwell):
                 count += stretch.duration / self.sample_s
                 self._require_few(count)
-                steps = round(stretch.duration / self.sample_s)
-                if steps and here is not None:
-                    yield np.tile(here, (steps + 1, 1))
+                if stretch.duration > 0.0 and here is not None:
+                    yield waiting(here, stretch.duration)
                 continue
             curve = chain([move.segment for move in stretch])
             feed = stretch[0].feed or self.rapid_m_s
             count += (curve.length / feed + 2.0 * self.blend_s) / self.sample_s
             self._require_few(count)
-            points = drive(curve, feed, self.blend_s, self.sample_s)
-            here = points[-1]
-            yield points
+            here = curve.point(np.array([curve.length]))[0]
+            yield drive(curve, feed, self.blend_s)
 
     def _require_few(self, count: float) -> None:
         try:

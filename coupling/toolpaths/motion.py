@@ -12,6 +12,7 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.toolpaths.feed import NO_FEED, turned_to
+from coupling.toolpaths.instants import NONE, Corners, Instants
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
@@ -86,7 +87,7 @@ class Driven(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def upright(self, part: Part) -> UprightPath:
+    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -95,10 +96,12 @@ class Driven(ToolPathTable):
         segments, follows = list(self._segments()), self.tilt_frame == "path"
         if follows and all(own.heading is None for own in segments):
             raise CaseError(NO_FEED)
-        turn = self.turn_s if follows else 0.0
-        motion = follow(segments, self.feed_m_s, self.blend_s, self.sample_s, turn)
-        upright = UprightPath(part, part.tool_path(motion.time, motion.points))
-        return upright.headed(motion.heading) if follows else upright
+        motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
+        instants = Instants.of(motion.ends, self.sample_s, corners)
+        moved = motion.at(instants.time)
+        path = part.tool_path(instants.time, moved[:, :3])
+        upright = UprightPath(part, path, instants.asked)
+        return upright.headed(moved[:, 3]) if follows else upright
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
@@ -119,75 +122,136 @@ def require_few(samples: float) -> None:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Samples of a motion along segments.
+class Leg:
+    """A motion from rest to rest.
 
     Attributes:
-        time: [s], (n,).
-        points: [m], (n, 3).
-        heading: Angles of the feed about the z axis from x, continuous within segments [rad], (n,).
+        duration: [s], > 0.
+        at: Function from times since its start (k,) to rows of what moves (k, columns).
     """
 
-    time: np.ndarray
-    points: np.ndarray
-    heading: np.ndarray
+    duration: float
+    at: Callable[[np.ndarray], np.ndarray]
 
 
-def follow(
-    segments: Sequence[Segment], feed: float, blend: float, period: float, turn: float = 0.0
-) -> Motion:
-    """Sample the motion along segments, each from rest to rest.
+@dataclass(frozen=True)
+class Motion:
+    """Motions from rest to rest, one after the other: a function of time.
+
+    Attributes:
+        legs: The motions, at least one.
+
+    Example:
+        >>> leg = drive(straight(np.zeros(3), np.array([0.1, 0.0, 0.0])), feed=0.1, blend=0.2)
+        >>> motion = Motion([leg, waiting(leg.at(np.array([leg.duration]))[0], 0.5)])
+        >>> motion.ends.round(9), motion.at(np.array([0.0, 1.2, 1.7]))[:, 0].round(9)
+        (array([1.2, 1.7]), array([0. , 0.1, 0.1]))
+    """
+
+    legs: Sequence[Leg]
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Time at which each of the motions ends, the first beginning at 0 [s], (legs,)."""
+        return np.cumsum([leg.duration for leg in self.legs])
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return what moves at times from 0 to the end, rising [s], (k,); at rests as they begin."""
+        ends = self.ends
+        first = np.searchsorted(time, np.append(0.0, ends[:-1]), side="right")
+        first[0], last = 0, np.append(first[1:], len(time))
+        found = [
+            leg.at(np.clip(time[a:b] - (end - leg.duration), 0.0, leg.duration))
+            for leg, end, a, b in zip(self.legs, ends, first, last, strict=True)
+            if b > a
+        ]
+        return np.concatenate(found)
+
+
+def waiting(values: np.ndarray, duration: float) -> Leg:
+    """Return a rest of all that moves, (columns,), for a time [s]."""
+    return Leg(duration, lambda time: np.tile(values, (len(time), 1)))
+
+
+def drive(segment: Segment, feed: float, blend: float) -> Leg:
+    """Return the motion of a point along a segment, from rest to rest.
 
     The speed rises over `blend` seconds, stays at the feed and falls over `blend` seconds, with a
     continuous third derivative of the position.  A segment too short for that is driven at a lower
-    speed.  Durations are rounded up to whole periods, so that every corner is a sample.
+    speed.
+
+    Args:
+        segment: The curve.
+        feed: Speed between its ends [m/s].
+        blend: Duration of a start or stop [s].
+    """
+    duration = max(segment.length / feed - blend, 0.0) + 2.0 * blend
+    arc = _arc(segment, duration, blend)
+    return Leg(duration, lambda time: segment.point(arc(time)))
+
+
+def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float = 0.0) -> Motion:
+    """Return the motion along segments, each from rest to rest as `drive` has it.
+
+    Its rows are points [m] and, in the fourth column, the angle of the feed about the z axis from x,
+    continuous within segments [rad].
 
     Args:
         segments: Curves joined end to end.
         feed: Speed between the corners [m/s].
         blend: Duration of a start or stop [s].
-        period: Time between samples [s].
         turn: Duration of a rest in each corner, in which the heading turns the shorter way, with a
             continuous second derivative; 0: the tool goes on at once [s].
     """
-    headings = [own.heading(np.zeros(1)) for own in segments if own.heading is not None]
-    heading = float(headings[0][0]) if headings else 0.0
-    points, angles = [segments[0].point(np.zeros(1))], [np.array([heading])]
+    known = [own.heading(np.zeros(1)) for own in segments if own.heading is not None]
+    heading, legs = float(known[0][0]) if known else 0.0, []
     for segment in segments:
-        s = _arcs(segment, feed, blend, period)
-        curve = segment.point(s)
-        own = np.full(len(s), heading) if segment.heading is None else segment.heading(s)
-        own = own + (turned_to(heading, float(own[0])) - own[0])
-        if turn > 0.0 and abs(own[0] - heading) > _SAME:
-            u = np.linspace(0.0, 1.0, _periods(turn, period) + 1)[1:]
-            points.append(np.tile(curve[0], (len(u), 1)))
-            angles.append(heading + (own[0] - heading) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
-        points.append(curve[1:])
-        angles.append(own[1:])
-        heading = float(own[-1])
-    samples = np.vstack(points)
-    return Motion(np.arange(len(samples)) * period, samples, np.concatenate(angles))
+        leg = _headed(segment, feed, blend, heading)
+        start = leg.at(np.zeros(1))[0]
+        if turn > 0.0 and abs(start[3] - heading) > _SAME:
+            legs.append(_turning(start[:3], heading, float(start[3]), turn))
+        legs.append(leg)
+        heading = float(leg.at(np.array([leg.duration]))[0, 3])
+    return Motion(legs)
 
 
-def _periods(duration: float, period: float) -> int:
-    """Return how many whole periods a duration takes."""
-    return int(np.ceil(duration / period - 1e-9))
+def _headed(segment: Segment, feed: float, blend: float, before: float) -> Leg:
+    """Return the motion along a segment with its headings, at most half a turn from one before it."""
+    driven = drive(segment, feed, blend)
+    if segment.heading is None:
+        return Leg(
+            driven.duration,
+            lambda time: np.column_stack([driven.at(time), np.full(len(time), before)]),
+        )
+    own, arc = segment.heading, _arc(segment, driven.duration, blend)
+    start = float(own(np.zeros(1))[0])
+    shift = turned_to(before, start) - start
+    return Leg(
+        driven.duration,
+        lambda time: np.column_stack([driven.at(time), own(arc(time)) + shift]),
+    )
 
 
-def drive(segment: Segment, feed: float, blend: float, period: float) -> np.ndarray:
-    """Sample the motion along one segment from rest to rest, as `follow`; points [m], (k, 3)."""
-    return segment.point(_arcs(segment, feed, blend, period))
+def _turning(point: np.ndarray, before: float, behind: float, duration: float) -> Leg:
+    """Return a rest at a point in which the heading turns [rad]."""
+
+    def at(time: np.ndarray) -> np.ndarray:
+        u = time / duration
+        heading = before + (behind - before) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        return np.column_stack([np.tile(point, (len(time), 1)), heading])
+
+    return Leg(duration, at)
 
 
-def _arcs(segment: Segment, feed: float, blend: float, period: float) -> np.ndarray:
-    """Return the arc lengths at the samples of a motion from rest to rest [m], (k,)."""
-    cruise = max(segment.length / feed - blend, 0.0)
-    steps = _periods(cruise + 2.0 * blend, period)
-    duration = steps * period
+def _arc(segment: Segment, duration: float, blend: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the function from times to arc lengths [m] of a motion from rest to rest."""
     speed = segment.length / (duration - blend)
-    t = np.arange(steps + 1) * period
-    arcs: np.ndarray = np.clip(speed * _distance(t, duration, blend), 0.0, segment.length)
-    return arcs
+
+    def arc(time: np.ndarray) -> np.ndarray:
+        length: np.ndarray = np.clip(speed * _distance(time, duration, blend), 0.0, segment.length)
+        return length
+
+    return arc
 
 
 def chain(segments: Sequence[Segment]) -> Segment:

@@ -15,7 +15,8 @@ from coupling.files.toml_file import FilePath, Positive
 from coupling.path.histories import ToolPath, poses
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
-from coupling.toolpaths.motion import Segment, drive, require_few
+from coupling.toolpaths.instants import NONE, Corners, Instants
+from coupling.toolpaths.motion import Motion, Segment, drive, require_few
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
@@ -38,7 +39,7 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
-    def upright(self, part: Part) -> UprightPath:
+    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -54,16 +55,20 @@ class ProgramPath(ToolPathTable):
             require_few(count / self.sample_s)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
-        positions, rotations = [], []
-        for k, stretch in enumerate(stretches):
-            samples = drive(stretch.segment(), stretch.feed, self.blend_s, self.sample_s)
-            samples = samples if k == 0 else samples[1:]
-            positions.append(samples[:, :3])
-            rotations.append(stretch.rotations(samples[:, 3]))
-        position, turned = np.vstack(positions), Rotation.concatenate(rotations)
-        time = np.arange(len(position)) * self.sample_s
-        in_world = part.position + part.rotation.apply(position)
-        return self._of_file(part, ToolPath(time, poses(in_world, part.rotation * turned)))
+        motion = Motion([drive(own.segment(), own.feed, self.blend_s) for own in stretches])
+        instants = Instants.of(motion.ends, self.sample_s, corners)
+        moved = motion.at(instants.time)
+        stretch = np.searchsorted(motion.ends, instants.time).clip(max=len(stretches) - 1)
+        turned = Rotation.concatenate(
+            [
+                own.rotations(moved[stretch == k, 3])
+                for k, own in enumerate(stretches)
+                if np.any(stretch == k)
+            ]
+        )
+        in_world = part.position + part.rotation.apply(moved[:, :3])
+        path = ToolPath(instants.time, poses(in_world, part.rotation * turned))
+        return self._of_file(part, path, instants.asked)
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:
         """Return what is driven without a rest: at one speed, without a corner."""

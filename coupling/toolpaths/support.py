@@ -43,6 +43,11 @@ class Support:
         drift = (supporting - own.desired.position[0]) - (forming - own.forming.position[0])
         return np.sum(drift * own.direction, axis=1)
 
+    def at_rows(self, rows: np.ndarray) -> Support:
+        """Return the same at some of its times, by their row numbers."""
+        forming, desired = self.forming.at_rows(rows), self.desired.at_rows(rows)
+        return replace(self, forming=forming, desired=desired, direction=self.direction[rows])
+
     def at(self, time: np.ndarray) -> Support:
         """Return the same at other times between the first and the last [s], (k,)."""
         if np.array_equal(time, self.forming.time):

@@ -12,6 +12,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.feed import headings_along
+from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import ToolTilt
@@ -37,16 +38,20 @@ class ToolPathTable(Schema, ABC):
     rotation_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     @abstractmethod
-    def upright(self, part: Part) -> UprightPath:
+    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
+
+        Args:
+            part: Placement of the part.
+            corners: Times at which the process is to be asked as well [s].
 
         Raises:
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _of_file(self, part: Part, path: ToolPath) -> UprightPath:
+    def _of_file(self, part: Part, path: ToolPath, asked: np.ndarray) -> UprightPath:
         """Return a path as a file tells it, with its feed where the tilt is measured from it."""
-        upright = UprightPath(part, path)
+        upright = UprightPath(part, path, asked)
         return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
 
     @property
@@ -66,14 +71,23 @@ class ToolPathTable(Schema, ABC):
         Raises:
             CaseError: As for `upright`, or if the tool is turned too fast along it.
         """
-        path = self.upright(part).tilted(self.tilt)
+        return self._tilted(self.upright(part))
+
+    def _tilted(self, upright: UprightPath) -> ToolPath:
+        path = upright.tilted(self.tilt)
         if self.tilt_frame == "path":
             _require_slow_turns(path)
         return path
 
-    def task(self, part: Part) -> Task:
-        """Return what is to be made along the path, its TCP being the tool's tip."""
-        return Task(part, self.path(part))
+    def task(self, part: Part, corners: Corners = NONE) -> Task:
+        """Return what is to be made along the path, its TCP being the tool's tip.
+
+        Args:
+            part: Placement of the part.
+            corners: Times at which the process is to be asked as well [s].
+        """
+        upright = self.upright(part, corners)
+        return Task(part, self._tilted(upright), asked=upright.asked)
 
 
 def _require_slow_turns(path: ToolPath) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from uuid import uuid4
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from coupling.events import Watch, unwatched
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import SampledPath
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 from coupling.toolpaths.tilt import APPROACH
@@ -27,6 +28,7 @@ class Task:
     Attributes:
         part: Placement of the part.
         forming: Desired path of the tool; in a cell, of the forming tool.
+        asked: Rows of it at which a process is asked, (k,); all of them unless given.
         wall_angle: Angle of the wall from the sheet's plane [rad], or None where the path has none.
         step_down: Distance between two contours [m], or None.
         support: Task of the supporting tool of a cell, or None.
@@ -47,9 +49,29 @@ class Task:
     support: Support | None = None
     contact: np.ndarray = field(default_factory=APPROACH.copy)
     height: float = 0.0
+    asked: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     workspace: Path = field(default_factory=_temporary_folder)
     watch: Watch = unwatched
     remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.asked) == 0:
+            object.__setattr__(self, "asked", np.arange(len(self.forming.time)))
+
+    @property
+    def sampled(self) -> Task:
+        """What a process knows of it: the same where the process is asked, alone."""
+        return replace(
+            self,
+            forming=self.forming.at_rows(self.asked),
+            support=None if self.support is None else self.support.at_rows(self.asked),
+            asked=np.arange(len(self.asked)),
+        )
+
+    @property
+    def motion(self) -> SampledPath:
+        """Desired paths of all tools, with the rows at which a process is asked."""
+        return SampledPath(self.desired, self.asked)
 
     @property
     def desired(self) -> ToolPath:

@@ -23,11 +23,13 @@ class UprightPath:
     Attributes:
         part: Placement of the part.
         path: Path of the tool's tip, in the world.
+        asked: Rows of it at which a process is asked, (k,).
         axes: Axes that lead and lean are measured in at its times, in the part, (n,); None: the part's.
     """
 
     part: Part
     path: ToolPath
+    asked: np.ndarray
     axes: Rotation | None = None
 
     @property
@@ -57,6 +59,13 @@ class UprightPath:
             return self.path
         turned = self.part.rotation * tilt.part_from_tool(self.along_path, self.axes)
         return ToolPath(self.path.time, poses(self.path.position[0], turned))
+
+    @property
+    def sampled(self) -> UprightPath:
+        """The path where a process is asked, alone."""
+        rows = self.asked
+        axes = None if self.axes is None else self.axes[rows]
+        return UprightPath(self.part, self.path.at_rows(rows), np.arange(len(rows)), axes)
 
     def centered(self, radius: float) -> UprightPath:
         """Return the path of the centre of the sphere that the tool ends in."""

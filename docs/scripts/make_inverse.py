@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
 from docs.scripts import inverse_crossing, inverse_cut
@@ -195,7 +195,7 @@ def samples() -> str:
         for sample in SAMPLES:
             keys = {**motion.keys, "sample_s": 1e-3 * sample}
             path = example(motion.example, tool_path=keys).desired
-            ours = refined(path, 1e-3)[0]
+            ours = SampledPath.of(path).refined(1e-3).path
             cubic = CubicSpline(path.time, path.position[0], bc_type="clamped")(ours.time)
             cells.append(_figure(1e6 * np.linalg.norm(ours.position[0] - cubic, axis=1).max()))
         rows.append(cells)

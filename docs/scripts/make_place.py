@@ -118,7 +118,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
     found = []
     with Models(case.fmu) as fmus:
         cell, models = cell_of(case.robots, fmus)
-        correction = case.method.correct(loop_of(case, cell), case.desired)
+        correction = case.method.correct(loop_of(case, cell), case.motion)
         for factor in FACTORS:
             other = differing(cell, models, [Difference(backlash=(factor,))], "another backlash")
             path = other.simulate(correction.joints, correction.answer.wrench, "dynamic")

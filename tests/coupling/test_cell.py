@@ -21,7 +21,7 @@ from coupling.case import load_case
 from coupling.errors import BuildError, CaseError
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory, poses
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
@@ -291,15 +291,16 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
     """Every path between its samples as well: deviations and gap at the samples are as they were."""
     case, run, _ = finished
     found = run.correction
-    desired, rows = refined(found.desired, 0.0021)
+    fine = SampledPath.of(found.desired).refined(0.0021)
+    desired, rows = fine.path, fine.asked
     assert len(rows) == len(found.desired.time) < len(desired.time)
     finer = replace(
         found,
         desired=desired,
-        unloaded=refined(found.unloaded, 0.0021)[0],
-        before=replace(found.before, path=refined(run.before, 0.0021)[0]),
+        unloaded=SampledPath.of(found.unloaded).refined(0.0021).path,
+        before=replace(found.before, path=SampledPath.of(run.before).refined(0.0021).path),
         correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
-        achieved=refined(found.achieved, 0.0021)[0],
+        achieved=SampledPath.of(found.achieved).refined(0.0021).path,
         answer=Answer(found.answer.wrench.refined(desired.time)),
     )
     gap = _gap(case, finer)

@@ -19,6 +19,7 @@ from coupling.errors import CaseError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
 from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member, Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -153,7 +154,7 @@ def test_what_rows_leave_out_of_a_path_is_in_its_correction():
     desired = ToolPath(time, upright(np.column_stack([0.1 * time, shake, 0.0 * time])))
     springs = Member("springs", AT_THE_ORIGIN, SpringRobot(np.zeros((3, 3))), SpringPlanner())
     loop = Loop(Cell((springs,)), NoForce(), "quasistatic", controller=Controller(0.004))
-    found = Uncorrected().correct(loop, desired)
+    found = Uncorrected().correct(loop, SampledPath.of(desired))
     assert found.converged
     motion = motion_of(found.joints)
     np.testing.assert_allclose(found.achieved.position[0], motion.at(time)[0], rtol=0, atol=1e-15)

@@ -17,6 +17,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.errors import CaseError, HostError, SimulationError
 from coupling.fmu_export.build import build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import SampledPath
 from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
 from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
@@ -148,7 +149,7 @@ def test_a_robot_whose_host_ends_is_an_error_and_no_verdict(at):
     process, command = ElasticWall(stiffness=1e6, **WALL), moving_command()
     desired = ToolPath(command.time, upright(command.q[0]))
     with pytest.raises(HostError, match="killed"):
-        Mirror().correct(loop(cell, process, SCHEMES["anderson"](1.0)), desired)
+        Mirror().correct(loop(cell, process, SCHEMES["anderson"](1.0)), SampledPath.of(desired))
     assert springs.calls == at
 
 

@@ -13,7 +13,7 @@ from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.process.base import Answer
 from coupling.robot.robot import Inverse as RobotInverse
 from coupling.run.study import run_compensation
@@ -39,7 +39,7 @@ class InvertibleSprings(SpringRobot):
         return self.planner.forward(joints, time)
 
     def inverse(self, path, wrench, controller, goal, watch=None):
-        fine, _ = refined(path, controller.cycle)
+        fine = SampledPath.of(path).refined(controller.cycle).path
         give = wrench.refined(fine.time).force[0] @ COMPLIANCE
         return RobotInverse(JointPath(fine.time, (fine.position[0] - give + self.error,)))
 
@@ -71,7 +71,7 @@ def desired():
 
 
 def corrected(robot, process, desired, mode="dynamic", **keys):
-    return Inverse(**keys).correct(Loop(robot, process, mode), desired)
+    return Inverse(**keys).correct(Loop(robot, process, mode), SampledPath.of(desired))
 
 
 def test_the_process_is_asked_twice_on_the_desired_path_and_on_the_one_really_taken(desired):

@@ -12,7 +12,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.errors import SimulationError
 from coupling.path.contact_spring import straight
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.path.interpolation import refined
+from coupling.path.interpolation import SampledPath
 from coupling.process import Answer, ElasticWall
 from coupling.robot.cell import Cell, Member, Placement
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
@@ -105,7 +105,8 @@ def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
     command = JointPath(time, (drives,))
     samples = np.linspace(0.0, 1.0, 51)
     sampled = ToolPath(samples, upright(drives[::40]))
-    told, rows = refined(sampled, 0.004)
+    fine = SampledPath.of(sampled).refined(0.004)
+    told, rows = fine.path, fine.asked
     loop = Loop(robot, wall, "quasistatic", Robin())
     found = couple(loop, command, unloaded_path(loop, command, told.time), rows)
     assert found.converged, found.reason

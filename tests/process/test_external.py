@@ -25,6 +25,7 @@ from coupling.errors import CaseError, ProcessError
 from coupling.events import Event, Said
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import SampledPath
 from coupling.process import External, ExternalTable, MeasuredTable
 from coupling.process.measured import distance_along
 from coupling.process.program import is_running
@@ -324,7 +325,7 @@ def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, Extern
 def mirrored(workspace: Path, limit: int) -> Correction:
     """Return the correction of that path."""
     loop, desired = pressing(workspace, limit)
-    return Mirror(tolerance_m=1e-5).correct(loop, desired)
+    return Mirror(tolerance_m=1e-5).correct(loop, SampledPath.of(desired))
 
 
 def test_a_later_failure_of_a_coupling_is_a_result_with_what_was_computed(tmp_path):

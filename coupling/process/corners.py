@@ -1,0 +1,52 @@
+"""When a force along the desired path has corners: its tool meets a sheet, a wall, a level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from scipy.optimize import brentq
+
+from coupling.path.histories import ToolPath
+from coupling.path.interpolation import InterpolatedPath
+from coupling.toolpaths.part import Part
+
+# What is nearer to a surface lies on it [m].
+_ON = 1e-9
+# Times of corners are told to the nanosecond: the same wherever the part stands.
+_DIGITS = 9
+
+
+def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the times at which a tool crosses a surface, rising [s], (k,).
+
+    Args:
+        path: Path of the tool.
+        distance: Function from positions (n, 3) to signed distances from the surface [m], (n,).
+
+    Example:
+        >>> time = np.linspace(0.0, 1.0, 51)
+        >>> pose = np.zeros((51, 7)); pose[:, 2] = 0.01 * np.cos(np.pi * time); pose[:, 6] = 1.0
+        >>> crossings(ToolPath(time, pose), lambda position: position[:, 2])
+        array([0.5])
+    """
+    side = distance(path.position[0])
+    off = np.flatnonzero(np.abs(side) > _ON)
+    found = np.flatnonzero(np.sign(side[off[1:]]) != np.sign(side[off[:-1]]))
+    if len(found) == 0:
+        return np.zeros(0)
+    between = InterpolatedPath(path)
+
+    def away(time: float) -> float:
+        return float(distance(between.position(np.array([time])))[0])
+
+    return np.round([brentq(away, *path.time[off[[k, k + 1]]]) for k in found], _DIGITS)
+
+
+def level_crossings(path: ToolPath, part: Part, levels: Iterable[float]) -> np.ndarray:
+    """Return the times at which a tool crosses heights along the part's z axis [m], rising [s], (k,)."""
+
+    def above(level: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda position: part.coordinates(position)[:, 2] - level
+
+    return np.sort(np.concatenate([np.zeros(0), *(crossings(path, above(z)) for z in levels)]))

@@ -1,0 +1,86 @@
+"""When a process is asked along a path, and the shorter steps in which the path is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.path.histories import ToolPath
+from coupling.path.interpolation import InterpolatedPath, divided
+
+# Longest step in which a path is told [s]: a quintic spline through rows 4 ms apart stays within 1 nm of
+# a motion that reaches 0.25 m/s in 0.2 s, where one through rows 20 ms apart leaves 0.4 um.
+LONGEST = 0.004
+# Instants are one if they are closer than this part of the sampling period, or of LONGEST where that is
+# the shorter one: splines through rows of very different steps ring.
+_NEAR, _NEAR_LONGEST = 0.1, 1.0 / 3.0
+
+# Times at which a process is to be asked beside the usual ones [s].
+Corners = np.ndarray
+NONE: Corners = np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Times of a path.
+
+    Attributes:
+        time: Times at which it is told, rising from 0 [s], (n,).
+        asked: Rows of those at which a process is asked, (k,).
+    """
+
+    time: np.ndarray
+    asked: np.ndarray
+
+    @classmethod
+    def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> Instants:
+        """Return the times of a motion.
+
+        Between rests and corners, which are instants themselves, the process is asked in equal steps.
+
+        Args:
+            rests: Times at which the motion comes to rest, rising, the last one its end [s].
+            period: Longest time between two questions [s].
+            corners: Times at which the process is to be asked as well; those next to a rest or to each
+                other are one with it [s].
+
+        Example:
+            >>> instants = Instants.of(np.array([0.03]), 0.012)
+            >>> len(instants.time), instants.time[instants.asked].round(9)
+            (10, array([0.  , 0.01, 0.02, 0.03]))
+        """
+        near = max(_NEAR * period, _NEAR_LONGEST * min(period, LONGEST))
+        fixed = _apart(np.append(0.0, rests), corners, near)
+        asked = divided(fixed, period)[0]
+        return cls(*divided(asked, LONGEST))
+
+
+def _apart(kept: np.ndarray, more: np.ndarray, near: float) -> np.ndarray:
+    """Return times with those of others that are not near one that is kept already, rising."""
+    found = kept
+    for time in np.sort(more):
+        if found[0] < time < found[-1] and np.abs(found - time).min() >= near:
+            found = np.insert(found, np.searchsorted(found, time), time)
+    return found
+
+
+def inserted(path: ToolPath, corners: Corners) -> tuple[ToolPath, np.ndarray]:
+    """Return a path of one tool with rows at corners, and the rows at which a process is asked: all.
+
+    Args:
+        path: A path whose rows are its user's.
+        corners: Times [s]; those next to a row are one with it.
+    """
+    steps = np.diff(path.time)
+    inside = corners[(corners > path.time[0]) & (corners < path.time[-1])]
+    step = steps[np.searchsorted(path.time, inside) - 1]
+    apart = [
+        time
+        for time, own in zip(inside, step, strict=True)
+        if np.abs(path.time - time).min() >= _NEAR_LONGEST * own
+    ]
+    time = np.union1d(path.time, apart)
+    pose = InterpolatedPath(path).at(time).pose if apart else path.pose.copy()
+    pose[:, np.searchsorted(time, path.time)] = path.pose
+    return ToolPath(time, pose), np.arange(len(time))
