@@ -34,13 +34,14 @@ from coupling.robot.mounting import Mounting
 from coupling.robot.programmed import TouchOff
 from coupling.robot.touch_off import RestingRobot, touched_off
 from coupling.solve import METHODS
-from coupling.solve.correction import Method
+from coupling.solve.correction import Compensation
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
+from coupling.toolpaths.upright import UprightPath
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
 
@@ -102,6 +103,7 @@ class Case:
         mode: Mode in which the robots are simulated.
         fmu: Kind of their FMUs.
         tool_path: Table [tool_path].
+        corners: Times at which the process is asked as its force has corners there [s].
         motion: Desired paths of all tools, told finely.
         task: What they are to do, as the process knows it: where it is asked.
         process: Process model.
@@ -120,12 +122,13 @@ class Case:
     mode: Mode
     fmu: str
     tool_path: ToolPathTable
+    corners: np.ndarray
     motion: SampledPath
     task: Task
     process: Process
     process_table: ProcessSchema
     coupling: CouplingTable
-    method: Method
+    method: Compensation
     controller: Controller
     plant: Plant | None
     study: StudyTable
@@ -136,6 +139,11 @@ class Case:
     def desired(self) -> ToolPath:
         """Desired paths of all tools where the process is asked."""
         return self.task.desired
+
+    @property
+    def upright(self) -> UprightPath:
+        """Path of the forming tool where the process is asked, before its tool is turned."""
+        return self.tool_path.upright(self.task.part, self.corners).sampled
 
     @property
     def touch_off_remarks(self) -> list[str]:
@@ -174,8 +182,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     method = _variant(path, "compensation", "method", compensation, METHODS)
     process_table = _process_table(path, file.process)
     with _errors_of(str(path)):
-        task = _task(tool_path, file.part.part(), process_table)
-        task = replace(task, watch=watch)
+        task, corners = _task(tool_path, file.part.part(), process_table)
     robots = [_placed("forming", file.robot, _tcp_shift(task, process_table), path)]
     if file.support is not None:
         robots.append(_placed("support", file.support, np.zeros(3), path))
@@ -183,7 +190,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         with _errors_of(f"{path}: part: touch_off"):
             part, robots = _touched_off(file, task, process_table, robots)
         with _errors_of(str(path)):
-            task = replace(_task(tool_path, part, process_table), watch=watch)
+            task, corners = _task(tool_path, part, process_table)
     plant: Plant | None = None
     if file.plant is not None:
         with _errors_of(f"{path}: plant"):
@@ -194,7 +201,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
             task = replace(task, workspace=workspace)
         if file.support is not None:
             task = _supported(task, file.support, process_table)
-        motion, task = task.motion, task.sampled
+        motion, task = task.motion, replace(task.sampled, watch=watch)
         process = process_table.process(task)
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": file.coupling, "compensation": method}
@@ -215,6 +222,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         mode=file.robot.mode,
         fmu=file.robot.fmu,
         tool_path=tool_path,
+        corners=corners,
         motion=motion,
         task=task,
         process=process,
@@ -260,8 +268,10 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
     return validate({**data, "model": model}, schema, CaseError, f"{path}: process", path.parent)
 
 
-def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessSchema) -> Task:
-    """Return what is to be made, with the point of a tool's sphere that is its TCP.
+def _task(
+    tool_path: ToolPathTable, part: Part, process_table: ProcessSchema
+) -> tuple[Task, Corners]:
+    """Return what is to be made, with the point of a tool's sphere that is its TCP, and the corners.
 
     The process is asked where its force has corners, too.
     """
@@ -276,7 +286,7 @@ def _task(tool_path: ToolPathTable, part: Part, process_table: ProcessSchema) ->
 
     found = task(NONE)
     corners = process_table.corners(found)
-    return task(corners) if len(corners) else found
+    return (task(corners) if len(corners) else found), corners
 
 
 def _tcp_shift(task: Task, process_table: ProcessSchema) -> np.ndarray:

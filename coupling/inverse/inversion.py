@@ -52,8 +52,8 @@ class Wanted:
 
     Attributes:
         path: Desired path of its tool.
-        rigid: Joint angles of the undeflected robot along it, at the same times.
-        wrench: Wrench on the tool, at the same times.
+        rigid: Joint angles of the undeflected robot along it, from its start to its end.
+        wrench: Wrench on the tool, likewise.
     """
 
     path: ToolPath

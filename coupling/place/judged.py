@@ -76,8 +76,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
         wrench = process_of(case).evaluate(case.desired).wrench
     # The same motion, but for rounding: its process is asked at the same times.
     wrench = wrench.refined(case.desired.time)
-    along = case.tool_path.upright(case.task.part).sampled
-    stations = stations_along(along, placing.cell.sphere_radius, wrench).strongest()
+    stations = stations_along(case.upright, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.

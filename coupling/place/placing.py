@@ -150,7 +150,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
     radius, upright_lean = 0.5 * (diameter or 0.0), np.deg2rad(case.tool_path.upright_lean_deg)
     cell = Cell(part_rpy, base_rpy, radius, float(upright_lean), gravity)
     wrench = process.evaluate(case.desired).wrench
-    stations = stations_along(case.tool_path.upright(case.task.part).sampled, radius, wrench)
+    stations = stations_along(case.upright, radius, wrench)
     in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
     demands = Demands(
         float(np.deg2rad(table.joint_margin_deg)), table.least_regularity, table.clear_share

@@ -12,6 +12,7 @@ from coupling.events import Watch, unwatched
 from coupling.inverse.inversion import Wanted
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.interpolation import SampledPath
 from coupling.robot.moving import Inverter
 from coupling.robot.programmed import TouchOff
 from coupling.robot.robot import Inverse, LimitWarning, SimulatedRobot
@@ -164,7 +165,7 @@ class Cell:
 
     def inverse(
         self,
-        path: ToolPath,
+        desired: SampledPath,
         wrench: WrenchHistory,
         controller: Controller,
         goal: float,
@@ -177,9 +178,9 @@ class Cell:
             SimulationError: If a robot cannot be simulated.
         """
         found = []
-        rigid = self._undeflected(path)
+        rigid = self._undeflected(desired.samples)
         for member, tool, own, load in zip(
-            self.members, path.tools, rigid.robots, wrench.tools, strict=True
+            self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
             at = member.placement

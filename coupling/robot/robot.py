@@ -10,6 +10,7 @@ import numpy as np
 from coupling.events import Watch, unwatched
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.interpolation import SampledPath
 from elastic_robot.fmi.interface import Mode
 
 # What is said of a limit that is passed, by its name.
@@ -20,6 +21,9 @@ _PASSED = {
     " {limit:.5g} N",
     "gear-torque-peak": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its peak"
     " torque is {limit:.5g} N m",
+    "sampling": "between the process's samples its force is taken as straight, which costs an estimated"
+    " {value_um:.4g} um at t = {time:.3f} s; tolerance_m is {limit_um:.4g} um: lower sample_s, or give a"
+    " path from a file more rows",
     "gear-torque-emergency": "joint {joint}: its gear carries {value:.5g} N m at t = {time:.3f} s; its"
     " torque in an emergency stop is {limit:.5g} N m",
 }
@@ -27,12 +31,13 @@ _PASSED = {
 
 @dataclass(frozen=True)
 class LimitWarning:
-    """A limit of the robot file is passed.
+    """A limit of the robot file is passed, or a tolerance of the case.
 
     Attributes:
-        name: Name of the limit: "rate", "payload", "gear-torque-peak" or "gear-torque-emergency".
-        value: What is asked, where it is worst [rad/s], [N] or [N m].
-        limit: What the robot can do, in the same unit.
+        name: Name of the limit: "rate", "payload", "gear-torque-peak", "gear-torque-emergency" or
+            "sampling".
+        value: What is asked, where it is worst [rad/s], [N] or [N m]; of samples what they cost [m].
+        limit: What the robot can do, or the tolerance, in the same unit.
         time: Instant at which it is worst [s].
         joint: Number, from 1; None for what is no joint's.
         robot: Name of the robot in a cell of several.
@@ -47,7 +52,9 @@ class LimitWarning:
 
     def __str__(self) -> str:
         whose = f"{self.robot}: " if self.robot else ""
-        return whose + _PASSED[self.name].format(**vars(self))
+        return whose + _PASSED[self.name].format(
+            **vars(self), value_um=1e6 * self.value, limit_um=1e6 * self.limit
+        )
 
 
 @dataclass(frozen=True)
@@ -116,7 +123,7 @@ class Robot(SimulatedRobot, Protocol):
 
     def inverse(
         self,
-        path: ToolPath,
+        desired: SampledPath,
         wrench: WrenchHistory,
         controller: Controller,
         goal: float,
@@ -125,8 +132,8 @@ class Robot(SimulatedRobot, Protocol):
         """Return the commands that keep the moving robot's tools on their paths.
 
         Args:
-            path: Desired paths of the tools.
-            wrench: Wrenches on them, at the same times.
+            desired: Desired paths of the tools.
+            wrench: Wrenches on them, from their start to their end.
             controller: What takes the commands.
             goal: Deviation at the tools that needs no further improvement [m].
             watch: Function that is told how far the work is.

@@ -25,6 +25,7 @@ from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.plant import OnPlant, plant_cell, run_on_plant
 from coupling.run.robustness import Replay, replayed
+from coupling.run.sampling import Sampling, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
 from elastic_robot.fmi.interface import Mode
@@ -54,7 +55,8 @@ class Run:
             moving ones, under the commands and wrenches of the paths before and after; None where that
             was not possible, and after a coupling no path after.
         unloaded_after: Paths under the corrected command and gravity alone; None likewise.
-        robustness: What the corrected command leaves on robots that differ from the model.
+        robustness: What the corrected command leaves on robots and under forces that differ from the
+            model's.
         plant: What the command leaves on the case's plant; None where it has none.
         drives: What the command asks of the drives of every robot.
         warnings: Limits of the robot files that are passed: rates of joints, rated loads, gear torques.
@@ -169,9 +171,12 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.answer.wrench, other)
         replays: tuple[Replay, ...] = ()
+        sampling: Sampling | None = None
         if kind == "compensate":
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
+            with _timed("sampling", durations):
+                sampling = sampling_of(case, cell, found)
         plant: OnPlant | None = None
         if case.plant is not None:
             with _timed("plant", durations):
@@ -188,7 +193,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             other_before=other_before,
             other_after=other_after,
             unloaded_after=unloaded_after,
-            robustness=replays,
+            robustness=replays if sampling is None else (*replays, sampling.replay),
             plant=plant,
             drives=tuple(
                 drive_motions(own, JointLimits.of(model.robot, case.controller.max_acceleration))
@@ -197,6 +202,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
             warnings=(
                 *cell.rate_warnings(found.joints),
                 *load_warnings(case.robots, loads, gears),
+                *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
             remarks=remarks(case, loads),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),

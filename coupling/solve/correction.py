@@ -147,14 +147,23 @@ class Method(Protocol):
         ...
 
 
+class Compensation(Method, Protocol):
+    """A method that is chosen in a case."""
+
+    @property
+    def tolerance_m(self) -> float:
+        """Largest deviation from the desired path that ends the iteration [m]."""
+        ...
+
+
 class Uncorrected:
     """Commands the desired path as it is."""
 
     def correct(self, loop: Loop[Robot], desired: SampledPath) -> Correction:
         """Return the coupling of robot and process along the desired path."""
-        joints = on_cycle(loop.robot.plan(desired.path), loop.controller)
         times = told_at(desired, loop.mode)
         path = times.path
+        joints = on_cycle(loop.robot.plan(path), loop.controller)
         loop.watch(Refined(path))
         unloaded = unloaded_path(loop, joints, path.time)
         coupling = couple(loop, joints, unloaded, times.asked)

@@ -138,7 +138,7 @@ class Inverse(Schema):
     ) -> _Round:
         """Invert the robots under a wrench and validate the command."""
         goal = _SHARE_OF_ROBOT * self.tolerance_m
-        inverse = loop.robot.inverse(desired.path, answer.wrench, loop.controller, goal, loop.watch)
+        inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
         time = times.path.time
         seen = loop.robot.simulate(inverse.joints, answer.wrench.refined(time), loop.mode)
         first = () if rounds else (Evaluation.of(1, times.path, seen, answer.wrench, None),)

@@ -40,13 +40,15 @@ def test_simulations_count_their_steps_up_to_the_end(watched):
     works = [event for event in told if isinstance(event, Progress)]
     works = [work for work in works if work.what.startswith("simulating")]
     steps = len(run.desired.time) - 1
-    assert {work.total for work in works} == {steps}
+    assert {work.total for work in works} == {steps, 2 * steps}  # once at half the samples
     whats = [what for what, _ in itertools.groupby(work.what for work in works)]
     assert whats == [
         "simulating the quasistatic robot",
         "simulating the dynamic robot",
-        *(f"simulating the dynamic robot with {replay.name}" for replay in run.robustness),
+        *(f"simulating the dynamic robot with {own.name}" for own in run.robustness[:-1]),
+        "simulating the quasistatic robot",  # what samples cost, in the mode of the case
     ]
+    assert run.robustness[-1].name == "sampling"
     finished = sum(work.done == work.total for work in works)
     # Two unloaded and two in dynamic mode, before and after; one for each evaluation (the validation
     # among them).

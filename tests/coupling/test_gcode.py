@@ -139,12 +139,12 @@ def test_the_feed_is_kept_through_tangents_and_the_tool_rests_in_corners(tmp_pat
         blend_s=0.1,
         sample_s=0.01,
     )
-    speed = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1) / 0.01
+    speed = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1) / np.diff(found.time)
     assert speed.max() == pytest.approx(0.05, rel=0.01)
     slow = np.flatnonzero(speed < 0.025)
     corner = int(np.argmin(np.linalg.norm(found.position[0] - [0.0, 0.04, 0.0], axis=1)))
     near = np.abs(slow[:, None] - np.array([0, corner, len(speed)])).min(axis=1)
-    assert near.max() < 10
+    assert near.max() < 30
     assert speed[corner - 1 : corner + 1].max() < 0.002
     length = np.linalg.norm(np.diff(found.position[0], axis=0), axis=1).sum()
     assert length == pytest.approx(0.24 + 0.02 * np.pi, rel=1e-4)

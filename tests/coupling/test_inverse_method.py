@@ -38,8 +38,8 @@ class InvertibleSprings(SpringRobot):
     def forward(self, joints, time):
         return self.planner.forward(joints, time)
 
-    def inverse(self, path, wrench, controller, goal, watch=None):
-        fine = SampledPath.of(path).refined(controller.cycle).path
+    def inverse(self, desired, wrench, controller, goal, watch=None):
+        fine = desired.refined(controller.cycle).path
         give = wrench.refined(fine.time).force[0] @ COMPLIANCE
         return RobotInverse(JointPath(fine.time, (fine.position[0] - give + self.error,)))
 

@@ -1,0 +1,165 @@
+"""What it costs that a process is asked at samples, and its force taken as straight in between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.case import Case
+from coupling.errors import CaseError, ProcessError, SimulationError
+from coupling.path.contact_spring import straight
+from coupling.path.deviation import measure
+from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.interpolation import InterpolatedPath
+from coupling.process import Answer, Process
+from coupling.robot.cell import Cell
+from coupling.robot.robot import LimitWarning
+from coupling.run.robustness import Replay
+from coupling.solve.correction import Correction
+from coupling.solve.fixed_point import Loop, couple
+from coupling.solve.schemes import SCHEMES
+from coupling.toolpaths.task import Task
+
+# An error of second order falls to a quarter at half the step: it is 4/3 of the difference.
+_OF_HALF = 4.0 / 3.0
+# A parabola is told by straight pieces a quarter of a step long, which are 1/16 of its arch off.
+_PIECES = 4
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """What the samples of a process leave out.
+
+    Attributes:
+        error: Largest distance between the path under the process's samples and the one that is
+            estimated under all of its force [m].
+        time: Instant of it [s].
+        replay: Deviation of the estimated path from the desired one.
+    """
+
+    error: float
+    time: float
+    replay: Replay
+
+    def warnings(self, tolerance: float) -> list[LimitWarning]:
+        """Return a warning where the error exceeds a tolerance [m]."""
+        if self.error <= tolerance:
+            return []
+        return [LimitWarning("sampling", self.error, tolerance, self.time)]
+
+
+def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
+    """Return what the samples of a process cost a command; None where that cannot be simulated.
+
+    A formula is asked once more, at half the steps, on the path that the tools take.  Of other
+    processes the force is taken as parabolas between their samples instead of lines.  The robots answer
+    to either against the process's stiffness, where it is known, as in a coupling.
+
+    Args:
+        case: The case.
+        cell: Its robots.
+        found: The command, with the process's answer to the path under it.
+    """
+    samples = case.motion.samples.time
+    try:
+        process, time, factor = _finer(case, found, samples)
+        all_times = np.union1d(found.achieved.time, time)
+        rows = np.searchsorted(all_times, time)
+        knows = found.answer.stiffness is not None
+        scheme = SCHEMES["robin" if knows else "constant"]()
+        loop = Loop(cell, process, case.mode, scheme, max_evaluations=1)
+        start = _between(found.achieved, all_times)
+        moved = couple(loop, found.joints, start, rows).path
+    except (SimulationError, ProcessError, CaseError):  # an estimate that spoils no result
+        return None
+    back = moved.at_rows(np.searchsorted(all_times, found.achieved.time))
+    change = factor * back.deviation_from(found.achieved)
+    path = found.achieved.displaced(change)
+    pairs = zip(path.tools, found.desired.tools, strict=True)
+    replay = Replay(
+        "sampling",
+        measure(path, found.desired),
+        tuple(measure(own, desired) for own, desired in pairs),
+    )
+    off = path.distance_to(found.achieved)
+    return Sampling(float(off.max()), float(path.time[off.argmax()]), replay)
+
+
+def parabolic(wrench: WrenchHistory) -> WrenchHistory:
+    """Return a history that follows parabolas between its rows instead of lines.
+
+    Of the two parabolas through a step and a neighbouring row it takes the flatter one [Harten1987], so
+    that a corner at a row bends no step beside it.  No parabola reaches across a jump.
+
+    Args:
+        wrench: The history, without springs.
+
+    Example:
+        >>> time = np.array([0.0, 1.0, 2.0, 3.0])
+        >>> wrench = np.zeros((4, 6)); wrench[:, 2] = [0.0, 1.0, 4.0, 9.0]
+        >>> parabolic(WrenchHistory(time, wrench)).at(np.array([0.5, 2.5]))[0, :, 2]
+        array([0.25, 6.25])
+    """
+    time, values = wrench.time, wrench.wrench
+    step = np.diff(time)
+    slope = np.divide(
+        np.diff(values, axis=1),
+        step[:, None],
+        out=np.zeros_like(values[:, 1:]),
+        where=step[:, None] > 0,
+    )
+    bend = np.full((len(values), len(time), values.shape[2]), np.inf)
+    inner = np.flatnonzero((step[1:] > 0.0) & (step[:-1] > 0.0))
+    over = (step[inner] + step[inner + 1])[:, None]
+    bend[:, inner + 1] = 2.0 * (slope[:, inner + 1] - slope[:, inner]) / over
+    left, right = bend[:, :-1], bend[:, 1:]
+    flatter = np.where(np.abs(left) <= np.abs(right), left, right)
+    flatter[~np.isfinite(flatter)] = 0.0
+    parts = np.where(step > 0.0, _PIECES, 1)
+    row = np.repeat(np.arange(len(step)), parts)
+    within = np.concatenate([np.arange(count) / count for count in parts])
+    since = (within * step[row])[:, None]
+    bent = -0.5 * flatter[:, row] * since * (step[row][:, None] - since)
+    told = np.concatenate([values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1)
+    return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), told)
+
+
+def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process, np.ndarray, float]:
+    """Return a process that tells more, when it does, and the error over what that changes."""
+    if case.process_table.FORMULA:
+        time = np.sort(np.concatenate([samples, 0.5 * (samples[1:] + samples[:-1])]))
+        return case.process_table.process(_task_at(case, time)), time, _OF_HALF
+    wrench = parabolic(found.answer.wrench.refined(samples))
+    time = wrench.instants
+    stiffness = found.answer.stiffness
+    if stiffness is not None:
+        stiffness = straight(samples, stiffness[None], time)[0]
+    return _Answered(replace(found.answer, wrench=wrench, stiffness=stiffness)), time, 1.0
+
+
+@dataclass(frozen=True)
+class _Answered:
+    """What a process has answered already, as one that answers it to any path."""
+
+    answer: Answer
+    identity: str = ""
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the answer."""
+        return self.answer
+
+
+def _task_at(case: Case, time: np.ndarray) -> Task:
+    """Return what the tools are to do, at other times."""
+    task, wanted = case.task, _between(case.motion.path, time)
+    support = task.support
+    if support is not None:
+        forming, desired = wanted.tools
+        support = replace(support.at(time), forming=forming, desired=desired)
+    return replace(task, forming=wanted.tools[0], support=support, asked=np.arange(len(time)))
+
+
+def _between(path: ToolPath, time: np.ndarray) -> ToolPath:
+    """Return the paths of all tools at other times."""
+    return ToolPath.of_tools([InterpolatedPath(tool).at(time) for tool in path.tools])
