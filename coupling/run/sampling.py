@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,8 +54,9 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
     """Return what the samples of a process cost a command; None where that cannot be simulated.
 
     A formula is asked once more, at half the steps, on the path that the tools take.  Of other
-    processes the force is taken as parabolas between their samples instead of lines.  The robots answer
-    to either against the process's stiffness, where it is known, as in a coupling.
+    processes the force is taken as parabolas between their samples instead of lines: where a process
+    does not tell when its force has corners, the steeper ones.  The robots answer to either against the
+    process's stiffness, where it is known, as in a coupling.
 
     Args:
         case: The case.
@@ -86,19 +88,33 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
     return Sampling(float(off.max()), float(path.time[off.argmax()]), replay)
 
 
-def parabolic(wrench: WrenchHistory) -> WrenchHistory:
+# Bends of the parabolas through a step and the row before or behind it -> bend of the step.
+Choice = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def flatter(before: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Return the smaller bend [Harten1987]: a corner at a row bends no step beside it."""
+    return np.where(np.abs(before) <= np.abs(behind), before, behind)
+
+
+def steeper(before: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Return the larger bend: a corner may lie anywhere between two rows."""
+    return np.where(np.abs(before) >= np.abs(behind), before, behind)
+
+
+def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
     """Return a history that follows parabolas between its rows instead of lines.
 
-    Of the two parabolas through a step and a neighbouring row it takes the flatter one [Harten1987], so
-    that a corner at a row bends no step beside it.  No parabola reaches across a jump.
+    No parabola reaches across a jump.
 
     Args:
         wrench: The history, without springs.
+        choice: `flatter` where corners are rows, `steeper` where they may be anywhere.
 
     Example:
         >>> time = np.array([0.0, 1.0, 2.0, 3.0])
         >>> wrench = np.zeros((4, 6)); wrench[:, 2] = [0.0, 1.0, 4.0, 9.0]
-        >>> parabolic(WrenchHistory(time, wrench)).at(np.array([0.5, 2.5]))[0, :, 2]
+        >>> parabolic(WrenchHistory(time, wrench), flatter).at(np.array([0.5, 2.5]))[0, :, 2]
         array([0.25, 6.25])
     """
     time, values = wrench.time, wrench.wrench
@@ -109,18 +125,20 @@ def parabolic(wrench: WrenchHistory) -> WrenchHistory:
         out=np.zeros_like(values[:, 1:]),
         where=step[:, None] > 0,
     )
-    bend = np.full((len(values), len(time), values.shape[2]), np.inf)
+    bend = np.full((len(values), len(time), values.shape[2]), np.nan)
     inner = np.flatnonzero((step[1:] > 0.0) & (step[:-1] > 0.0))
     over = (step[inner] + step[inner + 1])[:, None]
     bend[:, inner + 1] = 2.0 * (slope[:, inner + 1] - slope[:, inner]) / over
-    left, right = bend[:, :-1], bend[:, 1:]
-    flatter = np.where(np.abs(left) <= np.abs(right), left, right)
-    flatter[~np.isfinite(flatter)] = 0.0
+    before, behind = bend[:, :-1], bend[:, 1:]
+    own = choice(
+        np.where(np.isnan(before), behind, before), np.where(np.isnan(behind), before, behind)
+    )
+    own = np.nan_to_num(own)
     parts = np.where(step > 0.0, _PIECES, 1)
     row = np.repeat(np.arange(len(step)), parts)
     within = np.concatenate([np.arange(count) / count for count in parts])
     since = (within * step[row])[:, None]
-    bent = -0.5 * flatter[:, row] * since * (step[row][:, None] - since)
+    bent = -0.5 * own[:, row] * since * (step[row][:, None] - since)
     told = np.concatenate([values[:, row] + slope[:, row] * since + bent, values[:, -1:]], axis=1)
     return WrenchHistory(np.append(time[row] + since[:, 0], time[-1]), told)
 
@@ -130,7 +148,8 @@ def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process,
     if case.process_table.FORMULA:
         time = np.sort(np.concatenate([samples, 0.5 * (samples[1:] + samples[:-1])]))
         return case.process_table.process(_task_at(case, time)), time, _OF_HALF
-    wrench = parabolic(found.answer.wrench.refined(samples))
+    choice = flatter if len(case.corners) else steeper
+    wrench = parabolic(found.answer.wrench.refined(samples), choice)
     time = wrench.instants
     stiffness = found.answer.stiffness
     if stiffness is not None:
