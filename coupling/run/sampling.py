@@ -51,7 +51,9 @@ class Sampling:
 
 
 def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
-    """Return what the samples of a process cost a command; None where that cannot be simulated.
+    """Return what the samples of a process cost a command.
+
+    None where nothing acts on the tools, or the path cannot be simulated.
 
     A formula is asked once more, at half the steps, on the path that the tools take.  Of other
     processes the force is taken as parabolas between their samples instead of lines: where a process
@@ -63,6 +65,8 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
         cell: Its robots.
         found: The command, with the process's answer to the path under it.
     """
+    if not np.any(found.answer.wrench.wrench):
+        return None
     samples = case.motion.samples.time
     try:
         process, time, factor = _finer(case, found, samples)
