@@ -12,7 +12,8 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, ProcessSchema
+from coupling.path.low_pass import low_pass
+from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
@@ -43,7 +44,7 @@ class Measured(Identified):
         return Answer(WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3)))
 
 
-class MeasuredTable(ProcessSchema):
+class MeasuredTable(NoisySchema):
     """Keys: file, a CSV; frame of its axes, "tool" unless given.
 
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
@@ -67,8 +68,10 @@ class MeasuredTable(ProcessSchema):
         columns = WRENCH_COLUMNS if set(_MOMENTS) & set(header) else _FORCES
         table = read_table(self.file, (axis, *columns), CaseError)
         stations, record = table[:, 0], table[:, 1:]
-        asked = task.desired.time if axis == "time" else distance_along(task.desired)
+        time = task.desired.time
+        asked = time if axis == "time" else distance_along(task.desired)
         _require_cover(self.file, axis, stations, asked)
+        record = _between_samples(np.interp(stations, asked, time), record, time)
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
         for k in range(record.shape[1]):
             wrench[:, k] = np.interp(asked, stations, record[:, k])
@@ -89,6 +92,23 @@ def distance_along(path: ToolPath) -> np.ndarray:
     """
     steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _between_samples(recorded: np.ndarray, record: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return a record without what is faster than the samples that it will be read at.
+
+    Args:
+        recorded: Times of its rows, where it was recorded along the path not before its start [s], (m,).
+        record: (m, k).
+        time: Times of the samples [s], (n,).
+    """
+    inside = np.append(np.diff(recorded) > 0.0, True)
+    step = float(np.median(np.diff(time)))
+    if inside.sum() < 2 or np.median(np.diff(recorded[inside])) > 0.5 * step:
+        return record
+    slow = record.copy()
+    slow[inside] = low_pass(recorded[inside], record[inside], 0.5 / step)
+    return slow
 
 
 def _axis(file: Path, header: list[str]) -> str:
