@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
@@ -122,7 +122,7 @@ class AdaptiveLowPass(Filter):
         chosen = np.argmax(agree, axis=0).astype(float)
         # From one cutoff to another within a quarter of the lowest one's period.
         width = max(int(0.25 / self.cutoff * len(time) / (time[-1] - time[0])), 1)
-        chosen = uniform_filter1d(chosen, width, axis=0)
+        chosen = uniform_filter1d(maximum_filter1d(chosen, width, axis=0), width, axis=0)
         below = chosen.astype(int).clip(max=count - 1)
         share = chosen - below
         at = np.arange(len(time))[:, None], np.arange(values.shape[1])

@@ -44,7 +44,8 @@ class ForceNoise:
     def sentence(self) -> str:
         """The level and what is done about it."""
         what = f"of about {self.force:.3g} N" if self.heard else "that hardly counts"
-        done = "not filtered" if self.filter is None else f"{self.filter}, without delay"
+        left = self.filter is None or (isinstance(self.filter, AdaptiveLowPass) and not self.heard)
+        done = "not filtered" if left else f"{self.filter}, without delay"
         return f"The forces of the process have noise {what}; they are {done}."
 
     def as_dict(self) -> dict[str, Any]:
@@ -88,4 +89,5 @@ class Smoothed:
         self.noise = ForceNoise(level, self._filter, wrench.peak_force)
         if self._filter is None:
             return answer
-        return replace(answer, wrench=self._filter.of(wrench, level))
+        heard = level if self.noise.heard else np.zeros_like(level)
+        return replace(answer, wrench=self._filter.of(wrench, heard))

@@ -193,8 +193,6 @@ def print_summary(
         f"Peak force {found.answer.wrench.peak_force:.1f} N; {found.evaluations} evaluations of the"
         f" process{taken}; {sum(run.durations.values()):.1f} s.",
     ]
-    if run.noise is not None:
-        lines.append(run.noise.sentence)
     lines += [f"Warning: {warning}" for warning in run.warnings]
     lines += [f"Remark: {remark}" for remark in run.remarks]
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")

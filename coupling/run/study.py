@@ -71,7 +71,7 @@ class Run:
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
         repeatability: How two answers of the process to the last path differ; None where it was asked
             once, as where the method has converged.
-        noise: Noise in the process's forces; None where there is none that counts.
+        noise: Noise in the process's forces; None where it can have none, or beats.
     """
 
     kind: str
@@ -165,6 +165,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         with _timed("asked_again", durations):
             repeated = asked_again(case, asked.last, found, watch)
             found = explained(found, kind, repeated)
+        noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
             with _timed("unloaded", durations):
@@ -182,7 +183,6 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         if kind == "compensate":
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
-                noise = None if quiet is None else quiet.noise
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
@@ -213,13 +213,13 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
-            remarks=remarks(case, loads),
+            remarks=(*remarks(case, loads), *_said_of(noise)),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,
             durations=durations,
             repeatability=repeated,
-            noise=None if quiet is None else quiet.noise,
+            noise=noise,
         )
 
 
@@ -229,6 +229,11 @@ def _quiet(case: Case, process: Process) -> Smoothed | None:
     if not isinstance(table, NoisySchema):
         return None
     return Smoothed(process, table.low_pass(case.motion.path))
+
+
+def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
+    """Return the sentence of a noise that counts."""
+    return () if noise is None or not noise.heard else (noise.sentence,)
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:
