@@ -166,7 +166,8 @@ def test_a_noisy_record_is_named_and_its_cost_told(tmp_path):
     folder.mkdir()
     write_run(folder, case, run)
     noise_told = json.loads((folder / "result.json").read_text())["noise"]
-    assert noise_told["level_N"] == pytest.approx(LEVEL, rel=0.15)
+    # The loudest of three axes, from 447 samples.
+    assert noise_told["level_N"] == pytest.approx(LEVEL, rel=0.25)
     assert noise_told["adaptive"] is True
 
 
