@@ -196,6 +196,10 @@ def print_summary(
     lines += [f"Warning: {warning}" for warning in run.warnings]
     lines += [f"Remark: {remark}" for remark in run.remarks]
     lines.append(f"Result: {folder}  (report: {folder / 'report.html'})")
+    if outlook is not None and not outlook.gains:
+        lines.append(
+            "Do not send this command to a robot yet: it may be worse than none, see above."
+        )
     safe = found.converged and (outlook is None or outlook.gains)
     style = None if safe else "yellow"
     console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)

@@ -1,9 +1,18 @@
 """What to expect of a command on a real robot, beside what the uncorrected one leaves."""
 
+import re
+from dataclasses import replace
+from io import StringIO
+
+from line_case import line_case
+from rich.console import Console
+
 from coupling.path.deviation import Deviation
 from coupling.report.verdict import verdict
+from coupling.run.console import print_summary
 from coupling.run.outlook import Outlook
 from coupling.run.robustness import Replay
+from coupling.run.study import run_compensation
 
 
 def deviation(maximum: float, less_constant: float) -> Deviation:
@@ -59,6 +68,24 @@ def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     box = verdict(FIGURES | {"outlook": good.as_dict()}, "measured")
     assert box.startswith('<p class="verdict yes"><b>Converged')
     assert "To expect on a real robot" in box
+
+
+def test_the_terminal_begins_and_ends_with_it(tmp_path):
+    """A command that is better than none says so second, in the terminal's own colour."""
+    case = line_case(tmp_path, "native")
+    run = run_compensation(case)
+    shaken = replace(run.robustness[0], deviation=deviation(5.0, 5.0))
+    for replays, first, last in (
+        (run.robustness, "Converged", "Result: "),
+        ((*run.robustness, shaken), "This command may be WORSE THAN NONE", "Do not send"),
+    ):
+        said = Console(record=True, file=StringIO(), width=500, force_terminal=True)
+        print_summary(said, case, replace(run, robustness=replays), tmp_path)
+        text = said.export_text(styles=True)
+        assert ("\x1b[33m" in text) is (first != "Converged")
+        lines = re.sub(r"\x1b\[[0-9;]*m", "", text).strip().splitlines()
+        assert lines[0].startswith(first)
+        assert lines[-1].startswith(last)
 
 
 def test_nothing_is_expected_where_nothing_was_replayed():

@@ -1,6 +1,7 @@
 """Wrenches as functions of time: straight between their rows, with jumps where a time stands twice."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from coupling.errors import ProcessError
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.loads import SmoothWrench
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.external import External
 from coupling.robot.robot_fmu import RobotFmu
@@ -146,3 +148,48 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
     program.write_text(text.format(extra=2))
     with pytest.raises(ProcessError, match=r"two rows of one time .* got more of 0\.5 s"):
         process.evaluate(path)
+
+
+def _sprung() -> WrenchHistory:
+    """A jump at once, from 1 N to 3 N, beside a spring of 1e5 N/m whose place rises by 2 mm."""
+    forces = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 3.0], [0.0, 0.0, 7.0]])
+    anchor = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 2e-3]]])
+    spring = ContactSpring(anchor, np.tile(1e5 * np.eye(3), (1, 2, 1, 1)))
+    plain = WrenchHistory.of_forces(np.array([0.0, 0.0, 1.0]), [forces])
+    return replace(plain, spring=spring)
+
+
+def test_forces_are_added_at_instants_on_both_sides_of_a_jump():
+    more = np.array([[[10.0, 0.0, 0.0], [20.0, 0.0, 0.0]]])
+    found = _sprung().plus(more).force[0]
+    np.testing.assert_allclose(found, [[10, 0, 1], [10, 0, 3], [20, 0, 7]])
+
+
+def test_springs_told_from_elsewhere_carry_the_same_and_then_nothing():
+    pose = np.array([[0.0, 0, 1e-3, 0, 0, 0, 1], [0.0, 0, 1e-3, 0, 0, 0, 1]])
+    path = ToolPath(np.array([0.0, 1.0]), pose)
+    found = _sprung().on(path)
+    # K (anchor - position) = -100 N at first, 100 N at the end.
+    np.testing.assert_allclose(found.force[0, :, 2], [1 - 100, 3 - 100, 7 + 100])
+    assert found.spring is not None
+    np.testing.assert_allclose(found.spring.force(path.position), 0.0)
+
+
+def test_springs_are_told_at_more_rows_and_cut_with_their_wrenches():
+    found = _sprung().refined(np.array([0.0, 0.25, 1.0]))
+    assert found.spring is not None
+    np.testing.assert_allclose(found.spring.anchor[0, :, 2], [0.0, 5e-4, 2e-3])
+    np.testing.assert_allclose(found.force[0, :, 2], [1.0, 3.0, 4.0, 7.0])
+    cut = found.until(0.25)
+    assert cut.spring is not None
+    np.testing.assert_array_equal(cut.time, [0.0, 0.0, 0.25])
+    assert cut.spring.anchor.shape == (1, 2, 3)
+
+
+def test_a_change_counts_what_is_behind_a_jump_too():
+    """The same before the jump, 2 N apart behind it, over the larger peak of 7 N."""
+    one = replace(_sprung(), spring=None)
+    other = WrenchHistory(np.array([0.0, 1.0]), one.wrench[:, [0, 2]])
+    assert one.change_from(other) == pytest.approx(2.0 / 7.0)
+    assert one.change_from(one) == 0.0
+    assert one.scaled(2.0).change_from(one) == pytest.approx(0.5)
