@@ -86,7 +86,7 @@ def rigid_forces(speed: int) -> tuple[ToolPath, np.ndarray, np.ndarray]:
     assert isinstance(case.process, MillingForce)
     teeth = case.process.evaluate(case.desired)
     mean = replace(case.process, force=FORCES["mean"]).evaluate(case.desired)
-    return case.desired, teeth.wrench.force[0], mean.wrench.force[0]
+    return case.desired, teeth.wrench.before[0, :, :3], mean.wrench.before[0, :, :3]
 
 
 def forces() -> go.Figure:
