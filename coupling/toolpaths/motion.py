@@ -91,12 +91,17 @@ class Driven(ToolPathTable):
         """Return the tool path in the world before the tool is turned.
 
         Raises:
-            CaseError: If tilts are measured from a feed that it does not have.
+            CaseError: If tilts are measured from a feed that it does not have, or there are too many
+                samples.
         """
         segments, follows = list(self._segments()), self.tilt_frame == "path"
         if follows and all(own.heading is None for own in segments):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
+        try:
+            require_few(float(motion.ends[-1]) / self.sample_s)
+        except ValueError as cause:
+            raise CaseError(f"tool_path: {cause}") from cause
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         path = part.tool_path(instants.time, moved[:, :3])

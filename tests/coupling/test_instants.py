@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from coupling.errors import CaseError
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
@@ -99,6 +100,11 @@ def test_corners_that_stand_free_are_instants():
     asked = instants.time[instants.asked]
     assert np.isin([0.333, 0.7], asked).all()
     assert 0.7005 not in asked
+
+
+def test_a_path_of_more_samples_than_fit_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="sample_s"):
+        made("cone", tmp_path, sample_s=1e-6).task(FLAT)
 
 
 def test_motions_follow_one_another():
