@@ -3,7 +3,14 @@
 A process sees the whole actual tool path and answers with the whole wrench history on the tools.
 """
 
-from coupling.process.base import Answer, Identified, Process, ProcessSchema, ProcessTable
+from coupling.process.base import (
+    Answer,
+    Identified,
+    NoisySchema,
+    Process,
+    ProcessSchema,
+    ProcessTable,
+)
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
 from coupling.process.external import External, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
@@ -35,6 +42,7 @@ __all__ = [
     "Measured",
     "MeasuredTable",
     "MillingForceTable",
+    "NoisySchema",
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",

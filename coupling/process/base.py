@@ -9,16 +9,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, ClassVar, Literal, Protocol
 
 import numpy as np
 from pydantic import Field
 
 from coupling.errors import CaseError
-from coupling.files.toml_file import Schema
+from coupling.files.toml_file import Positive, Schema
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
+from coupling.process.noise_filter import AdaptiveLowPass, Filter, LowPass, own_frequency
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -122,10 +123,12 @@ class ProcessSchema(Schema, ABC):
     Attributes:
         WITHOUT_EFFECT: Names of keys that the answers do not depend on, such as a time limit.
         FORMULA: Whether an answer is that of a formula, which takes a moment only.
+        AROUND_ANSWERS: Names of keys of what is done with the answers.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     FORMULA: ClassVar[bool] = False
+    AROUND_ANSWERS: ClassVar[frozenset[str]] = frozenset()
 
     model: str
 
@@ -170,7 +173,7 @@ class ProcessSchema(Schema, ABC):
             digest.update(len(content).to_bytes(8, "big"))
             digest.update(content)
 
-        table = self.model_dump(mode="json", exclude={*self.WITHOUT_EFFECT, "retries"})
+        table = self.model_dump(mode="json", exclude={*self.WITHOUT_EFFECT, *self.AROUND_ANSWERS})
         add(json.dumps(table, sort_keys=True).encode())
         for values in _arrays_of(task):
             add(values.tobytes())
@@ -186,12 +189,33 @@ class ProcessSchema(Schema, ABC):
         return digest.hexdigest()
 
 
-class ProcessTable(ProcessSchema, ABC):
+class NoisySchema(ProcessSchema, ABC):
+    """Base of the tables of processes whose answers may hold noise: records, and programs of others.
+
+    Attributes:
+        cutoff_Hz: Frequency up to which their forces are believed; "none": all of it; None: that of the
+            path's own motion at least, and higher where the force changes by more than noise explains.
+    """
+
+    cutoff_Hz: Positive | Literal["none"] | None = None
+
+    def low_pass(self, path: ToolPath) -> Filter | None:
+        """Return what takes noise off the forces along a desired path; None: nothing does."""
+        if self.cutoff_Hz == "none":
+            return None
+        if self.cutoff_Hz is None:
+            return AdaptiveLowPass(own_frequency(path))
+        return LowPass(self.cutoff_Hz)
+
+
+class ProcessTable(NoisySchema, ABC):
     """Base of the tables of processes that this package does not know: yours, programs and FMUs.
 
     Attributes:
         retries: How often an evaluation that fails is tried again.
     """
+
+    AROUND_ANSWERS: ClassVar[frozenset[str]] = frozenset({"retries", "cutoff_Hz"})
 
     retries: Annotated[int, Field(ge=0, le=_MOST_RETRIES)] = 0
 

@@ -20,6 +20,8 @@ _DIGITS = 9
 def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Return the times at which a tool crosses a surface, rising [s], (k,).
 
+    A tool that rests on it on its way, or moves along it, is asked there as it rests.
+
     Args:
         path: Path of the tool.
         distance: Function from positions (n, 3) to signed distances from the surface [m], (n,).
@@ -32,15 +34,16 @@ def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> n
     """
     side = distance(path.position[0])
     off = np.flatnonzero(np.abs(side) > _ON)
-    found = np.flatnonzero(np.sign(side[off[1:]]) != np.sign(side[off[:-1]]))
-    if len(found) == 0:
-        return np.zeros(0)
+    changes = np.sign(side[off[1:]]) != np.sign(side[off[:-1]])
+    on_a_row = off[:-1][changes & (np.diff(off) == 2)] + 1
+    found = off[:-1][changes & (np.diff(off) == 1)]
     between = InterpolatedPath(path)
 
     def away(time: float) -> float:
         return float(distance(between.position(np.array([time])))[0])
 
-    return np.round([brentq(away, *path.time[off[[k, k + 1]]]) for k in found], _DIGITS)
+    roots = [brentq(away, *path.time[[k, k + 1]]) for k in found]
+    return np.round(np.sort([*path.time[on_a_row], *roots]), _DIGITS)
 
 
 def level_crossings(path: ToolPath, part: Part, levels: Iterable[float]) -> np.ndarray:

@@ -12,14 +12,18 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, ProcessSchema
+from coupling.path.low_pass import low_pass
+from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
+from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
 # A record may end this share of its length before the path does: printed digits, not missing data.
 _ROUNDING = 1e-6
+# A record whose rows are closer than this part of the path's samples holds more than these can.
+_CLOSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class Measured(Identified):
         return Answer(WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3)))
 
 
-class MeasuredTable(ProcessSchema):
+class MeasuredTable(NoisySchema):
     """Keys: file, a CSV; frame of its axes, "tool" unless given.
 
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
@@ -56,23 +60,38 @@ class MeasuredTable(ProcessSchema):
     file: FilePath
     frame: WrenchFrame = "tool"
 
+    def corners(self, task: Task) -> Corners:
+        """Return the times of a record's rows, where these are no closer than the samples."""
+        axis, stations, _ = self._record()
+        if axis == "distance" or _is_finer(stations, task.sampled.forming.time):
+            return NONE
+        return stations
+
     def process(self, task: Task) -> Measured:
         """Return the record along a task's path.
 
         Raises:
             CaseError: If the file is unreadable, or does not cover the path.
         """
-        header = read_header(self.file, CaseError)
-        axis = _axis(self.file, header)
-        columns = WRENCH_COLUMNS if set(_MOMENTS) & set(header) else _FORCES
-        table = read_table(self.file, (axis, *columns), CaseError)
-        stations, record = table[:, 0], table[:, 1:]
-        asked = task.desired.time if axis == "time" else distance_along(task.desired)
+        axis, stations, record = self._record()
+        time = task.desired.time
+        asked = time if axis == "time" else distance_along(task.desired)
         _require_cover(self.file, axis, stations, asked)
+        if axis == "time" and _is_finer(stations, time):
+            # What is faster than the samples would come as something slower.
+            record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
         for k in range(record.shape[1]):
             wrench[:, k] = np.interp(asked, stations, record[:, k])
         return Measured(task.part, wrench, self.frame, identity=self.identity(task))
+
+    def _record(self) -> tuple[str, np.ndarray, np.ndarray]:
+        """Return the file's axis, its stations there [s] or [m], (m,), and its rows, (m, k)."""
+        header = read_header(self.file, CaseError)
+        axis = _axis(self.file, header)
+        columns = WRENCH_COLUMNS if set(_MOMENTS) & set(header) else _FORCES
+        table = read_table(self.file, (axis, *columns), CaseError)
+        return axis, table[:, 0], table[:, 1:]
 
     def own_files(self) -> tuple[Path, ...]:
         """Return the record."""
@@ -89,6 +108,11 @@ def distance_along(path: ToolPath) -> np.ndarray:
     """
     steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _is_finer(recorded: np.ndarray, time: np.ndarray) -> bool:
+    """Return whether a record's rows are so close that samples cannot hold them."""
+    return bool(np.median(np.diff(recorded)) <= _CLOSE * np.median(np.diff(time)))
 
 
 def _axis(file: Path, header: list[str]) -> str:

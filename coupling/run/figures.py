@@ -48,6 +48,7 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
         "reason": found.reason,
         "process_evaluations": found.evaluations,
         "repeatability": None if run.repeatability is None else run.repeatability.as_dict(),
+        "noise": None if run.noise is None else run.noise.as_dict(),
         "before": found.before.how,
         "deviation_before_m": deviations.before.as_dict(),
         "deviation_after_m": deviations.after.as_dict(),

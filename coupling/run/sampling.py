@@ -13,7 +13,7 @@ from coupling.path.contact_spring import straight
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
-from coupling.process import Answer, Process
+from coupling.process import Answer, NoisySchema, Process
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.robustness import Replay
@@ -55,8 +55,8 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
 
     None where nothing acts on the tools, or the path cannot be simulated.
 
-    A formula is asked once more, at half the steps, on the path that the tools take.  Of other
-    processes the force is taken as parabolas between their samples instead of lines: where a process
+    A formula is asked once more, at half the steps, on the path that the tools take.  Of records and of
+    other processes the force is taken as parabolas between samples instead of lines: where a process
     does not tell when its force has corners, the steeper ones.  The robots answer to either against the
     process's stiffness, where it is known, as in a coupling.
 
@@ -149,7 +149,7 @@ def parabolic(wrench: WrenchHistory, choice: Choice) -> WrenchHistory:
 
 def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process, np.ndarray, float]:
     """Return a process that tells more, when it does, and the error over what that changes."""
-    if case.process_table.FORMULA:
+    if case.process_table.FORMULA and not isinstance(case.process_table, NoisySchema):
         time = np.sort(np.concatenate([samples, 0.5 * (samples[1:] + samples[:-1])]))
         return case.process_table.process(_task_at(case, time)), time, _OF_HALF
     choice = flatter if len(case.corners) else steeper

@@ -14,7 +14,9 @@ from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import ToolGap
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
+from coupling.process.smoothing import ForceNoise, Smoothed
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.asked_again import LastAsked, asked_again, explained
@@ -23,6 +25,7 @@ from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
+from coupling.run.noise import noise_replays
 from coupling.run.plant import OnPlant, plant_cell, run_on_plant
 from coupling.run.robustness import Replay, replayed
 from coupling.run.sampling import Sampling, sampling_of
@@ -68,6 +71,7 @@ class Run:
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
         repeatability: How two answers of the process to the last path differ; None where it was asked
             once, as where the method has converged.
+        noise: Noise in the process's forces; None where it can have none, or beats.
     """
 
     kind: str
@@ -88,6 +92,7 @@ class Run:
     durations: dict[str, float] = field(default_factory=dict)
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
+    noise: ForceNoise | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -151,13 +156,16 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
     with Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        process = LastAsked(case.process)
-        loop = loop_of(replace(case, process=process), cell, watch)
+        asked = LastAsked(case.process)
+        quiet = _quiet(case, asked)
+        heard = replace(case, process=asked if quiet is None else quiet)
+        loop = loop_of(heard, cell, watch)
         with _timed(kind, durations):
             found = _of_program(cell, method.correct(loop, case.motion))
         with _timed("asked_again", durations):
-            repeated = asked_again(case, process.last, found, watch)
+            repeated = asked_again(case, asked.last, found, watch)
             found = explained(found, kind, repeated)
+        noise = None if quiet is None else quiet.noise
         unloaded_after: ToolPath | None = None
         if kind == "compensate":
             with _timed("unloaded", durations):
@@ -175,13 +183,14 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         if kind == "compensate":
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
+                replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
         plant: OnPlant | None = None
         if case.plant is not None:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
-                plant = run_on_plant(case, differing, found, watch)
+                plant = run_on_plant(heard, differing, found, watch)
         with _timed("gears", durations):
             loads = at_samples(found.answer.wrench, found.achieved, case.desired)
             gears = diagnose_robots(case.robots, case.desired, loads)
@@ -204,13 +213,27 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
                 *load_warnings(case.robots, loads, gears),
                 *(() if sampling is None else sampling.warnings(case.method.tolerance_m)),
             ),
-            remarks=remarks(case, loads),
+            remarks=(*remarks(case, loads), *_said_of(noise)),
             fmu_fingerprint="+".join(model.fmu.fingerprint for model in models),
             gap=_gap(case, found),
             gears=gears,
             durations=durations,
             repeatability=repeated,
+            noise=noise,
         )
+
+
+def _quiet(case: Case, process: Process) -> Smoothed | None:
+    """Return the process of a case without the noise of its forces; None where it can have none."""
+    table = case.process_table
+    if not isinstance(table, NoisySchema):
+        return None
+    return Smoothed(process, table.low_pass(case.motion.path))
+
+
+def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:
+    """Return the sentence of a noise that counts."""
+    return () if noise is None or not noise.heard else (noise.sentence,)
 
 
 def _of_program(cell: Cell, found: Correction) -> Correction:

@@ -1,41 +1,8 @@
-"""Limits of a correction: its frequencies and its rate."""
+"""Limit of a correction's rate."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
-
-# Even times for each step of uneven ones at most.
-_MOST_EVEN = 4
-
-
-def low_pass(time: np.ndarray, correction: np.ndarray, cutoff: float) -> np.ndarray:
-    """Return the part of a correction below a frequency, without delay, zero rates at the ends kept.
-
-    Second-order Butterworth, forwards and backwards.
-
-    Args:
-        time: Rising [s], (n,); the filter works on even times as near as the nearest of these, straight
-            pieces in between.
-        correction: (n, k).
-        cutoff: [Hz]; nothing is taken from a correction whose samples are too far apart for it.
-    """
-    duration, steps = float(time[-1] - time[0]), np.diff(time)
-    count = min(round(duration / steps.min()), _MOST_EVEN * len(steps))
-    even = np.linspace(time[0], time[-1], count + 1)
-    rate = count / duration
-    if cutoff >= 0.5 * rate:
-        return correction
-    sections = butter(2, cutoff, fs=rate, output="sos")
-    padding = min(count, int(3.0 * rate / cutoff))
-    told = _at(even, time, correction)
-    filtered = sosfiltfilt(sections, told, axis=0, padtype="even", padlen=padding)
-    return _at(time, even, filtered)
-
-
-def _at(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (n, k) between their times."""
-    return np.column_stack([np.interp(time, known, column) for column in values.T])
 
 
 def limit_rate(time: np.ndarray, correction: np.ndarray, max_rate: float) -> np.ndarray:

@@ -14,9 +14,10 @@ from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.low_pass import low_pass
 from coupling.robot.robot import Robot
 from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncorrected
-from coupling.solve.filters import limit_rate, low_pass
+from coupling.solve.filters import limit_rate
 from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
 from coupling.solve.outcome import Outcome
 from coupling.solve.scheme import Seen

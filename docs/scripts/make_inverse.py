@@ -25,7 +25,7 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.interpolation import SampledPath
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
-from docs.scripts import inverse_crossing, inverse_cut, inverse_sampling
+from docs.scripts import inverse_crossing, inverse_cut, inverse_noise, inverse_sampling
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -222,6 +222,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "cut": inverse_cut.sentence,
     "samples": samples,
     "sampling": inverse_sampling.costs,
+    "noise": inverse_noise.noises,
     "methods": methods,
 }
 

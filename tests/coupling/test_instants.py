@@ -136,13 +136,22 @@ def test_levels_are_crossed_when_they_are():
     np.testing.assert_allclose(at, [0.5, 2.0 / 3.0, 4.0 / 3.0, 1.5], atol=2e-7)
 
 
-def test_a_tool_that_rests_on_a_surface_and_goes_on_crosses_it_once():
-    steps = np.array([0.01, 0.005, 0.0, 0.0, 0.0, -0.005, -0.01])
-    path = lifted(
-        lambda t: np.interp(t, np.linspace(0.0, 2.0, 7), steps), np.linspace(0.0, 2.0, 61)
-    )
+@pytest.mark.parametrize("sample", [0.02, 0.005])
+def test_a_rest_on_a_surface_is_one_sample_and_no_other_is_beside_it(sample):
+    """The line rests at the sheet's plane and goes on into it: a corner of the force, and a rest."""
+    points = [[0.0, 0.0, 0.01], [0.05, 0.0, 0.0], [0.1, 0.0, -0.01]]
+    line = TOOL_PATHS["line"](kind="line", points_m=points, feed_m_s=0.05, sample_s=sample)
+    path = line.task(FLAT).forming
+    found = level_crossings(path, FLAT, (0.0,))
+    rest = 0.5 * path.time[-1]
+    asked = line.task(FLAT, found).sampled.forming.time
+    np.testing.assert_allclose(np.diff(asked), rest / np.ceil(rest / sample), rtol=1e-9)
+
+
+def test_a_row_on_a_surface_is_when_it_is_crossed():
+    path = lifted(lambda t: 0.01 * (1.0 - t))
     (found,) = crossings(path, lambda position: position[:, 2])
-    assert 0.6 < found < 1.4
+    assert found == 1.0
 
 
 def test_a_path_from_a_file_keeps_its_rows_and_gets_corners_beside_them():

@@ -1,0 +1,93 @@
+"""A process without the noise of its answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from coupling.path.histories import ToolPath
+from coupling.path.noise import noise_level
+from coupling.process.base import Answer, Process
+from coupling.process.noise_filter import AdaptiveLowPass, Filter
+
+# Noise below this part of the largest force is rounding, or the unevenness of a computed one.
+_COUNTS = 1e-3
+
+
+@dataclass(frozen=True)
+class ForceNoise:
+    """Noise in the forces of a process.
+
+    Attributes:
+        level: Standard deviation of white noise in them, (tools, 6) [N], [N m].
+        filter: What takes it off; None: nothing does.
+        peak: Largest force [N].
+    """
+
+    level: np.ndarray
+    filter: Filter | None
+    peak: float
+
+    @property
+    def heard(self) -> bool:
+        """Whether there is so much of it that it counts."""
+        return self.force > _COUNTS * self.peak
+
+    @property
+    def force(self) -> float:
+        """The largest level of a force [N]."""
+        return float(self.level[:, :3].max())
+
+    @property
+    def sentence(self) -> str:
+        """The level and what is done about it."""
+        what = f"of about {self.force:.3g} N" if self.heard else "that hardly counts"
+        left = self.filter is None or (isinstance(self.filter, AdaptiveLowPass) and not self.heard)
+        done = "not filtered" if left else f"{self.filter}, without delay"
+        return f"The forces of the process have noise {what}; they are {done}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return its figures by name [N], [Hz], with the sentence."""
+        filter_ = self.filter
+        return {
+            "level_N": self.force,
+            "cutoff_Hz": None if filter_ is None else filter_.cutoff,
+            "adaptive": isinstance(filter_, AdaptiveLowPass),
+            "counts": self.heard,
+            "sentence": self.sentence,
+        }
+
+
+class Smoothed:
+    """A process without the noise of its answers.
+
+    Answers that beat are left as they are: what is fast in them is meant.
+
+    Args:
+        process: The process.
+        filter_: What takes the noise off; None leaves it.
+    """
+
+    def __init__(self, process: Process, filter_: Filter | None) -> None:
+        self._process, self._filter = process, filter_
+        self.noise: ForceNoise | None = None
+
+    @property
+    def identity(self) -> str:
+        """Key of the answers as they are."""
+        return self._process.identity
+
+    def evaluate(self, path: ToolPath) -> Answer:
+        """Return the process's answer to a path, its wrenches without their noise."""
+        answer = self._process.evaluate(path)
+        if answer.period is not None:
+            return answer
+        wrench = answer.wrench
+        level = np.stack([noise_level(wrench.instants, own) for own in wrench.before])
+        self.noise = ForceNoise(level, self._filter, wrench.peak_force)
+        if self._filter is None:
+            return answer
+        heard = level if self.noise.heard else np.zeros_like(level)
+        return replace(answer, wrench=self._filter.of(wrench, heard))
