@@ -98,4 +98,5 @@ def noises() -> str:
 def _figures(deviation: Deviation | None) -> str:
     if deviation is None:
         return ""
-    return f"{1e6 * deviation.maximum_less_constant:.3g} / {1e6 * deviation.rms_less_constant:.2g}"
+    figures = (deviation.maximum_less_constant, deviation.rms_less_constant)
+    return " / ".join(f"{float(f'{1e6 * figure:.2g}'):g}" for figure in figures)
