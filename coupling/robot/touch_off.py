@@ -24,6 +24,8 @@ from elastic_robot.torque_curves import TORQUE_CURVES
 
 # A command that brings the sagging tool to a real point is found to this [m], in so many passes.
 _FOUND, _PASSES = 1e-12, 30
+# What is left of that after all passes may be so large [m]: no touch tells less.
+_ENOUGH = 1e-7
 
 
 @dataclass(frozen=True)
@@ -71,13 +73,23 @@ class RestingRobot:
         return world
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:
-        """Return the commands under which the tool rests at real points; as `tool_at`."""
+        """Return the commands under which the tool rests at real points; as `tool_at`.
+
+        Raises:
+            PlanningError: As `tool_at`, or if a gear that hangs in its play lets it rest beside a point.
+        """
         commanded = real.copy()
         for _ in range(_PASSES):
             missing = real - self.tool_at(commanded, rotation)
+            left = float(np.abs(missing).max())
+            if left < _FOUND:
+                return commanded
             commanded = commanded + missing
-            if np.abs(missing).max() < _FOUND:
-                break
+        if left > _ENOUGH:
+            raise PlanningError(
+                f"expected commands under which the tool rests at the points, got {1e6 * left:.3g} um"
+                " beside one after the other: a gear hangs in its play there; give other points"
+            )
         return commanded
 
 

@@ -189,6 +189,18 @@ def test_a_point_out_of_reach_is_named():
         own.tool_at(points + np.array([[0.0], [40.0], [0.0]]), rotation)
 
 
+def test_a_robot_that_rests_beside_its_points_is_refused(monkeypatch):
+    """A gear that hangs in its play: the tool rests 50 um on one side of the point or the other."""
+    own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
+
+    def hanging(robot, commanded, rotation):
+        return commanded + 5e-5 * np.where(commanded > points, 1.0, -1.0)
+
+    monkeypatch.setattr(RestingRobot, "tool_at", hanging)
+    with pytest.raises(PlanningError, match="hangs in its play"):
+        own.command_for(points, rotation)
+
+
 def test_a_touched_off_case_runs_again_from_its_folder_to_the_same_part(tmp_path: Path):
     case = line_case(tmp_path, "native", touching(THREE))
     (tmp_path / "run").mkdir()
