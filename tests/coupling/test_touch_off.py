@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError, PlanningError
-from coupling.path.deviation import measure
+from coupling.files.csv_table import read_table, write_table
+from coupling.path.deviation import less_constant, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report.page import write_report
 from coupling.robot.cell import AT_THE_ORIGIN, Placement
@@ -207,3 +208,40 @@ def test_a_touched_off_case_runs_again_from_its_folder_to_the_same_part(tmp_path
     write_run(tmp_path / "run", case, run_coupling(case))
     again = load_case(tmp_path / "run" / "case.toml")
     np.testing.assert_array_equal(again.task.part.position, case.task.part.position)
+
+
+def test_a_deviation_is_mirrored_the_same_where_the_part_was_touched_off(tmp_path, command):
+    """0.1 mm at 0.5 Hz across the path is taken off the command, in the axes of the world."""
+    taken = []
+    for name, changes in (("plain", ()), ("touched", (touching("true"),))):
+        folder = tmp_path / name
+        folder.mkdir()
+        case = line_case(folder, "native", SLOW, *changes)
+        run = run_compensation(case)
+        out = folder / "run"
+        out.mkdir()
+        write_run(out, case, run)
+        found = run.correction.achieved
+        position = found.position[0] + [0.0, 1.0, 0.0] * wave(found.time)
+        write_table(
+            folder / "m.csv", ("time", "x", "y", "z"), np.column_stack([found.time, position])
+        )
+        done = command("mirror", out, folder / "m.csv", "-o", folder / "next.csv")
+        assert done.returncode == 0, done.stdout + done.stderr
+        before, after = (
+            read_table(file, ("time", "y"), AssertionError)
+            for file in (out / "command.csv", folder / "next.csv")
+        )
+        inner = slice(len(after) // 4, -len(after) // 4)
+        moved = after[:, 1] - np.interp(after[:, 0], *before.T)
+        taken.append(moved[inner])
+        rest = less_constant(after[inner, 0], (moved + wave(after[:, 0])[:, 0])[inner, None])
+        assert np.abs(rest).max() < 0.3 * 1e-4
+    np.testing.assert_allclose(*taken, atol=2e-6)
+
+
+SLOW = ("""feed_m_s = 0.1""", "feed_m_s = 0.015")  # [m/s]: 4 s and more
+
+
+def wave(time: np.ndarray) -> np.ndarray:
+    return 1e-4 * np.sin(2.0 * np.pi * 0.5 * time)[:, None]
