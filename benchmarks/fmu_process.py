@@ -17,6 +17,6 @@ from coupling.fmu.driver import load
 if __name__ == "__main__":
     folder, job = pickle.loads(Path(sys.argv[1]).read_bytes())
     driver = load(folder)
-    wall, poses = timed(lambda: driver.run(job, lambda done, total: None))
-    np.savez(sys.argv[2], wall=wall, poses=poses)
+    spent, poses = timed(lambda: driver.run(job, lambda done, total: None))
+    np.savez(sys.argv[2], spent=spent, poses=poses)
     os._exit(0)  # past the destructors of PythonFMU's binary

@@ -61,18 +61,18 @@ def _faster(rows: list[Row], which: str, families: tuple[str, ...], wanted: floa
     text = f"{which}, no {' or '.join(families)} setting within {ENOUGH:g} m"
     if not others:
         return Goal(text, f"at least {wanted:g}", float("inf"), ours.good)
-    best = min(others, key=lambda row: row.wall)
+    best = min(others, key=lambda row: row.spent)
     text = f"{which}, time of {best.name}, the fastest within {ENOUGH:g} m, over this stepper's"
     if not ours.good:
         text += f" (which errs by {ours.whole:.1e} m)"
-    ratio = best.wall / ours.wall
+    ratio = best.spent / ours.spent
     return Goal(text, f"at least {wanted:g}", ratio, ours.good and ratio >= wanted)
 
 
 def _through_fmu(curve: str, rows: list[Row]) -> Goal:
     fmu = next(row for row in rows if row.family == "FMU")
     bare = next(row for row in rows if row.family == "bare stepper")
-    ratio = fmu.wall / bare.wall
+    ratio = fmu.spent / bare.spent
     text = f"{curve}, time through FMU and FMPy over the bare stepper's at the same points"
     return Goal(text, f"at most {_FMU_AT_MOST:g}", ratio, ratio <= _FMU_AT_MOST)
 
@@ -80,7 +80,7 @@ def _through_fmu(curve: str, rows: list[Row]) -> Goal:
 def _native_faster(rows: list[Row], which: str, wanted: float) -> Goal:
     """Compare the native FMU's fastest accurate line with MuJoCo's."""
     ours, other = _fastest(rows, "native"), _fastest(rows, "MuJoCo")
-    ratio = other.wall / ours.wall
+    ratio = other.spent / ours.spent
     text = f"{which}, time of {other.name} over that of {ours.name}"
     return Goal(text, f"at least {wanted:g}", ratio, ours.good and ratio >= wanted)
 
@@ -88,4 +88,4 @@ def _native_faster(rows: list[Row], which: str, wanted: float) -> Goal:
 def _fastest(rows: list[Row], family: str) -> Row:
     """Return the fastest line within ENOUGH; the most accurate if none is."""
     own = [row for row in rows if row.family == family]
-    return min(own, key=lambda row: row.wall if row.good else 1e9 * (1.0 + row.whole))
+    return min(own, key=lambda row: row.spent if row.good else 1e9 * (1.0 + row.whole))

@@ -52,7 +52,7 @@ _PERIOD = 4e-3
 LONGEST = {"ISO 9283, 0.25 m/s": 3.0, "cone": 15.0}
 _WHOLE_OVER_HALF = 2.3
 _MEMORY = 2.0
-# Number of times that the cone is gone along for the long path: 603 s.
+# Number of times that the cone is gone along for the long path: 602 s.
 _LONG = 4
 
 
@@ -99,7 +99,7 @@ def inverted(wanted: Wanted, curve: str) -> tuple[dict[str, float], JointPath]:
 
 def measured(task: InverseTask, curve: str, peers: bool = True) -> InverseRow:
     """Return the line of a task and a curve."""
-    plan, _ = timed(lambda: task.plan().q[0], time.process_time)
+    plan, _ = timed(lambda: task.plan().q[0])
     wanted = task.wanted()
     parts, command = _best(wanted, curve)
     half, _ = _best(task.first(0.5).wanted(), curve)
@@ -147,11 +147,11 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
                 "trajectory": str(folder / "command.npz"),
             }
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
-            return timed(lambda: driver.run(job, lambda done, total: None), time.process_time)[0]
+            return timed(lambda: driver.run(job, lambda done, total: None))[0]
 
         return {
             "native FMU": native("dynamic"),
-            "stepper in Python": timed(in_python, time.process_time)[0],
+            "stepper in Python": timed(in_python)[0],
             "quasi-static pass": native("quasistatic"),
         }
 

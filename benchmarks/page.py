@@ -36,15 +36,15 @@ def _markdown(tables: dict[str, list[Row]], end: float) -> str:
     versions = ", ".join(f"{name} {version(name)}" for name in ("pin", "mujoco", "scipy", "numpy"))
     parts = [f"{platform.machine()}, Python {platform.python_version()}, {versions}.\n"]
     for curve, rows in tables.items():
-        base = default(rows).wall
+        base = default(rows).spent
         parts.append(f"Torque curve `{curve}`:\n")
         parts.append(
-            f"| solver | wall [s] | TCP error, {end:g} s [m] | up to {EARLY:g} s [m] | time ratio |"
+            f"| solver | time [s] | TCP error, {end:g} s [m] | up to {EARLY:g} s [m] | time ratio |"
         )
         parts.append("|---|---|---|---|---|")
         parts += [
-            f"| {row.name} | {row.wall:.2f} | {row.whole:.1e} | {row.early:.1e}"
-            f" | {row.wall / base:.2f} |"
+            f"| {row.name} | {row.spent:.2f} | {row.whole:.1e} | {row.early:.1e}"
+            f" | {row.spent / base:.2f} |"
             for row in rows
         ]
         parts.append("")

@@ -50,8 +50,8 @@ def stepper(task: Task, tolerance: float) -> Entry:
         return np.array(x)
 
     def solve() -> Answer:
-        wall, x = timed(run)
-        return Answer(wall, times, _positions(task, times, x))
+        spent, x = timed(run)
+        return Answer(spent, times, _positions(task, times, x))
 
     return Entry("stepper", f"this stepper, tolerance {tolerance:g} m", solve)
 
@@ -70,8 +70,8 @@ def bare_stepper(task: Task, period: float) -> Entry:
         return np.array(poses)
 
     def solve() -> Answer:
-        wall, poses = timed(run)
-        return at_reference(task, period, wall, poses)
+        spent, poses = timed(run)
+        return at_reference(task, period, spent, poses)
 
     return Entry("bare stepper", f"this stepper, points {1e3 * period:g} ms apart", solve)
 
@@ -101,7 +101,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
             command = [sys.executable, "-m", "benchmarks.fmu_process", str(order), str(answer)]
             subprocess.run(command, check=True)
             with np.load(answer) as archive:
-                return at_reference(task, period, float(archive["wall"]), archive["poses"])
+                return at_reference(task, period, float(archive["spent"]), archive["poses"])
 
     family, name = {"python": ("FMU", "FMU"), "native": ("native", "native FMU")}[kind]
     return Entry(family, f"{name} through FMPy, steps of {1e3 * period:g} ms", solve)
@@ -112,12 +112,12 @@ def communication_points(task: Task, period: float) -> np.ndarray:
     return np.arange(round((task.times[-1] - task.times[0]) / period) + 1) * period
 
 
-def at_reference(task: Task, period: float, wall: float, poses: np.ndarray) -> Answer:
+def at_reference(task: Task, period: float, spent: float, poses: np.ndarray) -> Answer:
     """Return the answer at those communication points that are also the reference's."""
     times = communication_points(task, period)
     spacing = task.times[1] - task.times[0]
     common = np.flatnonzero(np.abs(times / spacing - np.round(times / spacing)) < 1e-6)
-    return Answer(wall, times[common], poses[common, :3])
+    return Answer(spent, times[common], poses[common, :3])
 
 
 def scipy_solver(task: Task, method: str, tolerance: float) -> Entry:
@@ -146,8 +146,8 @@ def scipy_solver(task: Task, method: str, tolerance: float) -> Entry:
         return result.y[:m].T
 
     def solve() -> Answer:
-        wall, x = timed(run)
-        return Answer(wall, task.times, _positions(task, task.times, x))
+        spent, x = timed(run)
+        return Answer(spent, task.times, _positions(task, task.times, x))
 
     return Entry("SciPy", f"SciPy {method}, rtol {tolerance:g}", solve)
 
@@ -157,8 +157,8 @@ def mujoco(task: Task, integrator: str, step: float) -> Entry:
 
     def solve() -> Answer:
         simulation = MujocoSimulation(ROBOT, task.curve, task.drives, task.times, integrator, step)
-        wall, angles = timed(simulation.run)
-        return Answer(wall, task.times, simulation.motion(angles).pose[:, :3])
+        spent, angles = timed(simulation.run)
+        return Answer(spent, task.times, simulation.motion(angles).pose[:, :3])
 
     return Entry("MuJoCo", f"MuJoCo {integrator}, {1e3 * step:g} ms", solve)
 

@@ -12,19 +12,16 @@ import numpy as np
 _SHORT, _TOGETHER = 5.0, 2.0
 
 
-def timed(
-    run: Callable[[], np.ndarray], clock: Callable[[], float] = time.perf_counter
-) -> tuple[float, np.ndarray]:
+def timed(run: Callable[[], np.ndarray]) -> tuple[float, np.ndarray]:
     """Return the time [s] of a run, the best of several if it is short, and what it returned.
 
-    Args:
-        run: What is timed.
-        clock: Tells the time [s]: wall time, or that of this process on its core.
+    The time is that of this process on its core, which other work on the machine lengthens less than
+    wall time.
     """
     best, spent, runs = np.inf, 0.0, 0
     while runs < 1 or (best <= _SHORT and (runs < 3 or spent < _TOGETHER)):
-        start = clock()
+        start = time.process_time()
         values = run()
-        took = clock() - start
+        took = time.process_time() - start
         best, spent, runs = min(best, took), spent + took, runs + 1
     return best, values

@@ -52,12 +52,12 @@ class Answer:
     """What a solver gave.
 
     Attributes:
-        wall: Time it took [s].
+        spent: Time it took [s].
         times: A subset of the reference's [s], (k,).
         position: Of the TCP there [m], (k, 3).
     """
 
-    wall: float
+    spent: float
     times: np.ndarray
     position: np.ndarray
 
@@ -79,11 +79,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: wall time [s] and the largest TCP errors [m]."""
+    """A line of the table: time [s] and the largest TCP errors [m]."""
 
     family: str
     name: str
-    wall: float
+    spent: float
     whole: float
     early: float
 
@@ -101,4 +101,4 @@ class Row:
         # A solution that blew up is an infinite error.
         error = np.where(np.isfinite(error), error, np.inf)
         early = error[answer.times <= EARLY]
-        return cls(entry.family, entry.name, answer.wall, float(error.max()), float(early.max()))
+        return cls(entry.family, entry.name, answer.spent, float(error.max()), float(early.max()))

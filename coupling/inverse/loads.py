@@ -43,15 +43,19 @@ class SmoothWrench:
         impulse = np.vstack([np.zeros(6), np.cumsum(means * steps, axis=0)])
         inside = np.clip(edges, time[0], time[-1])
         piece = (np.searchsorted(corners, inside, side="right") - 1).clip(0, len(steps) - 1)
-        since = (inside - corners[piece])[:, None]
-        slope = ((before[1:] - behind[:-1]) / steps)[piece]
-        until = impulse[piece] + since * (behind[piece] + 0.5 * since * slope)
-        until += np.minimum(edges - time[0], 0.0)[:, None] * rows[0]
-        until += np.maximum(edges - time[-1], 0.0)[:, None] * rows[-1]
-        cells = np.diff(until, axis=0) / step
-        narrow = _mean_twice(cells)
+        since = inside - corners[piece]
+        slope = (before[1:] - behind[:-1]) / steps
+        early = np.minimum(edges - time[0], 0.0)
+        late = np.maximum(edges - time[-1], 0.0)
+        self._smooth = np.empty((count, rows.shape[1]))
+        # Axis by axis: a path of minutes has millions of cells.
+        for axis in range(rows.shape[1]):
+            rate = behind[piece, axis] + 0.5 * since * slope[piece, axis]
+            until = impulse[piece, axis] + since * rate
+            until += early * rows[0, axis] + late * rows[-1, axis]
+            narrow = _mean_twice(np.diff(until) / step)
+            self._smooth[:, axis] = 2.0 * narrow - _mean_twice(narrow)
         self._time = edges[:-1] + 0.5 * step
-        self._smooth = 2.0 * narrow - _mean_twice(narrow)
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
         """Return the smoothed wrenches, (k, 6)."""
@@ -61,7 +65,7 @@ class SmoothWrench:
 
 
 def _mean_twice(values: np.ndarray) -> np.ndarray:
-    """Return the mean over a width around each value of a grid, taken twice, (k, 6).
+    """Return the mean over a width around each value of a grid, taken twice, (k,).
 
     A width is an even number of cells: one mean reaches a cell less to the right, the other to the left.
     """
@@ -71,8 +75,7 @@ def _mean_twice(values: np.ndarray) -> np.ndarray:
 
 def _mean(values: np.ndarray, before: int) -> np.ndarray:
     """Return the means over a width that begins so many cells before each value, the ends continued."""
-    first = np.repeat(values[:1], before, axis=0)
-    last = np.repeat(values[-1:], _PARTS - 1 - before, axis=0)
-    total = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), first, values, last]), axis=0)
+    first, last = np.repeat(values[:1], before), np.repeat(values[-1:], _PARTS - 1 - before)
+    total = np.cumsum(np.concatenate([np.zeros(1), first, values, last]))
     mean: np.ndarray = (total[_PARTS:] - total[:-_PARTS]) / _PARTS
     return mean

@@ -27,12 +27,12 @@ def test_every_family_follows_the_path(curve):
         row = Row.of(entry, task)
         assert row.whole < 1e-6, entry.name
         assert row.early == row.whole
-        assert row.wall > 0.0
+        assert row.spent > 0.0
 
 
-def rows(stepper_wall: float, error: float) -> list[Row]:
+def rows(stepper_time: float, error: float) -> list[Row]:
     return [
-        Row("stepper", "ours", stepper_wall, error, error),
+        Row("stepper", "ours", stepper_time, error, error),
         Row("bare stepper", "bare", 2.0, 1e-9, 1e-9),
         Row("FMU", "through", 2.8, 1e-9, 1e-9),
         Row("native", "native but wrong", 0.01, 2e-6, 1e-9),
