@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.histories import ToolPath
+from coupling.path.interpolation import InterpolatedPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Iso9283
 from coupling.toolpaths.part import Part
@@ -127,9 +128,11 @@ def kinematics() -> Both:
 
 @cache
 def desired(blend: float = BLEND) -> ToolPath:
-    """Return the ISO 9283 path."""
+    """Return the ISO 9283 path at even times, until it rests."""
     shape = Iso9283(kind="iso9283", size_m=SIZE, feed_m_s=FEED, blend_s=blend, sample_s=SAMPLE)
-    return shape.path(part)
+    told = shape.path(part)
+    times = SAMPLE * np.arange(np.ceil(told.time[-1] / SAMPLE) + 1)
+    return ToolPath(times, InterpolatedPath(told).at(np.minimum(times, told.time[-1])).pose)
 
 
 @cache

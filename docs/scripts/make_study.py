@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import plotly.graph_objects as go
 
 from benchmarks import study as benchmark
 from coupling.case import load_case
@@ -80,11 +81,18 @@ def cone() -> str:
             for entry in figures["parameters"]
         ],
     )
-    band = study_page.bands(study).update_layout(width=640, height=400)
     (first, *_) = study_page.ordered(figures)
-    dots = study_page.scatter(study, 1).update_layout(width=460, height=400)
-    save("study_cone", band, dots)
+    save("study_cone", *_pictures(study))
     return f"{quantiles}\n\n{matters}\n\nMost of it is of `{first['name']}`."
+
+
+def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:
+    """Return band and dots with a legend, which the report that they are made for has outside them."""
+    band, dots = study_page.bands(study), study_page.scatter(study, 1)
+    legend = {"y": 1.02, "yanchor": "bottom", "x": 0.0, "traceorder": "reversed"}
+    band.update_layout(width=640, height=440, showlegend=True, legend=legend)
+    dots.update_layout(width=460, height=440)
+    return band.update_layout(margin_t=100), dots.update_layout(margin_t=100)
 
 
 def coverage() -> str:

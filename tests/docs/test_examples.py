@@ -106,6 +106,16 @@ def test_both_implementations_stand_alike(comparison):
     assert loaded.ours.distance_to(unloaded.ours).min() > 1e-4
 
 
+@pytest.mark.parametrize("blend", [0.15, 0.25])
+def test_the_path_of_both_implementations_is_at_times_that_fit_mujocos_steps(comparison, blend):
+    """To its end: a path is told at times of its own, the last of them not a multiple of the samples."""
+    times = comparison["desired"](blend).time
+    for step in comparison["STEPS"].values():
+        steps = np.diff(times) / step
+        np.testing.assert_allclose(steps, round(steps[0]), rtol=1e-9)
+    assert 20.0 < times[-1] < 30.0
+
+
 @pytest.mark.parametrize(("curve", "limit"), [("linear", 1e-10), ("backlash", 1e-8)])
 def test_both_implementations_start_alike_along_the_path(comparison, curve, limit):
     """(c): the first 0.6 s, in which the tool moves by centimetres and sways by millimetres."""
