@@ -7,15 +7,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.case import Case
+from coupling.check.backlash import WrongBacklash, wrong_backlash
 from coupling.check.joints import JointDemand, joint_demands
 from coupling.check.room import Room, room_around
-from coupling.inverse.diagnosis import GearDiagnosis
+from coupling.errors import BuildError, HostError, SimulationError
+from coupling.events import Watch, unwatched
+from coupling.inverse.diagnosis import GearDiagnosis, diagnose
+from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.cell import Placement
 from coupling.robot.robot import LimitWarning
-from coupling.run.gear_loads import diagnose_robot, wanted_of
+from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
+from coupling.run.models import Models
+
+# Robots are simulated by the C core whatever the case's FMUs are: the model is the same, in a hundredth
+# of the time.
+_KIND = "native"
 
 
 @dataclass(frozen=True)
@@ -30,6 +39,9 @@ class CheckedRobot:
         demands: What the path asks of the joints of the robot that does not give way.
         room: What is left around the path.
         gears: What the gears go through.
+        backlash: What a command that is right leaves with another backlash in all gears; none where no
+            gear has any.
+        unknown: Why that is not known, or empty.
         warnings: Rated loads and gear torques that are passed.
     """
 
@@ -40,35 +52,59 @@ class CheckedRobot:
     demands: tuple[JointDemand, ...]
     room: Room
     gears: tuple[GearDiagnosis, ...]
+    backlash: tuple[WrongBacklash, ...]
+    unknown: str
     warnings: tuple[LimitWarning, ...]
 
 
-def checked(case: Case, wrench: WrenchHistory) -> tuple[CheckedRobot, ...]:
+def checked(
+    case: Case, wrench: WrenchHistory, watch: Watch = unwatched
+) -> tuple[CheckedRobot, ...]:
     """Return what can be said of the robots of a case.
 
     Args:
         case: The case.
         wrench: Wrenches on its tools along the desired path, world axes.
+        watch: Function that is told how far the work is.
 
     Raises:
         PlanningError: If a robot cannot follow its path.
     """
     found = []
-    for placed, wanted in zip(
-        case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
-    ):
-        path, q, gears = wanted.path, wanted.rigid.q[0], diagnose_robot(placed, wanted)
-        limits = JointLimits.of(placed.description, case.controller.max_acceleration)
-        found.append(
-            CheckedRobot(
-                placed.description.name,
-                placed.placement,
-                path,
-                float(np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()),
-                joint_demands(path.time, q, limits),
-                room_around(placed.description, path, q),
-                gears,
-                tuple(passed(placed.ratings, wanted.wrench, gears)),
+    with Models(_KIND, watch) as models:
+        for placed, wanted in zip(
+            case.robots, wanted_of(case.robots, case.desired, wrench), strict=True
+        ):
+            path, q = wanted.path, wanted.rigid.q[0]
+            moving = MovingRobot(placed.description, placed.torque_curve)
+            gears = diagnose(moving, wanted)
+            limits = JointLimits.of(placed.description, case.controller.max_acceleration)
+            backlash, unknown = _with_wrong_backlash(moving, models, wanted, watch)
+            found.append(
+                CheckedRobot(
+                    placed.description.name,
+                    placed.placement,
+                    path,
+                    float(np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()),
+                    joint_demands(path.time, q, limits),
+                    room_around(placed.description, path, q),
+                    gears,
+                    backlash,
+                    unknown,
+                    tuple(passed(placed.ratings, wanted.wrench, gears)),
+                )
             )
-        )
     return tuple(found)
+
+
+def _with_wrong_backlash(
+    moving: MovingRobot, models: Models, wanted: Wanted, watch: Watch
+) -> tuple[tuple[WrongBacklash, ...], str]:
+    """Return what a wrong backlash leaves, or why that is not known: no reason to say nothing else."""
+    if not np.any(moving.play):
+        return (), ""
+    try:
+        model = models.of(moving.robot, moving.torque_curve)
+        return wrong_backlash(moving, model, wanted, watch), ""
+    except (BuildError, HostError, SimulationError) as error:
+        return (), str(error)

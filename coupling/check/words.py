@@ -16,18 +16,36 @@ def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
 
     Args:
         robot: The robot.
-        loads: What its gears carry, in words.
+        loads: What it carries, in words.
     """
     yield f"{robot.name}: {robot.way:.3f} m of path in {robot.path.time[-1]:.1f} s"
     for demand in robot.demands:
         yield f"  {joint_words(demand)}"
     yield f"  {room_words(robot)}"
     yield f"  distance from singular postures {robot.room.regularity:.3f} (1/|J^-1|; place asks 0.03)"
-    at_risk = gear_lines(robot.gears)
-    none = "a wrong backlash would show of no gear at the tool"
-    yield f"  under {loads}:" if at_risk else f"  under {loads} {none}"
-    yield from at_risk
+    yield f"  under {loads}:"
+    yield from (f"  {line}" for line in backlash_words(robot))
+    yield from gear_lines(robot.gears)
     yield from (f"  Warning: {warning}" for warning in robot.warnings)
+
+
+def backlash_words(robot: CheckedRobot) -> Iterator[str]:
+    """Yield what a wrong backlash would leave, and whether any gear changes its flank."""
+    if not any(gear.backlash for gear in robot.gears):
+        yield "no gear has backlash: a wrong one would not show"
+        return
+    if robot.backlash:
+        deviations = [own.deviation for own in robot.backlash]
+        most = 1e6 * max(own.maximum for own in deviations)
+        rest = 1e6 * max(own.maximum_less_constant for own in deviations)
+        yield (
+            f"{' or '.join(own.name for own in robot.backlash)} in all gears: simulated, a command that"
+            f" is right leaves up to {most:.1f} um, {rest:.1f} um less a constant"
+        )
+    else:
+        yield f"what a wrong backlash leaves is not known: {robot.unknown}"
+    if not any(gear.at_risk for gear in robot.gears):
+        yield "no gear changes its flank: a wrong backlash shows as little but a constant"
 
 
 def joint_words(demand: JointDemand) -> str:

@@ -17,9 +17,11 @@ from coupling.events import Progress
 from coupling.path.histories import WrenchHistory
 from coupling.process import ProcessTable
 from coupling.report.check_page import write_check_page
+from coupling.run.asked_again import LastAsked
 from coupling.run.console import RunView
 from coupling.run.expected import remarks
 from coupling.run.kept_process import checked_process
+from coupling.run.study import quiet_process
 from coupling.solve.inverse import Inverse
 
 
@@ -38,23 +40,28 @@ def check(
         ),
     ] = False,
 ) -> None:
-    """Say whether a case can be run, draw its path before the robot, estimate the time; run nothing."""
+    """Say whether a case can be run, draw its path, estimate the time; no command is made."""
     console = Console()
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
         wrench, each = WrenchHistory.none(desired.time, len(desired.pose)), None
         said, alike = remarks(loaded), []
-        loads = "the robot's own weight"
+        loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
             process = checked_process(loaded, view.watch)
-            answer, each = timed(process, desired)
-            wrench, said = answer.wrench, remarks(loaded, answer.wrench)
+            asked = LastAsked(process)
+            quiet = quiet_process(loaded, asked)
+            wrench = (quiet or asked).evaluate(desired).wrench
+            assert asked.last is not None
+            each, said = asked.last.seconds, remarks(loaded, wrench)
+            if quiet is not None and quiet.noise is not None and quiet.noise.heard:
+                said = (*said, quiet.noise.sentence)
             if isinstance(loaded.process_table, ProcessTable):
-                alike = [repeated(process, desired, answer, each)]
+                alike = [repeated(process, desired, asked.last.answer, each)]
             loads = f"weight and process, at most {wrench.peak_force:.0f} N"
         view.watch(Progress("looking at joints and gears", 0, 1))
-        robots = checked(loaded, wrench)
+        robots = checked(loaded, wrench, view.watch)
     lines = [line for robot in robots for line in robot_lines(robot, loads)]
     lines += [f"Remark: {remark}" for remark in said]
     lines += [*alike, *loaded.task.remarks, *loaded.touch_off_remarks, *_time(loaded, each)]

@@ -76,7 +76,8 @@ class GearDiagnosis:
         floats: Time during which it carries nothing at rest: it floats in its play [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
             minus the constant torque that would keep it on one flank.
-        miss: How far the tool is off behind a flank change if the backlash is 20 % off [m].
+        miss: How far the tool is off at rest behind a flank change if the backlash is 20 % off [m]; in
+            motion it is several times as much.
         torque: Largest torque that it carries, to either side [N m].
         torque_time: Instant of it [s].
         base_tilt: Smallest tilt of the base that would keep it on one flank; None where it keeps it,

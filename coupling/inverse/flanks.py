@@ -102,9 +102,10 @@ def margin(torque: np.ndarray) -> np.ndarray:
 
 
 def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """Return how far the tool is off behind a flank change if the backlash is 20 % off [m].
+    """Return how far the tool is off at rest behind a flank change if the backlash is 20 % off [m].
 
-    0.2 of the whole play 2 B, times how far the tool moves with the gear.
+    0.2 of the whole play 2 B, times how far the tool moves with the gear: to compare gears and settings
+    by.  In motion it is off by several times as much (`coupling.check.backlash`).
 
     Args:
         backlash: Half width B of the play [rad].

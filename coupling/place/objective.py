@@ -60,7 +60,7 @@ class Demands:
         return share
 
     def exposure(self, figures: Figures) -> np.ndarray:
-        """Return what backlashes that are 20 % off may do at the tool, summed [m], (n,)."""
+        """Return what backlashes that are 20 % off may do at the tool at rest, summed [m], (n,)."""
         exposed: np.ndarray = np.sum(self.risk(figures) * figures.miss, axis=1)
         return exposed
 

@@ -25,7 +25,7 @@ class PartMap:
         across, up: Names of the axes.
         first, second: Their values [m], (a,) and (b,).
         moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
-        exposure: What backlashes that are 20 % off may do [m], (b, a); NaN there as well.
+        exposure: What backlashes that are 20 % off may do at rest [m], (b, a); NaN there as well.
         changing: Number of gears with play whose torque changes sign, (b, a).
     """
 

@@ -39,7 +39,8 @@ class Figures:
         compliance: Of the TCP in its softest direction [m/N], (n,).
         margin: By how much the torque of each gear stays clear of zero, `flanks.margin` [N m], (n, g).
         swing: From its lowest to its highest torque [N m], (n, g).
-        miss: What a backlash 20 % off would miss at the tool, `flanks.backlash_miss` [m], (n, g).
+        miss: What a backlash 20 % off would miss at rest at the tool, `flanks.backlash_miss` [m],
+            (n, g).
     """
 
     reached: np.ndarray

@@ -186,16 +186,17 @@ def _map_text(figures: dict[str, Any]) -> str:
     what = "the process" if figures["forced"] else "100 N"
     return (
         "What each place of the part comes to with tool and base held as they are now, or as the best"
-        f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do. White:"
-        " out of reach, too near to a limit or to a singular posture. The colours end where 95 % of the"
-        " places do."
+        f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do at"
+        " rest. White: out of reach, too near to a limit or to a singular posture. The colours end where"
+        " 95 % of the places do."
     )
 
 
 _TABLE_TEXT = (
     "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
-    " gears that may change flank, summed; changes of flank along the whole path; distance from singular"
-    " postures (1 over the norm of the inverse Jacobian, lengths in units of the reach)."
+    " rest at gears that may change flank, summed (in motion several times as much); changes of flank"
+    " along the whole path; distance from singular postures (1 over the norm of the inverse Jacobian,"
+    " lengths in units of the reach)."
 )
 _GEARS_TEXT = (
     "From the torque that the links need along the whole path, with the inertia of starts and stops. A"

@@ -215,15 +215,17 @@ def gear_loads(figures: dict[str, Any]) -> str:
         "gear",
         "flank changes",
         "floats [s]",
-        "backlash 20 % off [um]",
+        "backlash 20 % off, at rest [um]",
         "clear of zero by [N m]",
         "kept by a bias of [N m]",
         "or a base tilted by [deg]",
     )
     return (
         "<h2>What the gears go through</h2><p>From the torque that the links need along the path. Where"
-        " a gear changes its flank, or floats in its play for want of a torque at rest, the tool is off"
-        " by what its backlash is off; a gear that stays clear of zero does not ask for it.</p>"
+        " a gear changes its flank, or floats in its play for want of a torque at rest, a wrong backlash"
+        " shows: at rest by what it is off, in motion by several times as much, as the link drifts with"
+        " what it was given; the replays on robots with another backlash tell that for all gears"
+        " together. A gear that stays clear of zero does not ask for its backlash.</p>"
         f"{table(header, rows)}"
     )
 

@@ -27,7 +27,10 @@ def diagnose_robots(
         PlanningError: If a robot cannot follow.
     """
     wanted = wanted_of(robots, desired, wrench)
-    return tuple(map(diagnose_robot, robots, wanted))
+    return tuple(
+        diagnose(MovingRobot(placed.description, placed.torque_curve), own)
+        for placed, own in zip(robots, wanted, strict=True)
+    )
 
 
 def wanted_of(
@@ -40,11 +43,6 @@ def wanted_of(
         rigid = InverseKinematics(placed.description, placed.home).plan(own)
         found.append(Wanted(own, rigid, placed.placement.wrench_in_base(load)))
     return tuple(found)
-
-
-def diagnose_robot(placed: PlacedRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:
-    """Return what the gears of one robot go through."""
-    return diagnose(MovingRobot(placed.description, placed.torque_curve), wanted)
 
 
 def at_samples(wrench: WrenchHistory, path: ToolPath, samples: ToolPath) -> WrenchHistory:

@@ -25,7 +25,13 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.interpolation import SampledPath
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
-from docs.scripts import inverse_crossing, inverse_cut, inverse_noise, inverse_sampling
+from docs.scripts import (
+    inverse_backlash,
+    inverse_crossing,
+    inverse_cut,
+    inverse_noise,
+    inverse_sampling,
+)
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save
 from docs.scripts.runs import example
@@ -219,6 +225,8 @@ PARTS: dict[str, Callable[[], str]] = {
     "cycles": cycles,
     "limits": limits,
     "robustness": robustness,
+    "drift": inverse_backlash.drift,
+    "backlash": inverse_backlash.wrong_backlashes,
     "cut": inverse_cut.sentence,
     "samples": samples,
     "sampling": inverse_sampling.costs,

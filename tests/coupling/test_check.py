@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from coupling.check.joints import joint_demands
 from coupling.check.room import DIRECTIONS, room_around
 from coupling.check.words import joint_words
 from coupling.cli import main
-from coupling.errors import PlanningError
+from coupling.errors import PlanningError, SimulationError
+from coupling.files.csv_table import write_table
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -54,6 +56,7 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert "the whole path can be moved by [mm]" in said
     assert "evaluations of the process" in said
     assert "changes of its flank" in said
+    assert re.search(r"backlash \+20 % or backlash -20 % in all gears: .* up to [0-9.]+ um,", said)
     assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
     (page,) = (tmp_path / "results").iterdir()
     assert page.name == "cone_check.html"
@@ -65,7 +68,9 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert status == 0, said
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "N a wrong backlash would show of no gear at the tool" in forced
+    assert "no gear changes its flank: a wrong backlash shows as little but a constant" in forced
+    most, rest = map(float, re.findall(r"([0-9.]+) um", forced))
+    assert rest < 0.1 * most
 
 
 def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path, checked):
@@ -73,8 +78,45 @@ def test_gears_that_turn_without_play_are_not_said_to_keep_a_flank(tmp_path, che
     curve = {'torque_curve = "backlash"': 'torque_curve = "linear"'}
     status, said = checked(short(tmp_path, "cone", **curve), "--evaluate")
     assert status == 0, said
-    assert "a wrong backlash would show of no gear" in said
+    assert "no gear has backlash: a wrong one would not show" in said
     assert "flank" not in said
+    assert "simulated" not in said
+
+
+def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
+    tmp_path, checked, monkeypatch
+):
+    def refused(*args: object) -> None:
+        raise SimulationError("step 7: no equilibrium")
+
+    monkeypatch.setattr("coupling.check.checked.wrong_backlash", refused)
+    status, said = checked(short(tmp_path, "cone"), "--evaluate")
+    assert status == 0, said
+    assert "what a wrong backlash leaves is not known: step 7: no equilibrium" in said
+    assert "changes of its flank" in said
+
+
+def test_noise_of_a_measured_force_is_told_and_moves_no_gear(tmp_path, checked):
+    """The record of the cone's force with 15 N of noise: as it comes it would move the tool further."""
+    cone = load_case(short(tmp_path, "cone"))
+    force = cone.process.evaluate(cone.desired).wrench
+    noise = np.random.default_rng(1).normal(0.0, 15.0, force.force[0].shape)
+    rows = np.column_stack([force.time, force.force[0] + noise])
+    write_table(tmp_path / "record.csv", ("time", "fx", "fy", "fz"), rows)
+    text = (tmp_path / "cone.toml").read_text()
+    head, tail = text.index("[process]"), text.index("[coupling]")
+    found = {}
+    for cutoff in ("", 'cutoff_Hz = "none"\n'):
+        keys = 'model = "measured"\nfile = "record.csv"\nframe = "base"\n'
+        file = tmp_path / "measured.toml"
+        file.write_text(f"{text[:head]}[process]\n{keys}{cutoff}\n{text[tail:]}")
+        status, said = checked(file, "--evaluate")
+        assert status == 0, said
+        assert "The forces of the process have noise of about 1" in said
+        (line,) = (line for line in said.splitlines() if "in all gears" in line)
+        found[cutoff] = [float(own) for own in re.findall(r"([0-9.]+) um", line)]
+    quiet, loud = found.values()
+    assert loud[1] > 1.2 * quiet[1]
 
 
 def test_what_cannot_be_run_is_said_in_a_sentence(tmp_path, checked):

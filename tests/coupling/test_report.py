@@ -206,6 +206,9 @@ def test_the_verdict_states_its_conditions(finished):
     stiff = [gear | {"backlash_20_percent_m": 0.0} for gear in own["gears"]]
     rigid = own | {"robustness": [], "gears": stiff}
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
+    coupled = sentence(own | {"robustness": []}, "elastic-wall")
+    assert re.search(r"a wrong backlash would show, .*\(joint 1[,)]", coupled)
+    assert "um" not in coupled.partition("backlash would")[2]  # without a replay there is no figure
     calm = own | {"robustness": [], "gears": []}
     assert "no gear changes its flank" in sentence(calm, "elastic-wall")
 

@@ -161,6 +161,8 @@ def test_passages_through_the_play_are_counted_and_named(finished):
     ]
     assert {c["robot"] for c in told} == {"forming"}
     assert f"Gears pass through their play {len(changes)} times" in said
+    left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
+    assert f"there, by up to {1e6 * max(left):.2f} um where all are 20 % off." in said
     first = sum(c.joint == 1 for c in changes)
     assert f"(joint 1: {first}," in said
     page = (out / "report.html").read_text(encoding="utf-8")
