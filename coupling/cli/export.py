@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -10,8 +11,14 @@ import typer
 from rich.console import Console
 
 from coupling.errors import ProgramError, one_of
+from coupling.export.commands import (
+    RobotCommand,
+    command_in_run,
+    command_of_table,
+    commands_of_run,
+)
 from coupling.export.exported import TOLERANCE, Exported, Options
-from coupling.export.exporting import export_run
+from coupling.export.exporting import export_commands
 from coupling.export.folder import require_writable, write_export
 from coupling.programs.languages import LANGUAGES
 from coupling.run.console import RunView
@@ -23,16 +30,34 @@ _NEAR = 0.02
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="A run folder.")],
+    source: Annotated[
+        Path, typer.Argument(help="A run folder; or, with --robot, a command: time, q1..; CSV.")
+    ],
     to: Annotated[str, typer.Option("--to", help=f"Language: {', '.join(LANGUAGES)}.")],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder; RUN/<language> unless given.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Folder; RUN/<language>, or CSV's name/<language>, unless given."
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Robot of a command's CSV: robot.toml or a shipped robot's name."),
+    ] = None,
+    wrench: Annotated[
+        Path | None,
+        typer.Option(help="Wrench beside --robot: time, fx, .. mz; CSV. None unless given."),
+    ] = None,
+    command: Annotated[
+        Path | None,
+        typer.Option(help="Command in place of the run's, such as one that was edited; CSV."),
     ] = None,
     targets: Annotated[
         str | None, typer.Option(help="cartesian or joints; csv has joints alone.")
     ] = None,
     name: Annotated[
-        str | None, typer.Option(help="Name of the program; that of the run folder unless given.")
+        str | None,
+        typer.Option(help="Name of the program; that of the run or the CSV unless given."),
     ] = None,
     tolerance: Annotated[
         float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool, in um.")
@@ -40,14 +65,17 @@ def export(
     cycle_ms: Annotated[
         float | None,
         typer.Option(
-            "--cycle-ms", min=0.1, max=1000.0, help="Of the controller; the case's unless given."
+            "--cycle-ms",
+            min=0.1,
+            max=1000.0,
+            help="Of the controller; the case's, or 4, unless given.",
         ),
     ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace programs that are there.")
     ] = False,
 ) -> None:
-    """Write a run's command as robot programs, read them back and simulate what they do."""
+    """Write a command as robot programs, read them back and simulate what they do."""
     if to not in LANGUAGES:
         raise ProgramError(f"--to: {one_of(LANGUAGES, to)}")
     language = LANGUAGES[to]
@@ -57,12 +85,13 @@ def export(
     chosen = next(known for known in language.targets if known == wanted)
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
     options = Options(language, chosen, name, 1e-6 * tolerance, cycle)
-    folder = output or run / to
-    if run.is_dir():  # else reading it says what it is
-        require_writable(folder, overwrite)
+    read = _reader(source, robot, wrench, command)
+    file = command or (None if source.is_dir() else source)
+    folder = output or (source if file is None else file.parent / file.stem) / to
+    require_writable(folder, overwrite)
     console = Console()
     with RunView(console) as view:
-        found = export_run(run, options, view.watch)
+        found = export_commands(read(), options, view.watch)
     write_export(folder, found, options, overwrite)
     for one in found:
         for line in _lines(one, options, len(found) > 1):
@@ -72,16 +101,50 @@ def export(
         raise typer.Exit(_LOSES)
 
 
+def _reader(
+    source: Path, robot: str | None, wrench: Path | None, command: Path | None
+) -> Callable[[], tuple[RobotCommand, ...]]:
+    """Return what reads the commands of a run, one in place of a run's, or one by itself.
+
+    Raises:
+        ProgramError: If the options do not belong to one of these.
+    """
+    if source.is_dir():
+        for option, given in (("--robot", robot), ("--wrench", wrench)):
+            if given is not None:
+                raise ProgramError(
+                    f"{option}: expected it beside the CSV of a command alone, got the folder {source},"
+                    " which has its own"
+                )
+        return (
+            partial(commands_of_run, source)
+            if command is None
+            else partial(command_in_run, source, command)
+        )
+    if command is not None:
+        raise ProgramError(f"--command: expected a run folder before it, got {source}")
+    if robot is None:
+        what = "a file" if source.exists() else "nothing of that name"
+        raise ProgramError(
+            f"{source}: expected a run folder, or the CSV of a command with --robot, got {what}"
+        )
+    return partial(command_of_table, source, robot, wrench)
+
+
 def _lines(one: Exported, options: Options, several: bool) -> Iterator[str]:
     who = f"{one.robot} robot: " if several else ""
     yield (
         f"{who}{', '.join(file.name for file in one.files)}: {one.points} points of"
         f" {one.candidates}, {one.bytes} bytes, at least {1e3 * one.shortest:.0f} ms apart"
     )
-    yield (
-        f"  deviation of the moving robot: {1e6 * one.command.maximum:.2f} um under the command,"
-        f" {1e6 * one.read_back.maximum:.2f} um under the files, read back; loss {1e6 * one.loss:.2f} um"
-    )
+    loss = f"loss {1e6 * one.loss:.2f} um"
+    if one.command is None or one.read_back is None:
+        yield f"  moving robot under the files, read back, against the command: {loss}"
+    else:
+        yield (
+            f"  deviation of the moving robot: {1e6 * one.command.maximum:.2f} um under the command,"
+            f" {1e6 * one.read_back.maximum:.2f} um under the files, read back; {loss}"
+        )
     if one.loss > options.tolerance:
         yield (
             f"  Warning: expected a loss of at most {1e6 * options.tolerance:g} um: see which of cycle,"

@@ -7,19 +7,21 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case import Case, PlacedRobot
 from coupling.errors import ProgramError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.histories import JointPath
+from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Language
-from coupling.robot.cell import Member
+from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.stored_run import StoredRobot, StoredRun
 
 # By how much a limit may be passed for rounding.
 _ROUNDING = 1e-6
-# Rounding of poses in command.csv [m].
-_SAME = 1e-9
+# Rounding of poses in command.csv [m], and of those in a table of anybody's [m], [rad].
+_SAME, _ROUNDED = 1e-9, 1e-5
+# Rate of a joint that rests [rad/s]: a run's last row may lie a little behind its end.
+_RESTS = 1e-2
 
 
 def require_limits(command: JointPath, limits: JointLimits, who: str) -> tuple[DriveMotion, ...]:
@@ -70,6 +72,18 @@ def remark_on(stored: StoredRobot) -> str:
     return ""
 
 
+def remark_on_ends(joints: JointPath) -> str:
+    """Return where a command moves at its ends, where a program rests; empty where it does not."""
+    for what, row in (("begins", 0), ("ends", -1)):
+        rates = np.abs(joints.qd[0][row]) if joints.qd else np.zeros(1)
+        if rates.max() > _RESTS:
+            return (
+                f"the command {what} with joint {rates.argmax() + 1} at {rates.max():.3g} rad/s, its"
+                " program at rest"
+            )
+    return ""
+
+
 def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
     """Refuse a run folder whose tables are not of the robots of its case."""
     for placed in case.robots:
@@ -83,16 +97,39 @@ def require_robots(folder: Path, case: Case, run: StoredRun) -> None:
             )
 
 
-def require_same_robot(folder: Path, member: Member, stored: StoredRobot) -> None:
+def require_same_robot(folder: Path, placed: PlacedRobot, stored: StoredRobot) -> None:
     """Refuse a run whose robot file has been changed since."""
-    own = member.planner.forward(stored.joints, stored.joints.time)
-    path = member.placement.path_in_world(own)
-    apart = float(path.distance_to(stored.command).max())
+    apart = float(_undeflected(placed, stored.joints).distance_to(stored.command).max())
     if apart > _SAME:
         raise ProgramError(
             f"{folder / 'command.csv'}: expected the poses of the robot file, got some that are"
             f" {1e6 * apart:.3g} um off: the file has changed since the run, repeat it"
         )
+
+
+def require_poses(
+    file: Path, placed: PlacedRobot, joints: JointPath, poses: ToolPath | None
+) -> None:
+    """Refuse a table whose poses are not those of its angles: it is another robot's."""
+    if poses is None:
+        return
+    # Times of the table may have been moved by their rounding.
+    given = ToolPath(joints.time, poses.pose)
+    off = _undeflected(placed, joints).deviation_from(given)[0]
+    apart = np.linalg.norm(off[:, :3], axis=1).max()
+    turned = np.linalg.norm(off[:, 3:], axis=1).max()
+    if apart > _ROUNDED or turned > _ROUNDED:
+        raise ProgramError(
+            f"{file}: expected poses that the robot has at q1.., got some that are {1e6 * apart:.3g} um"
+            f" and {1e3 * turned:.3g} mrad off: it is the command of another robot, tool or base, or its"
+            " poses were left as they were when the angles changed: leave out their columns"
+        )
+
+
+def _undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
+    """Return the path of a robot's undeflected tool at the rows of a command, in the world."""
+    planner = InverseKinematics(placed.description, placed.home)
+    return placed.placement.path_in_world(planner.forward(joints, joints.time))
 
 
 def require_joints(language: Language, joints: int) -> None:

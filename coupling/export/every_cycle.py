@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from coupling.errors import PlanningError
+import numpy as np
+
+from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress
 from coupling.export.exported import Exported
 from coupling.export.job import Job
@@ -13,6 +15,8 @@ from coupling.path.histories import JointPath
 
 # What the inverse aims at, as parts of the tolerance, one after the other.
 _AIMS = (0.5, 0.1)
+# Fewest cycles of a command for which rows are solved for: with less nothing is left to be chosen.
+_FEWEST = 8
 
 
 def every_cycle(job: Job) -> Exported:
@@ -25,13 +29,13 @@ def every_cycle(job: Job) -> Exported:
     """
     tolerance = job.options.tolerance
     job.watch(Progress("sampling the command, reading it back", 0, 1))
-    best = _judged(job, job.stored.joints)
+    best = _judged(job, job.command.joints)
     for aim in _AIMS:
         if best.loss <= tolerance:
             break
         try:
             rows = _inverse(job, aim * tolerance)
-        except PlanningError as cause:
+        except (PlanningError, SimulationError) as cause:
             why = f"other rows than samples of the command were sought in vain: {cause}"
             return replace(best, remark="; ".join(filter(None, (best.remark, why))))
         best = min(best, _judged(job, rows), key=lambda one: one.loss)
@@ -46,7 +50,10 @@ def _judged(job: Job, command: JointPath) -> Exported:
 def _inverse(job: Job, goal: float) -> JointPath:
     """Return rows of angles under which the moving robot's tool takes the path of the command."""
     member, path = job.member, job.reference
+    cycles = float(np.ptp(path.time)) / job.cycle
+    if cycles < _FEWEST:
+        raise PlanningError(f"expected a command of {_FEWEST} cycles at least, got {cycles:.3g}")
     assert member.inverter is not None
     wanted = Wanted(path, member.planner.plan(path), job.loads.on(path))
-    controller = replace(job.case.controller, cycle=job.cycle, interpolation="cubic")
+    controller = replace(job.command.controller, cycle=job.cycle, interpolation="cubic")
     return member.inverter.invert(wanted, controller, goal, job.watch).joints

@@ -1,4 +1,4 @@
-"""What is to be exported of a run, and what was."""
+"""What is to be exported of a command, and what was."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Options:
     Attributes:
         language: Language of the programs.
         targets: What their targets are.
-        name: Name of the program; None for that of the run folder.
+        name: Name of the program; None for that of the run folder or table.
         tolerance: Largest loss at the tool [m].
-        cycle: Period of the controller's set points [s]; None for the case's.
+        cycle: Period of the controller's set points [s]; None for the command's.
     """
 
     language: Language
@@ -57,11 +57,12 @@ class Exported:
         candidates: Number of points that a program with one on every cycle has.
         loss: Largest distance between the tool of the moving robot under the files and under the
             command [m].
-        command, read_back: Deviation from the desired path under the command, and under the files.
+        command, read_back: Deviation from the desired path under the command, and under the files; None
+            where a command came without a desired path.
         drives: What is asked of the drives.
         nearest: Where the robot comes nearest to a singular posture.
         counted: Whether the robot file says how the controller counts.
-        remark: What is to be known of the run, or empty.
+        remark: What is to be known of the command, or empty.
     """
 
     robot: str
@@ -70,8 +71,8 @@ class Exported:
     points_tolerance: float
     candidates: int
     loss: float
-    command: Deviation
-    read_back: Deviation
+    command: Deviation | None
+    read_back: Deviation | None
     drives: tuple[DriveMotion, ...]
     nearest: Nearest
     counted: bool

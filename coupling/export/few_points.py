@@ -25,7 +25,9 @@ def few_points(job: Job) -> Exported:
     there, until they do not.
     """
     options, found = job.options, list[Exported]()
-    sampled = job.sampled(job.stored.joints)
+    sampled = job.sampled(job.command.joints)
+    if options.targets == "cartesian":
+        job.require_poses_that_tell(sampled)
     curve = sampled.curve(options.targets)
     choose = spline_points if options.language.between == "spline" else straight_points
     tolerance = np.full(len(sampled.time), options.tolerance)

@@ -10,15 +10,13 @@ import json
 import os
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
 from coupling.errors import ProgramError
 from coupling.export.exported import Exported, Options
+from coupling.files.alone import alone
 from coupling.files.whole_file import WholeFile, sync_folder
 
 SUMMARY = "export.json"
@@ -58,7 +56,7 @@ def write_export(
     target = folder.resolve()
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with _alone(folder):
+        with alone(folder, ProgramError):
             _put_right(target)
             require_writable(folder, overwrite)
             draft = _draft(target)
@@ -87,27 +85,6 @@ def _draft(target: Path) -> Path:
 
 def _aside(target: Path) -> Path:
     return target.with_name(f".{target.name}.replaced")
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep other exports to the folder away.
-
-    Raises:
-        ProgramError: If there is one.
-    """
-    target = folder.resolve()
-    lock = FileLock(target.with_name(f".{target.name}.lock"))
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise ProgramError(f"{folder}: another export writes it: wait for its end") from None
-    try:
-        yield
-    finally:
-        with suppress(OSError):
-            os.unlink(lock.lock_file)
-        lock.release()
 
 
 def _put_right(target: Path) -> None:
@@ -155,8 +132,8 @@ def _of_robot(one: Exported) -> dict[str, Any]:
         "points_tolerance_m": one.points_tolerance,
         "shortest_time_s": one.shortest,
         "loss_m": one.loss,
-        "deviation_of_command_m": asdict(one.command),
-        "deviation_of_file_m": asdict(one.read_back),
+        "deviation_of_command_m": one.command and asdict(one.command),
+        "deviation_of_file_m": one.read_back and asdict(one.read_back),
         "base": one.program.base,
         "tool": one.program.tool,
         "counted_as_controller": one.counted,

@@ -7,19 +7,22 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.case import Case, PlacedRobot
+from coupling.case import PlacedRobot
+from coupling.errors import ProgramError
 from coupling.events import Watch
-from coupling.export.checks import remark_on, require_limits
+from coupling.export.checks import require_limits
+from coupling.export.commands import RobotCommand
 from coupling.export.exported import Exported, Options
 from coupling.export.interpolated import drive_motion
-from coupling.export.postures import nearest_singular
+from coupling.export.postures import Nearest, nearest_singular
 from coupling.export.sampled import Sampled
-from coupling.files.controller_axes import ControllerAxes
 from coupling.inverse.joint_limits import JointLimits
-from coupling.path.deviation import measure
+from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Member
-from coupling.run.stored_run import StoredRobot
+
+# Smallest singular value of a Jacobian, lengths in units of the reach, at which poses tell angles.
+_SINGULAR = 1e-4
 
 
 @dataclass(frozen=True)
@@ -40,41 +43,33 @@ class Job:
     """The export of one robot.
 
     Attributes:
-        case: The case of the run.
-        placed: The robot in it.
+        command: Its command, and what this needs.
         member: The robot in its cell.
-        stored: What the run holds of it.
-        axes: How its controller counts.
         limits: What its drives can do.
         options: What is to be written, with name and cycle.
         watch: Function that is told how far the work is.
-        who: The robot, for messages.
     """
 
-    case: Case
-    placed: PlacedRobot
+    command: RobotCommand
     member: Member
-    stored: StoredRobot
-    axes: ControllerAxes
     limits: JointLimits
     options: Options
     watch: Watch
-    who: str
 
     @property
     def cycle(self) -> float:
         """Period of the controller's set points [s]."""
-        return self.options.cycle or self.case.controller.cycle
+        return self.options.cycle or self.command.controller.cycle
 
     @cached_property
     def loads(self) -> WrenchHistory:
-        """The run's wrench on the tool, in the robot's base."""
-        return self.member.placement.wrench_in_base(self.stored.wrench)
+        """The wrench on the tool, in the robot's base."""
+        return self.member.placement.wrench_in_base(self.command.wrench)
 
     @cached_property
     def reference(self) -> ToolPath:
         """Path of the moving robot's tool under the command, in its base."""
-        return self.simulated(self.stored.joints)
+        return self.simulated(self.command.joints)
 
     def simulated(self, command: JointPath) -> ToolPath:
         """Return the path of the moving robot's tool in its base."""
@@ -82,8 +77,8 @@ class Job:
 
     def sampled(self, command: JointPath) -> Sampled:
         """Return a motion of the drives on the controller's cycle."""
-        part = self.case.task.part
-        return Sampled.of(self.placed, self.axes, part, command, self.cycle)
+        own = self.command
+        return Sampled.of(own.placed, own.axes, own.part, command, self.cycle)
 
     def judged(self, sampled: Sampled, rows: np.ndarray, points_tolerance: float) -> Judged:
         """Return the program through chosen rows, judged by what its files do.
@@ -96,7 +91,7 @@ class Job:
         Raises:
             ProgramError: If the language cannot say it, or a drive not do it.
         """
-        options, language = self.options, self.options.language
+        own, options, language = self.command, self.options, self.options.language
         assert options.name is not None
         program = sampled.program(
             options.name, rows, options.targets, language.between == "spline", language.posture
@@ -105,40 +100,66 @@ class Job:
         motion = self._covering(
             drive_motion(
                 language.read(files),
-                self.placed.description,
-                self.axes,
+                own.placed.description,
+                own.axes,
                 self.cycle,
-                self.stored.joints.time[0],
+                own.joints.time[0],
                 sampled.q[sampled.points],
             )
         )
         # Corners between straight ways are rounded by the controller, which keeps its own limits.
         free = replace(self.limits, acceleration=np.full_like(self.limits.acceleration, np.inf))
-        require_limits(motion, free, self.who)
+        require_limits(motion, free, own.who)
         path = self.simulated(motion)
-        desired = self.member.placement.path_in_base(self.stored.desired)
         loss = path.distance_to(self.reference)
         exported = Exported(
-            robot=self.placed.name,
+            robot=own.placed.name,
             program=program,
             files=files,
             points_tolerance=points_tolerance,
             candidates=len(sampled.points),
             loss=float(loss.max()),
-            command=measure(self.reference, desired),
-            read_back=measure(path, desired),
-            drives=require_limits(self.stored.joints, self.limits, self.who),
-            nearest=nearest_singular(
-                sampled.postures, sampled.time, sampled.q, sampled.jacobians, _reach(self.placed)
-            ),
-            counted=self.axes.stated,
-            remark=remark_on(self.stored),
+            command=self._deviation(self.reference),
+            read_back=self._deviation(path),
+            drives=require_limits(own.joints, self.limits, own.who),
+            nearest=self._nearest(sampled),
+            counted=own.axes.stated,
+            remark=own.remark,
         )
         return Judged(exported, path.time[loss > options.tolerance])
 
+    def require_poses_that_tell(self, sampled: Sampled) -> None:
+        """Refuse a motion whose poses do not tell its joint angles.
+
+        Raises:
+            ProgramError: With the singular posture that it goes through.
+        """
+        nearest = self._nearest(sampled)
+        if nearest.value < _SINGULAR:
+            raise ProgramError(
+                f"{self.command.who}expected postures that poses tell, got a singular one at"
+                f" {nearest.time:.3f} s ({nearest.kind}): write joint angles with --targets joints"
+            )
+
+    def _nearest(self, sampled: Sampled) -> Nearest:
+        return nearest_singular(
+            sampled.postures,
+            sampled.time,
+            sampled.q,
+            sampled.jacobians,
+            _reach(self.command.placed),
+        )
+
+    def _deviation(self, path: ToolPath) -> Deviation | None:
+        """Return the deviation of the tool from where it should be, None where nobody knows."""
+        desired = self.command.desired
+        if desired is None:
+            return None
+        return measure(path, self.member.model_path(desired))
+
     def _covering(self, motion: JointPath) -> JointPath:
         """Return a motion that lasts as long as the wrench, for its end is rounded in the text."""
-        end = float(self.stored.wrench.time[-1])
+        end = float(self.command.wrench.time[-1])
         if motion.time[-1] >= end:
             return motion
         time = np.append(motion.time[:-1], end)

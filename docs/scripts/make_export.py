@@ -65,6 +65,8 @@ def programs() -> str:
         for name in CASES:
             for language in LANGUAGES:
                 one = _exported(name, language)
+                assert one.command is not None
+                assert one.read_back is not None
                 yield (
                     f"`{name}`",
                     language,

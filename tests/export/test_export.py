@@ -361,7 +361,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
     file.touch()
     done = command("export", file, "--to", "krl")
     assert done.returncode == 2
-    assert "case.toml/result.json: cannot be read: Not a directory" in done.stderr
+    assert "case.toml: expected a run folder, or the CSV of a command with --robot" in done.stderr
 
 
 def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):

@@ -78,7 +78,7 @@ def test_two_exports_at_once_do_not_mix(tmp_path, monkeypatch):
 
     def meanwhile(draft: Path, target: Path) -> None:
         monkeypatch.setattr(writing, "_take_place", take_place)
-        with pytest.raises(ProgramError, match="krl: another export writes it: wait for its end"):
+        with pytest.raises(ProgramError, match="krl: another command writes it: wait for its end"):
             put(target, "second")
         take_place(draft, target)
 
