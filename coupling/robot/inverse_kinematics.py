@@ -17,6 +17,8 @@ from elastic_robot.trajectory import Trajectory
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _REACHED = 1e-10
 _MAX_ITERATIONS = 100
+# A tool that stays farther away from its place is out of reach [m].
+_AWAY = 1e-5
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
 _DAMPING = 1e-3
 # Joint step limit of one iteration [rad]: the linearisation holds no further.
@@ -125,7 +127,9 @@ class InverseKinematics:
             step = np.linalg.solve(normal, jacobian.T @ error)
             largest = float(np.abs(step).max())
             q += step * min(1.0, _LARGEST_STEP / largest)
-        self._require_regularity(jacobian, where)
+        # At the border of what it reaches an arm is stretched, and so singular as well.
+        if best < _AWAY:
+            self._require_regularity(jacobian, where)
         farthest = int(np.argmax(np.abs(q - guess))) + 1
         raise PlanningError(
             f"{where}: the pose at {np.round(target.translation, 4).tolist()} m is out of reach;"
