@@ -20,7 +20,7 @@ from coupling.learn.residual import Residual, noise_of
 from coupling.learn.smoothing import SlowPart
 
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
-_FLOOR = 1e-6
+FLOOR = 1e-6
 MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
 # Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
 _DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
@@ -66,14 +66,18 @@ class Descent:
     Args:
         problem: The problem.
         slow: Slow parts of the samples of every pass.
+        variance: What a coordinate of the slow part is taken to vary by [m^2]; None: by Cauchy's scale,
+            under which what was known before counts more than it should, and the way down is even.
 
     Attributes:
         problem: The same.
         slow: The same.
     """
 
-    def __init__(self, problem: Problem, slow: Sequence[SlowPart]) -> None:
-        self.problem, self.slow = problem, tuple(slow)
+    def __init__(
+        self, problem: Problem, slow: Sequence[SlowPart], variance: float | None = None
+    ) -> None:
+        self.problem, self.slow, self._variance = problem, tuple(slow), variance
         self._residuals = tuple(map(Residual, problem.passes))
 
     def over_noise(self, now: At) -> float:
@@ -124,8 +128,8 @@ class Descent:
                 size * _LENGTHS[3] / _LENGTHS[rest.shape[1]]
                 for size, rest in zip(sizes, slow, strict=True)
             ]
-            scale = max(_FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
-        cost = sum(
+            scale = max(FLOOR, _SCALE * float(np.median(np.concatenate(alike))))
+        cost = self._counted(scale) * sum(
             mean.independent * float(np.sum(4.0 * np.log1p((size / (2.0 * scale)) ** 2)))
             for mean, size in zip(self.slow, sizes, strict=True)
         )
@@ -148,6 +152,7 @@ class Descent:
             where = np.r_[:count, problem.rows_of(number)]
             rest, size = now.slow[number], np.linalg.norm(now.slow[number], axis=1)
             weight = mean.independent / (now.scale**2 * (1.0 + (size / (2.0 * now.scale)) ** 2))
+            weight *= self._counted(now.scale)
             matrix[np.ix_(where, where)] += np.einsum(
                 "k,kap,kaq->pq", weight, full, full, optimize=True
             )
@@ -184,6 +189,10 @@ class Descent:
             step[count:] = np.linalg.solve(matrix[count:, count:], right[count:])
             now = self.at(now.z + step)
         return now
+
+    def _counted(self, scale: float) -> float:
+        """Return how much rows count, by what they do under Cauchy's scale [m]."""
+        return 1.0 if self._variance is None else scale**2 / self._variance
 
     def _along(self, now: At, matrix: np.ndarray, right: np.ndarray) -> At | None:
         """Return what is better in the direction of a step, damped until it is, or None."""

@@ -22,6 +22,7 @@ def figures(found: Learned) -> dict[str, Any]:
         "left_m": {"robot_file": before, "learned": after},
         "noise_m": found.spread.noise,
         "noise_left_m": found.noise_left,
+        "widened": found.widened,
         "warnings": found.warnings,
         "draws": found.spread.draws,
         "slow_below_Hz": CUT_OFF,

@@ -5,6 +5,10 @@ is no matter of slopes, and what fits everything but a few crossings takes these
 crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
 is tried again from beside it (`coupling.learn.aside`) before it looks any further.
+
+So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
+fit goes on with rows that count as their noise says, and as what is left over noise says
+(`coupling.learn.left_over`): that is the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -15,16 +19,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.learn.aside import Held, steps_aside
-from coupling.learn.descent import MOST_PASSES, SETTLED, At, Descent
+from coupling.learn.descent import FLOOR, MOST_PASSES, SETTLED, At, Descent
 from coupling.learn.horizon import next_horizon
+from coupling.learn.left_over import LeftOver
 from coupling.learn.problem import Problem
 from coupling.learn.secant import Secant
 from coupling.learn.side_by_side import side_by_side
 from coupling.learn.smoothing import CUT_OFF, SlowPart
 from coupling.robot.robot_fmu import RobotFmu
 
-# Changes of a log factor for differences, one after the other: the valley is narrower than the hollows.
-_CHANGES = (0.05, 0.01)
+# Changes of a log factor for differences, one after the other: the valley is narrower than the hollows;
+# and those on its ground.
+_CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
+# Rows count by what the search has left over noise, then by what that leaves.
+_COUNTED = 2
 # Passes of a fit to a part, tries from beside where it ends in a hollow, of a part and of the whole, and
 # of so many gears' best sides.
 _LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
@@ -41,9 +49,10 @@ class Fit:
         residuals: Measured less simulated positions of every pass [m], (n, 3); where orientations were
             measured with these in three more coordinates, as in `coupling.learn.residual`.
         slow: Their slow parts [m], (k, 3) or (k, 6).
-        covariance: Of all unknowns, as if residuals were noise and the derivatives right; of stiffness
-            by those derivatives that tell less.
+        covariance: Of all unknowns, with rows that count by noise and by what is left over it; of each
+            parameter by those derivatives that tell less.
         converged: Whether the last step explained next to nothing.
+        left_over: What is left over noise.
     """
 
     z: np.ndarray
@@ -51,6 +60,7 @@ class Fit:
     slow: tuple[np.ndarray, ...]
     covariance: np.ndarray
     converged: bool
+    left_over: LeftOver
 
 
 class Fitter:
@@ -81,8 +91,8 @@ class Fitter:
             here, _ = self._found(part, here, _LED, _PART_TRIES)
             now, before = whole.at(here.z), seconds
             seconds = self._look(now, before, _is_noise(part, here))
-        now, converged = self._found(whole, now, MOST_PASSES, _TRIES)
-        return Fit(now.z, now.residuals, now.slow, self._covariance(now), converged)
+        now, _ = self._found(whole, now, MOST_PASSES, _TRIES)
+        return self._settled(now)
 
     def without(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return the slow parts of what given parameters leave, behind the frame that fits them best.
@@ -96,21 +106,49 @@ class Fitter:
         """Return what the slow parts of residuals would be of their noise alone [m], rms."""
         return self._whole.noise(residuals)
 
-    def _covariance(self, now: At) -> np.ndarray:
-        """Return the covariance of all unknowns, as if residuals were noise and the derivatives right.
+    def _settled(self, now: At) -> Fit:
+        """Return the most likely robot near what was found, and how sure it is."""
+        left_over, converged = self._left_over(now), False
+        for _ in range(_COUNTED):
+            counted = left_over.over
+            descent = self._counted(now, counted)
+            now = descent.at(now.z)
+            for change in _SMALL_CHANGES:
+                now, converged = descent.descended(now, self.problem.secants(change))
+            left_over = self._left_over(now)
+            if counted == 1.0:
+                break
+        covariance = self._covariance(self._counted(now, left_over.over), now)
+        return Fit(now.z, now.residuals, now.slow, covariance, converged, left_over)
 
-        Another stiffness makes a floating gear leave its flank at another time, which differences of
-        simulations take for knowledge of it; the gears' equation knows what it moves on its flanks.
+    def _counted(self, now: At, over: float) -> Descent:
+        """Return the way down with rows that count as their noise says, times its variance."""
+        variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
+        return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
+
+    def _left_over(self, now: At) -> LeftOver:
+        """Return what is left over noise."""
+        variance = max(self._whole.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
+        parts = list(zip(self._whole.slow, now.slow, strict=True))
+        squares = sum(mean.independent * float(np.sum(rest**2)) for mean, rest in parts)
+        rows = sum(mean.independent * rest.size for mean, rest in parts)
+        data = self._counted(now, 1.0).equations(now, self.problem.effects)[0]
+        data = data - np.diag(self.problem.prior**-2.0)
+        return LeftOver.of(squares / variance, rows, data, self.problem.prior)
+
+    def _covariance(self, counted: Descent, now: At) -> np.ndarray:
+        """Return the covariance of all unknowns, by those derivatives that tell less.
+
+        A floating gear leaves its flank at another time when anything is changed, which differences of
+        simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
+        but not what other gears do meanwhile.
         """
         secants = self.problem.secants(_CHANGES[0])
         found, held = (
-            np.linalg.inv(self._whole.equations(now, own)[0])
-            for own in (secants, self.problem.effects)
+            np.linalg.inv(counted.equations(now, own)[0]) for own in (secants, self.problem.effects)
         )
-        wider = np.ones(len(found))
-        for k, parameter in enumerate(self.problem.parameters):
-            if parameter.kind == "stiffness":
-                wider[k] = max(1.0, float(np.sqrt(held[k, k] / found[k, k])))
+        wider = np.sqrt(np.maximum(1.0, np.diag(held) / np.diag(found)))
+        wider[len(self.problem.parameters) :] = 1.0
         covariance: np.ndarray = wider[:, None] * found * wider
         return covariance
 

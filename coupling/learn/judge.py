@@ -19,6 +19,8 @@ _MATTERS = 2e-6
 _MOVES = 1e-8
 # A gear that floats for more than this part of the time makes a path that does not repeat.
 _MOSTLY = 0.5
+# Noise is the smaller part of what is left from so many times noise on.
+_SMALLER = float(np.sqrt(2.0))
 
 
 @dataclass(frozen=True)
@@ -121,13 +123,36 @@ def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
     return f"{own} carr{'y' if len(names) > 1 else 'ies'} nothing at rest for most of the path"
 
 
-def missing(gears: Sequence[GearDiagnosis], whole: Sequence[GearDiagnosis], seconds: float) -> str:
+def discrepancy(before: float, after: float, noise: float) -> str:
+    """Return what the model does not explain of a measurement, in words; "" where most of it is noise.
+
+    Args:
+        before: Rms of the residuals' slow parts with the robot file [m].
+        after: The same with what was found [m].
+        noise: What noise alone would leave of them [m].
+    """
+    if after <= _SMALLER * noise:
+        return ""
+    explained = float(np.sqrt(max(before**2 - after**2, 0.0)))
+    return (
+        f"the model explains only {1e6 * explained:.3g} of {1e6 * before:.3g} um of the measurement's"
+        f" slow part; {1e6 * after:.3g} um are left, of which noise is {1e6 * noise:.2g} um"
+    )
+
+
+def missing(
+    gears: Sequence[GearDiagnosis],
+    whole: Sequence[GearDiagnosis],
+    seconds: float,
+    unknown: str = "",
+) -> str:
     """Return what a measurement that tells nothing lacks, in words.
 
     Args:
         gears: What the gears go through where it was measured.
         whole: What they go through along the whole path.
         seconds: How much was measured [s].
+        unknown: What the model does not explain, in words; "" where that is noise.
     """
     later = [g.joint for g, w in zip(gears, whole, strict=True) if w.changes > g.changes == 0]
     if later:
@@ -135,6 +160,12 @@ def missing(gears: Sequence[GearDiagnosis], whole: Sequence[GearDiagnosis], seco
         return (
             f"in the {seconds:.3g} s measured no gear is pushed from flank to flank: measure on, as the"
             f" gears of joints {names} are later in the run"
+        )
+    if unknown:
+        return (
+            f"{unknown}, and the rest, which is neither backlash nor stiffness nor damping (gear"
+            " errors, hysteresis, heat, another load), would be taken for these: correct the command by"
+            " the measured deviation itself"
         )
     if not any(gear.changes for gear in gears):
         return (

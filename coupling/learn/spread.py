@@ -1,10 +1,9 @@
-"""How sure what was learned is: the same fit of robots that are known, by simulation.
+"""How sure what was learned is: what the fit says of itself, or the same fit of robots that are known.
 
-What a fit says of itself, from its residuals and derivatives, is too sure: a gear that floats is not
-linear.  It is widened by a factor that was measured on simulated robots, whose parameters are known
-(docs/learn.md).  Or, for any robot and path, robots are drawn around the one found, as far from it as
-the fit says of itself, measured in simulation with the noise of the measurement, and learned from the
-start again; by how much they are missed is the interval.
+A fit says so by its residuals and derivatives, with what is left over noise in both
+(`coupling.learn.left_over`).  Or, for any robot and path, robots are drawn around the one found, as far
+from it as the fit says of itself, measured in simulation with the noise of the measurement, and learned
+from the start again; by how much they are missed is the interval.
 """
 
 from __future__ import annotations
@@ -23,9 +22,6 @@ from coupling.learn.problem import Problem
 from coupling.learn.residual import Residual, noise_of
 
 CONFIDENCE = 0.95
-# Over hidden robots, the errors of what is told by the fit's own deviations are up to twice what they
-# should be, 95 of 100 of them: docs/learn.md, "How sure it is".
-WIDER = 2.0
 
 
 @dataclass(frozen=True)
@@ -45,20 +41,20 @@ class Spread:
     draws: int = 0
 
 
-def spread_of_fit(problem: Problem, found: Fit, over_noise: float) -> Spread:
-    """Return what the fit says of itself, made `WIDER`.
+def spread_of_fit(problem: Problem, found: Fit) -> Spread:
+    """Return what the fit says of itself.
 
     Args:
         problem: What was fitted.
         found: What came out.
-        over_noise: What is left, by what noise alone would leave: makes it wider still beyond 1.
     """
     count = len(problem.parameters)
-    deviation = WIDER * max(1.0, over_noise) * np.sqrt(np.diag(found.covariance)[:count])
+    deviation = np.sqrt(np.diag(found.covariance)[:count])
     deviation = np.minimum(deviation, prior_of(problem.parameters))
     return Spread(
         deviation,
-        _quantile(np.inf) * deviation,
+        # The scale of what is left is that of as many independent values as there are parameters told.
+        _quantile(max(found.left_over.told, 1.0)) * deviation,
         noise_of([rest[:, :3] for rest in found.residuals]),
     )
 

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from coupling.learn.learning import Learned
+from coupling.learn.parameters import PRIOR, learnables
+from docs.scripts.learning_beyond import Beyond
 from docs.scripts.runs import CASES
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -70,6 +72,7 @@ class Trial:
         every: Every so many samples of 4 ms.
         passes: Number of passes that are learned from.
         draws: Simulated robots for the intervals.
+        beyond: What the tool does beyond the model.
     """
 
     noise: float = 1e-5
@@ -78,6 +81,7 @@ class Trial:
     every: int = 1
     passes: int = 2
     draws: int = 0
+    beyond: Beyond | None = None
 
 
 @dataclass(frozen=True)
@@ -108,6 +112,16 @@ def hidden(robot: Robot, seed: int) -> Truth:
                 np.exp(width * rng.uniform(-1.0, 1.0))
             )
     return Truth(f"random {seed}", factors)
+
+
+def drawn(robot: Robot, seed: int, times: float, torque_curve: str = "backlash") -> Truth:
+    """Return a robot of so many times what is known before: normal logarithms of all that is learned."""
+    rng = np.random.default_rng(seed)
+    factors = {
+        own.name: float(np.exp(times * PRIOR[own.kind] * rng.standard_normal()))
+        for own in learnables(robot, torque_curve)
+    }
+    return Truth(f"drawn {seed}, {times:g} times", factors)
 
 
 def all_alike(robot: Robot, kind: str, factor: float) -> Truth:

@@ -41,7 +41,7 @@ def seen_of(robots: Robots, path: ToolPath, every: int = 2, shift: float = 0.0) 
 
 def test_orientations_narrow_what_positions_hardly_tell(robots):
     """Gear 4 hardly moves a TCP near its axis, but turns the tool: its backlash is told twice as well at
-    least, what was hidden lies within the deviations, and nothing is told much worse."""
+    least, what was hidden lies within three deviations, and nothing is told much worse."""
     truth = robots.factors(backlash=1.15, damping=0.85, stiffness=1.05)
     path = robots.taken(truth)
     seen = aligned(seen_of(robots, path), robots.taken(0.0 * truth), own_frame=False)
@@ -51,14 +51,14 @@ def test_orientations_narrow_what_positions_hardly_tell(robots):
         fit = fitter.fit(0.0 * truth)
         assert fit.converged
         errors.append(np.abs(fit.z[: len(truth)] - truth))
-        deviations.append(spread_of_fit(fitter.problem, fit, over_noise=1.0).deviation)
+        deviations.append(spread_of_fit(fitter.problem, fit).deviation)
     narrower = deviations[0] / deviations[1]
     of = {parameter.name: k for k, parameter in enumerate(robots.parameters)}
     assert narrower[of["joint[4].backlash"]] > 2.0
     assert narrower[of["joint[1].backlash"]] > 1.5
     assert narrower[of["joint[5].damping"]] > 1.2
     assert narrower.min() > 0.8
-    assert np.all(errors[1] < deviations[1])
+    assert np.all(errors[1] < 3.0 * deviations[1])
     for name in ("joint[1].backlash", "joint[4].backlash"):
         assert errors[1][of[name]] < 0.5 * errors[0][of[name]]
 
