@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.case_discrepancy import DiscrepancyTable
 from coupling.case_place import PlaceTable
 from coupling.case_plant import PlantTable, StudyTable
 from coupling.case_tables import (
@@ -24,6 +25,7 @@ from coupling.events import Watch, unwatched
 from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
+from coupling.path.discrepancy import Discrepancy
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema
@@ -59,6 +61,7 @@ class CaseFile(Schema):
     coupling: CouplingTable = CouplingTable()
     compensation: dict[str, Any] = {}
     controller: ControllerTable = ControllerTable()
+    discrepancy: DiscrepancyTable | None = None
     plant: PlantTable | None = None
     study: StudyTable = StudyTable()
     place: PlaceTable = PlaceTable()
@@ -77,6 +80,7 @@ class PlacedRobot:
         mounting: How its description differs from its file.
         touch_off: What it takes for the world where it was touched off; None: the world.
         ratings: What its file rates it for.
+        discrepancy: What its tool was measured to do beyond the model; None: nothing.
     """
 
     name: str
@@ -87,6 +91,7 @@ class PlacedRobot:
     mounting: Mounting
     ratings: Ratings
     touch_off: TouchOff | None = None
+    discrepancy: Discrepancy | None = None
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a path of its tool in the world as its program has it."""
@@ -111,6 +116,7 @@ class Case:
         coupling: Table [coupling].
         method: Method that corrects the command, with its keys of [compensation].
         controller: What the robots' controllers take.
+        discrepancy: Table [discrepancy]; None: the robot was not measured along the path.
         plant: Robots and load that the command really meets; None: the model.
         study: Table [study].
         place: Table [place].
@@ -130,6 +136,7 @@ class Case:
     coupling: CouplingTable
     method: Compensation
     controller: Controller
+    discrepancy: DiscrepancyTable | None
     plant: Plant | None
     study: StudyTable
     place: PlaceTable
@@ -176,7 +183,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         CaseError: With file, table, key, what was expected and what was got.
     """
     path = Path(path)
-    file = validate(load_toml(path, CaseError), CaseFile, CaseError, str(path))
+    file = validate(load_toml(path, CaseError), CaseFile, CaseError, str(path), path.parent)
     tool_path = _variant(path, "tool_path", "kind", file.tool_path, TOOL_PATHS)
     compensation = {"method": _DEFAULT_METHOD, **file.compensation}
     method = _variant(path, "compensation", "method", compensation, METHODS)
@@ -203,6 +210,9 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
             task = _supported(task, file.support, process_table)
         motion, task = task.motion, replace(task.sampled, watch=watch)
         process = process_table.process(task)
+    if file.discrepancy is not None:
+        with _errors_of(f"{path}: discrepancy"):
+            robots = [_measured(robots, file.discrepancy, motion.path)]
     tables = {"part": file.part, "tool_path": tool_path, "process": process_table}
     tables |= {"coupling": file.coupling, "compensation": method}
     tables |= {"controller": file.controller}
@@ -210,6 +220,8 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
     if file.support is not None:
         resolved["support"] = file.support.resolved(path.parent)
     resolved |= {k: t.model_dump(exclude_none=True, mode="json") for k, t in tables.items()}
+    if file.discrepancy is not None:
+        resolved["discrepancy"] = file.discrepancy.model_dump(exclude_none=True, mode="json")
     if file.plant is not None:
         resolved["plant"] = file.plant.resolved(path.parent)
     if file.study != StudyTable():
@@ -230,6 +242,7 @@ def load_case(path: str | Path, workspace: Path | None = None, watch: Watch = un
         coupling=file.coupling,
         method=method,
         controller=file.controller.controller(),
+        discrepancy=file.discrepancy,
         plant=plant,
         study=file.study,
         place=file.place,
@@ -344,6 +357,15 @@ def _touched_off(
             raise CaseError(f"{robot.name} robot: {cause}") from cause
         found.append(replace(robot, touch_off=own))
     return part, found
+
+
+def _measured(robots: list[PlacedRobot], table: DiscrepancyTable, desired: ToolPath) -> PlacedRobot:
+    """Return the only robot of a case with what it was measured to do beyond its model."""
+    if len(robots) > 1:
+        raise CaseError(
+            "expected the case of one robot, got that of a cell of two: remove the table"
+        )
+    return replace(robots[0], discrepancy=table.along(desired))
 
 
 def _supported(task: Task, table: SupportTable, process_table: ProcessSchema) -> Task:

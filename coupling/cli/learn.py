@@ -20,7 +20,7 @@ from coupling.learn.figures import figures
 from coupling.learn.learning import Options
 from coupling.learn.learning import learn as learned
 from coupling.learn.measured import read_seen
-from coupling.learn.next_case import next_case_text
+from coupling.learn.next_inputs import next_case_text
 from coupling.learn.robot_file import learned_text
 from coupling.learn.source import read_source
 from coupling.report.learn_page import learn_page

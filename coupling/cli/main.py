@@ -20,13 +20,13 @@ from coupling.cli import (
     identify,
     init,
     learn,
-    mirror,
     place,
     robots,
     runs,
     store,
     study,
 )
+from coupling.cli import next as next_
 from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
@@ -67,12 +67,13 @@ _COMMANDS = (
     store.store,
     identify.identify,
     learn.learn,
-    mirror.mirror,
+    next_.mirror,
     robots.robots,
     completion.completion,
 )
 for _command in _COMMANDS:
     app.command()(_command)
+app.command("next")(next_.next_command)
 
 
 def _print_version(wanted: bool) -> None:

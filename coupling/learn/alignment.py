@@ -39,7 +39,7 @@ def aligned(seen: Seen, model: ToolPath, own_frame: bool) -> Seen:
     """
     _require_length_unit(seen, model)
     path = Simulated(model)
-    seen = replace(seen, time=seen.time + _clock(seen, path, model))
+    seen = replace(seen, time=seen.time + clock_offset(seen, model))
     inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
     seen = seen.at_rows(np.flatnonzero(inside))
     covered = float(np.ptp(seen.time)) if len(seen.time) else 0.0
@@ -103,8 +103,14 @@ def _require_length_unit(seen: Seen, model: ToolPath) -> None:
             )
 
 
-def _clock(seen: Seen, path: Simulated, model: ToolPath) -> float:
-    """Return what brings the clock of a measurement nearly to the run's [s]."""
+def clock_offset(seen: Seen, model: ToolPath) -> float:
+    """Return what brings the clock of a measurement nearly to the run's [s].
+
+    Args:
+        seen: What was measured.
+        model: Where the model's tool is under the command.
+    """
+    path = Simulated(model)
     rows = np.unique(np.linspace(0, len(seen.time) - 1, _COMPARED).astype(int))
     time, position = seen.time[rows], seen.position[rows]
     near = np.arange(-_OFF, _OFF + 0.5 * _FINE, _FINE)

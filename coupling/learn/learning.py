@@ -15,7 +15,7 @@ from coupling.inverse.inversion import MovingRobot
 from coupling.learn.descent import size_of
 from coupling.learn.effect import Effect
 from coupling.learn.fit import Fit, Fitter
-from coupling.learn.judge import Judged, floating, judged, missing
+from coupling.learn.judge import Judged, discrepancy, floating, judged, missing
 from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
 from coupling.learn.passes import Pass
 from coupling.learn.problem import Frame, Problem
@@ -41,20 +41,23 @@ class Options:
     """How to learn.
 
     Attributes:
-        own_frame: Whether the measuring frame lies anywhere; else it is the robot's base frame to a
-            millimetre and a milliradian.
-        draws: Simulated robots for the intervals; 0 for those of the fit, widened as `WIDER` says.
+        own_frame: Whether the measuring frame lies anywhere.
+        draws: Simulated robots for the intervals; 0 for those of the fit.
         seed: Of their parameters and noise.
+        known: How well the measuring frame is the robot's base frame where it does not lie anywhere.
+        start: Log factors that the fit begins at, (P,); None: the robot of the last run.
     """
 
     own_frame: bool = False
     draws: int = 0
     seed: int = 1
+    known: Frame = field(default_factory=Frame)
+    start: np.ndarray | None = None
 
     @property
     def frame(self) -> Frame:
         """What is known of the measuring frame."""
-        return ANYWHERE if self.own_frame else Frame()
+        return ANYWHERE if self.own_frame else self.known
 
 
 @dataclass(frozen=True)
@@ -104,13 +107,19 @@ class Learned:
         return self.left[1] > _FAR * self.noise_left
 
     @property
+    def widened(self) -> float:
+        """By how much the fit's intervals are wider for what is left over noise, >= 1."""
+        return self.fit.left_over.widened
+
+    @property
     def refusal(self) -> str:
         """Why no robot should be written, in words; "" where one may be."""
+        before, after = self.left
         last = float(np.ptp(self.passes[-1].wanted.path.time))
         seconds = sum(float(np.ptp(one.seen.time)) for one in self.passes)
         if not any(own.told for own in self.parameters):
-            return f"nothing is told: {missing(self.gears, self.whole, seconds)}"
-        before, after = self.left
+            unknown = discrepancy(before, after, self.noise_left)
+            return f"nothing is told: {missing(self.gears, self.whole, seconds, unknown)}"
         if after > _WORTH * before:
             return (
                 f"what is learned would leave {1e6 * after:.3g} um of the measurement's slow part, the"
@@ -133,7 +142,8 @@ class Learned:
         return [
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
-            " gap with round edges, another load, heat), or a gear floats; do not trust the intervals"
+            " gap with round edges, another load, heat), or a gear floats; the intervals are"
+            f" {self.widened:.2g} times as wide for it, and what is told little stays near the file"
         ]
 
 
@@ -177,7 +187,7 @@ def _learned(
         watch(Progress("learning: what the parameters do", number, len(passes) + 1))
         effects.append(Effect(first.robot, first.torque_curve, parameters, one))
     problem = Problem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
-    start = factors_between(parameters, last.robot)
+    start = factors_between(parameters, last.robot) if options.start is None else options.start
     fitter = Fitter(problem)
     before = fitter.without(np.zeros(len(parameters)))
     watch(Progress("learning: fit", 0, 1))
@@ -189,8 +199,7 @@ def _learned(
     if options.draws:
         spread = spread_of(problem, fit, start, options.draws, options.seed, drawn)
     else:
-        over_noise = size_of(fit.slow) / max(fitter.noise(fit.residuals), 1e-12)
-        spread = spread_of_fit(problem, fit, over_noise)
+        spread = spread_of_fit(problem, fit)
     x = fit.z[: len(parameters)]
     effect = effect_of(problem, x)
     moving = MovingRobot(robot_with(first.robot, parameters, x), first.torque_curve)

@@ -87,10 +87,13 @@ class Simulated:
         path: The path of one tool.
         reference: Path at the same times whose orientations its own are told from; None where they do
             not count.
+
+    Attributes:
+        path: The path.
     """
 
     def __init__(self, path: ToolPath, reference: ToolPath | None = None) -> None:
-        self._path, self._reference = path, reference
+        self.path, self._reference = path, reference
         self._position = CubicSpline(path.time, path.position[0])
 
     def position(self, time: np.ndarray, order: int = 0) -> np.ndarray:
@@ -111,13 +114,13 @@ class Simulated:
 
     def rotation(self, time: np.ndarray) -> Rotation:
         """Return rotations base_from_tool."""
-        return RotationSpline(self._path.time, self._path.rotations[0])(self._inside(time))
+        return RotationSpline(self.path.time, self.path.rotations[0])(self._inside(time))
 
     @cached_property
     def _turn(self) -> CubicSpline:
         assert self._reference is not None
-        turns = self._path.deviation_from(self._reference)[0, :, 3:]
-        return CubicSpline(self._path.time, turns)
+        turns = self.path.deviation_from(self._reference)[0, :, 3:]
+        return CubicSpline(self.path.time, turns)
 
     def _inside(self, time: np.ndarray) -> np.ndarray:
-        return np.clip(time, self._path.time[0], self._path.time[-1])
+        return np.clip(time, self.path.time[0], self.path.time[-1])

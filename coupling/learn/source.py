@@ -16,9 +16,11 @@ from coupling.inverse.inversion import Wanted
 from coupling.learn.alignment import aligned
 from coupling.learn.parameters import learnables
 from coupling.learn.passes import Pass, Seen
+from coupling.path.discrepancy import Discrepancy
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.forecast import Forecast
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
 
@@ -42,6 +44,8 @@ class Source:
         home: Joint angles near which paths start [rad].
         placement: Where the robot stands in the frame of the run folder's files.
         stored: What the folder holds; desired path and wrench in axes of the robot's base.
+        discrepancy: What the tool was taken to do beyond the model, in these axes; None: nothing.
+        forecast: What the command was expected to leave; None where nothing was measured before.
     """
 
     folder: Path
@@ -52,6 +56,8 @@ class Source:
     home: np.ndarray
     placement: Placement
     stored: StoredRobot
+    discrepancy: Discrepancy | None = None
+    forecast: Forecast | None = None
 
     def whole(self, own_frame: bool, model: ToolPath) -> Pass:
         """Return the pass.
@@ -118,6 +124,8 @@ def read_source(folder: Path, seen: Seen) -> Source:
             desired=at.path_in_base(stored.desired),
             wrench=at.wrench_in_base(stored.wrench),
         ),
+        None if placed.discrepancy is None else placed.discrepancy.seen_from(at.position, turned),
+        None if (told := run.figures.get("forecast")) is None else Forecast.from_dict(told),
     )
 
 

@@ -22,6 +22,9 @@ def verdict(figures: Mapping[str, Any], process: str) -> str:
     word = "Converged" if figures["converged"] else "Not converged"
     text = sentence(figures, process) + " (" + figures["reason"] + ".)"
     told = f"<b>{word}</b>: {html.escape(text)}"
+    forecast = figures.get("forecast")
+    if forecast is not None:
+        told = f"<b>{html.escape(forecast['sentence'])}.</b><br>{told}"
     outlook = figures.get("outlook")  # runs of earlier versions and couplings have none
     if outlook is None:
         return f'<p class="verdict {state}">{told}</p>'
@@ -63,12 +66,12 @@ def _of_backlash(figures: Mapping[str, Any]) -> str:
         return "no gear has backlash in this model"
     gears = [gear for gear in with_play if gear["flank_changes"] or gear["floats_s"]]
     if gears:
-        worst = max(gears, key=lambda gear: gear["backlash_20_percent_m"])
+        names = ", ".join(dict.fromkeys(f"joint {gear['joint']}" for gear in gears))
         return (
-            f"a backlash 20 % off would show by up to {_um(worst['backlash_20_percent_m'])}, behind the"
-            f" flank changes of joint {worst['joint']}"
+            f"a wrong backlash would show, by how much a compensation tells: gears change their flank or"
+            f" float ({names})"
         )
-    return "an error of the backlash would not show: no gear changes its flank"
+    return "a wrong backlash would show as little but a constant: no gear changes its flank"
 
 
 def _um(length: float) -> str:

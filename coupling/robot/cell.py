@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from coupling.events import Watch, unwatched
 from coupling.inverse.inversion import Wanted
 from coupling.path.controller import Controller
+from coupling.path.discrepancy import Discrepancy
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
 from coupling.robot.moving import Inverter
@@ -85,6 +86,7 @@ class Member:
         planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
         touch_off: What it takes for the world where it was touched off; None: the world.
+        discrepancy: What its tool was measured to do beyond the model, in the world; None: nothing.
     """
 
     name: str
@@ -93,10 +95,26 @@ class Member:
     planner: Planner
     inverter: Inverter | None = None
     touch_off: TouchOff | None = None
+    discrepancy: Discrepancy | None = None
 
     def programmed(self, path: ToolPath) -> ToolPath:
         """Return a path of its tool in the world as its program has it."""
         return path if self.touch_off is None else self.touch_off.programmed(path)
+
+    def simulate(self, command: JointPath, wrench: WrenchHistory, mode: Mode) -> ToolPath:
+        """Return the path that its tool takes, in the world.
+
+        Raises:
+            SimulationError: If it cannot be simulated.
+        """
+        path = self.robot.simulate(command, self.placement.wrench_in_base(wrench), mode)
+        path = self.placement.path_in_world(path)
+        return path if self.discrepancy is None else self.discrepancy.real(path)
+
+    def model_path(self, path: ToolPath) -> ToolPath:
+        """Return where the tool of its model has to be, in its base, for the tool to be on a path."""
+        own = path if self.discrepancy is None else self.discrepancy.model(path)
+        return self.placement.path_in_base(own)
 
 
 @dataclass(frozen=True)
@@ -154,9 +172,7 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.placement.path_in_world(
-                    member.robot.simulate(own, member.placement.wrench_in_base(load), mode)
-                )
+                member.simulate(own, load, mode)
                 for member, own, load in zip(
                     self.members, command.robots, wrench.tools, strict=True
                 )
@@ -183,8 +199,8 @@ class Cell:
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
-            at = member.placement
-            wanted = Wanted(at.path_in_base(tool), own, at.wrench_in_base(load))
+            loads = member.placement.wrench_in_base(load)
+            wanted = Wanted(member.model_path(tool), own, loads)
             found.append(member.inverter.invert(wanted, controller, goal, watch))
         changes = [
             replace(change, robot=self._name(member))

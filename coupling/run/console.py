@@ -21,7 +21,7 @@ from coupling.path.histories import ToolPath
 from coupling.robot.robot import FlankChange
 from coupling.run.beat import beat_parts
 from coupling.run.deviations import Deviations
-from coupling.run.outlook import Outlook
+from coupling.run.figures import outlook_of
 from coupling.run.plant import OnPlant
 from coupling.run.robustness import Replay
 from coupling.run.study import Run, RunBegins
@@ -165,14 +165,17 @@ def print_summary(
             f"The dynamic robot under the same command and wrench deviates by"
             f" {_figures(deviations.dynamic)}"
         )
-    outlook = Outlook.of(deviations.before, run.robustness) if compensated else None
+    outlook = outlook_of(run, deviations.before) if compensated else None
     if outlook is not None:
         lines.insert(1 if outlook.gains else 0, outlook.sentence)
+    if run.robustness:
         lines += _of_other_robots(run.robustness)
+    if run.forecast is not None:
+        lines.insert(0, f"{run.forecast.sentence}.")
     if run.plant is not None:
         lines += _of_plant(run.plant)
     if found.flank_changes:
-        lines.append(_of_gears(found.flank_changes))
+        lines.append(_of_gears(found.flank_changes, run.robustness))
     lines += [
         line
         for name, gears in zip(run.robots, run.gears, strict=True)
@@ -229,21 +232,25 @@ def _of_plant(plant: OnPlant) -> list[str]:
     return lines + ([f"  Warning: {plant.remark}"] if plant.remark else [])
 
 
-def _of_gears(changes: Sequence[FlankChange]) -> str:
-    """Return how often which gear passes through its play."""
+def _of_gears(changes: Sequence[FlankChange], replays: Sequence[Replay]) -> str:
+    """Return how often which gear passes through its play, and what a wrong one leaves."""
     counts = Counter((change.robot, change.joint) for change in changes)
     each = ", ".join(
         f"{f'{robot} ' if robot else ''}joint {joint}: {count}"
         for (robot, joint), count in sorted(counts.items())
     )
+    left = [own.deviation.maximum for own in replays if own.name.startswith("backlash")]
+    much = f", by up to {_um(max(left))} where all are 20 % off" if left else ""
     return (
         f"Gears pass through their play {len(changes)} times ({each}): a wrong backlash would show"
-        " there."
+        f" there{much}."
     )
 
 
 def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
     """Return a line for each gear whose backlash would show at the tool.
+
+    What it tells of a gear is to compare them by: in motion the tool is off by several times as much.
 
     Args:
         gears: Gears of one robot along its path.
@@ -259,7 +266,7 @@ def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
         floats = f", floats for {gear.floats:.1f} s" if gear.floats else ""
         lines.append(
             f"  {f'{robot} ' if robot else ''}joint {gear.joint}: {gear.changes} changes of its flank"
-            f"{floats}; a backlash 20 % off would be {_um(gear.miss)} at the tool{kept}"
+            f"{floats}; a backlash 20 % off would be {_um(gear.miss)} at the tool at rest{kept}"
         )
     return lines
 

@@ -68,7 +68,10 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
             }
             for replay in run.robustness
         ],
-        "outlook": _outlook(run, deviations.before),
+        "outlook": None
+        if (outlook := outlook_of(run, deviations.before)) is None
+        else outlook.as_dict(),
+        "forecast": None if run.forecast is None else run.forecast.as_dict(),
         "plant": _plant(run.plant, tool),
         "flank_changes": _flank_changes(run, tool),
         "gears": _gears(run, tool),
@@ -88,10 +91,17 @@ def figures_of(run: Run, case: str, tool: int | None = None) -> dict[str, Any]:
     }
 
 
-def _outlook(run: Run, before: Deviation) -> dict[str, Any] | None:
-    """Return what to expect on a real robot; None where nothing was replayed."""
-    outlook = Outlook.of(before, run.robustness)
-    return None if outlook is None else outlook.as_dict()
+def outlook_of(run: Run, before: Deviation) -> Outlook | None:
+    """Return what to expect on a robot that is none of the model's own.
+
+    Args:
+        run: The run.
+        before: Deviation under its uncorrected command.
+
+    Returns:
+        None where nothing was replayed, and of a robot that was measured, of which the forecast tells.
+    """
+    return None if run.forecast is not None else Outlook.of(before, run.robustness)
 
 
 def _told(deviation: Deviation | None) -> dict[str, float] | None:

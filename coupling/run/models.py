@@ -88,7 +88,15 @@ def cell_of(
         moving = MovingRobot(placed.description, placed.torque_curve)
         inverter = Inverter(moving, model.fmu, _POLISH[models.kind])
         members.append(
-            Member(placed.name, placed.placement, model.fmu, planner, inverter, placed.touch_off)
+            Member(
+                placed.name,
+                placed.placement,
+                model.fmu,
+                planner,
+                inverter,
+                placed.touch_off,
+                placed.discrepancy,
+            )
         )
         simulated.append(model)
     return Cell(tuple(members)), tuple(simulated)

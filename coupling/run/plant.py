@@ -74,7 +74,8 @@ class OnPlant:
 
 
 def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
-    """Return the cell with the robots that really move."""
+    """Return the cell with the robots that really move: what is beyond the model they do themselves."""
+    cell = Cell(tuple(replace(member, discrepancy=None) for member in cell.members))
     simulated = [models.of(own.description, own.torque_curve) for own in plant.robots]
     differences = [own.difference for own in plant.robots]
     return differing(cell, simulated, differences, "the plant's parameters")

@@ -22,6 +22,7 @@ from coupling.robot.robot import LimitWarning
 from coupling.run.asked_again import LastAsked, asked_again, explained
 from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.expected import remarks
+from coupling.run.forecast import Forecast
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
@@ -72,6 +73,8 @@ class Run:
         repeatability: How two answers of the process to the last path differ; None where it was asked
             once, as where the method has converged.
         noise: Noise in the process's forces; None where it can have none, or beats.
+        forecast: What the command is expected to leave on the robot that was measured; None where none
+            was.
     """
 
     kind: str
@@ -93,6 +96,7 @@ class Run:
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
+    forecast: Forecast | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -157,7 +161,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
         asked = LastAsked(case.process)
-        quiet = _quiet(case, asked)
+        quiet = quiet_process(case, asked)
         heard = replace(case, process=asked if quiet is None else quiet)
         loop = loop_of(heard, cell, watch)
         with _timed(kind, durations):
@@ -223,7 +227,7 @@ def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
         )
 
 
-def _quiet(case: Case, process: Process) -> Smoothed | None:
+def quiet_process(case: Case, process: Process) -> Smoothed | None:
     """Return the process of a case without the noise of its forces; None where it can have none."""
     table = case.process_table
     if not isinstance(table, NoisySchema):

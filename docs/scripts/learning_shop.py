@@ -16,10 +16,8 @@ import tomli_w
 from scipy.spatial.transform import Rotation
 
 from coupling.case import Case, load_case
-from coupling.learn.alignment import aligned
 from coupling.learn.learning import Learned, Options, learn
-from coupling.learn.mirrored import measured_deviation, mirrored
-from coupling.learn.next_case import next_case_text
+from coupling.learn.next_inputs import next_case_text
 from coupling.learn.passes import Seen
 from coupling.learn.robot_file import learned_text
 from coupling.learn.source import Source, read_source
@@ -110,12 +108,32 @@ class Shop:
         clock, at = source.stored.desired.time, source.placement
         rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))[:: trial.every]
         noise = trial.noise * rng.standard_normal((len(rows), 3))
+        if trial.beyond is not None:
+            command = source.stored.joints
+            noise += trial.beyond.at(source.robot, source.home, command, clock[rows])
         seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
         held = None
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
             held = at.rotation * turns * path.rotations[0][rows]
         return Seen("measured.csv", clock[rows], seen, held)
+
+    def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
+        """Return what one pass under the file's command tells."""
+        seen = self.seen(self._first, truth, trial, seed, self.moved(self._first, truth))
+        with Models("native") as models:
+            return learn([read_source(self._first, seen)], Options(draws=trial.draws), models)
+
+    def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
+        """Return how far the tool of the file's and of the learned robot is from the real one's [m].
+
+        Rms along the pass, less a constant, of what the model knows of the real robot.
+        """
+        real = self.moved(self._first, truth).position[0]
+        factors = {own.parameter.name: own.written for own in found.parameters}
+        off = [self.moved(self._first, Truth("", own)).position[0] - real for own in ({}, factors)]
+        before, after = (Left.of(rows).less_rms for rows in off)
+        return before, after
 
     def off(self, run: Path, path: ToolPath) -> np.ndarray:
         """Return how far the tool really is from its desired path [m], (n, 3)."""
@@ -166,20 +184,6 @@ class Shop:
         content = tomllib.loads((self._first / "case.toml").read_text(encoding="utf-8"))
         run = self._compensated(next_case_text(content, robot))
         return Left.of(self.off(run, self.moved(run, truth)))
-
-    def mirrored(self, truth: Truth, trial: Trial, cut_off: float, seed: int = 1) -> list[Left]:
-        """Return what is left as the slow part of what was measured is subtracted, again and again."""
-        source = _unseen(self._first)
-        command, found = source.stored.joints, []
-        for number in range(trial.passes + 1):
-            path = self.moved(self._first, truth, command)
-            found.append(Left.of(self.off(self._first, path)))
-            seen = self.seen(self._first, truth, trial, seed + number, path)
-            seen = read_source(self._first, seen).seen
-            seen = aligned(seen, source.stored.desired, own_frame=False)
-            deviation, offset = measured_deviation(seen, source.stored.desired)
-            command = mirrored(source.robot, command, seen.time + offset, deviation, cut_off)
-        return found
 
 
 @cache

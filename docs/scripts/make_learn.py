@@ -1,7 +1,7 @@
 """Write the tables and the picture of docs/learn.md: make learn.
 
 Robots whose parameters are hidden from the fit, measured in simulation; with names, only those parts:
-python docs/scripts/make_learn.py hidden mirror.
+python docs/scripts/make_learn.py hidden intervals.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import tomli_w
 
 from coupling.files.robot_file import find_robot
 from coupling.learn.learning import Learned
+from docs.scripts.learning_coverage import beyond, coverage
 from docs.scripts.learning_others import others
 from docs.scripts.learning_shop import Shop, cone
 from docs.scripts.learning_studies import (
@@ -37,7 +38,6 @@ from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
 
 SEEDS = (11, 12, 13, 14, 15)
-CUT_OFFS = (1.0, 2.0, 3.0, 5.0)
 # Half width of the play that the second robot is given [rad].
 PLAY = 1e-4
 # Noise of measured orientations [rad].
@@ -154,17 +154,6 @@ def _second_robot() -> dict[str, Any]:
     return {"description": str(file)}
 
 
-def mirror() -> str:
-    """Return what is left as the slow part of what was measured is subtracted."""
-    rows = []
-    for cut_off in CUT_OFFS:
-        for seed in SEEDS[:3]:
-            truth = hidden(cone().robot, seed)
-            left = cone().mirrored(truth, Trial(passes=3), cut_off)
-            rows.append((f"{cut_off:g} Hz", f"{SEEDS.index(seed) + 1}", *map(str, left)))
-    return table(("below", "robot", "before", "one pass", "two", "three"), rows)
-
-
 def picture() -> str:
     """Draw how far the second robot's tool is off, before and after."""
     found, figure = _learned(SEEDS[1]), go.Figure()
@@ -193,9 +182,10 @@ PARTS: dict[str, Callable[[], str]] = {
     "hidden": robots,
     "intervals": intervals,
     "orientations": orientations,
+    "coverage": coverage,
+    "beyond": beyond,
     "trials": trials,
     "others": others,
-    "mirror": mirror,
 }
 
 

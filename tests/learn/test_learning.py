@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from circling_robots import HOME, NOISE, Robots
+from circling_robots import NOISE, Robots
 from places import CASES
 from scipy.spatial.transform import Rotation
 
@@ -18,8 +18,7 @@ from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.effect import Effect
 from coupling.learn.judge import floating
-from coupling.learn.mirrored import mirrored
-from coupling.learn.next_case import next_case_text
+from coupling.learn.next_inputs import next_case_text
 from coupling.learn.parameters import (
     changed,
     factors_between,
@@ -31,7 +30,6 @@ from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
 from coupling.learn.spread import spread_of, spread_of_fit
 from coupling.path.histories import WrenchHistory
-from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
 
@@ -75,7 +73,7 @@ def test_a_robot_that_is_its_file_is_found_as_it_is_and_what_is_not_told_is_unsu
     fitter, start = robots.fitter(one), np.zeros(len(robots.parameters))
     found = fitter.fit(start)
     drawn = spread_of(fitter.problem, found, start, 2, seed=1)
-    own = spread_of_fit(fitter.problem, found, over_noise=1.0)
+    own = spread_of_fit(fitter.problem, found)
     names = [p.name for p in robots.parameters]
     assert np.all(np.abs(found.z[: len(start)]) < 2.0 * own.deviation)
     assert np.abs(found.z[: len(start)]).max() < 0.1
@@ -120,29 +118,6 @@ def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, exa
         for part in (slice(3), slice(3, 6)):
             off = 0.01 * columns[:, part, k] - moved[:, part]
             assert np.abs(off).max() < 0.01 * np.abs(moved[:, part]).max()
-
-
-def test_a_correction_moves_the_undeflected_tool_by_the_slow_part(robots):
-    """A wave of half a hertz and 0.2 mm: subtracted to 1 %, the fast one of 20 Hz beside it not."""
-    time = robots.time
-    slow = 2e-4 * np.sin(np.pi * time)[:, None] * np.array([1.0, -0.5, 0.25])
-    fast = 2e-4 * np.sin(40.0 * np.pi * time)[:, None]
-    # A clock that is a hundredth of a millisecond early must not ask beyond the command.
-    command = mirrored(robots.robot, robots.command, time - 1e-5, slow + fast + 5e-4)
-    planner = InverseKinematics(robots.robot, HOME)
-    paths = [planner.forward(c, time) for c in (robots.command, command)]
-    moved = paths[1].deviation_from(paths[0])[0]
-    inner = (time > 1.0) & (time < 8.0)
-    kept = 2.0 ** (-0.5 * (0.5 / 2.0) ** 2)
-    expected = -kept * (slow - slow.mean(axis=0))
-    np.testing.assert_allclose(moved[inner, :3], expected[inner], atol=5e-6)
-    np.testing.assert_allclose(moved[inner, 3:], 0.0, atol=1e-6)
-    ends = (command.q[0] - robots.command.q[0])[[0, -1]]
-    np.testing.assert_allclose(ends, 0.0, atol=1e-15)
-    # Its rates are those of its angles.
-    steps = np.diff(command.q[0] - robots.command.q[0], axis=0) / np.diff(command.time)[:, None]
-    rates = 0.5 * (command.qd[0] - robots.command.qd[0])
-    np.testing.assert_allclose(steps, rates[1:] + rates[:-1], atol=1e-5)
 
 
 def test_learned_factors_make_a_robot_and_come_back_from_it(robots):
@@ -232,27 +207,12 @@ def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
         (["learn", run / "run", run / "m.csv", "-o", "robot.txt"], "ends in .toml"),
         (["learn", run / "run", run / "m.csv", "--next", "a", "--no-next"], "got both"),
         (["learn", run / "run", run / "m.csv", "--next", run / "run"], "add --overwrite"),
-        (["mirror", run / "run", run / "m.csv", "-o", "x.toml"], "ends in .csv"),
-        (["mirror", run / "run", run / "m.csv", "-o", tmp_path / "x.csv", "--command", few], "q1"),
     ):
         done = command(*arguments)
         assert done.returncode == 2, arguments
         assert words in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == [few]
-
-
-def test_a_mirrored_command_is_a_command_of_the_fmu(command, run):
-    target = run / "mirrored.csv"
-    done = command("mirror", run / "run", run / "m.csv", "-o", target)
-    assert done.returncode == 0, done.stderr
-    again = command("mirror", run / "run", run / "m.csv", "-o", target, "--command", target)
-    assert again.returncode == 0, again.stderr
-    from elastic_robot.trajectory import read_trajectory
-
-    first = read_trajectory(run / "run" / "command.csv", 6)
-    found = read_trajectory(target, 6)
-    assert (found.start, found.end) == (first.start, first.end)
 
 
 def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):

@@ -1,0 +1,224 @@
+"""elastic-robot next | mirror: from what was measured under a command to the next one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from coupling.case import Case, load_case
+from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.errors import LearnError
+from coupling.events import Watch
+from coupling.files.alone import alone
+from coupling.files.whole_file import write_whole
+from coupling.learn.forecast import forecast
+from coupling.learn.history import ANYWHERE, FrameKnown
+from coupling.learn.measured import read_seen
+from coupling.learn.next_command import KINDS, NextOptions, Plan, plan
+from coupling.learn.next_figures import figures, sentences
+from coupling.learn.next_inputs import inputs_folder, write_inputs
+from coupling.learn.selection import selected
+from coupling.learn.source import read_source
+from coupling.report.next_page import next_page
+from coupling.run.console import RunView, print_summary
+from coupling.run.models import Models
+from coupling.run.new_folder import require_free
+from coupling.run.study import Run, run_compensation
+
+_LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
+_ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
+# A frame that is known to a length is known to that over an arm of a metre.
+_ARM = 1.0
+REPORT = "next.html"
+
+Passes = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="RUN MEASURED [RUN MEASURED]...",
+        help="Run folder of a command, and where the tool was under it: time, x, y, z in a CSV file."
+        " Later passes behind it.",
+    ),
+]
+NextRun = Annotated[Path, typer.Option("-o", "--output", help="Run folder of the next command.")]
+Cutoff = Annotated[
+    float | None,
+    typer.Option(
+        "--cutoff-Hz",
+        help="What is faster is not corrected along the path; else the highest that converges.",
+    ),
+]
+OwnFrame = Annotated[bool, typer.Option("--own-frame", help="The measuring frame lies anywhere.")]
+Known = Annotated[
+    str | None,
+    typer.Option(
+        "--frame-known",
+        metavar="LENGTH,ANGLE",
+        help="How well the measuring frame is the robot's base frame, as 0.05mm or 0.05mm,0.05mrad:"
+        " then the absolute position is corrected too.",
+    ),
+]
+Tip = Annotated[
+    str | None,
+    typer.Option(
+        "--tip-known",
+        metavar="LENGTH",
+        help="How far the probe's tip may be off the TCP, as 0.5mm: it is found where the tool turns.",
+    ),
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of the robots that are possible.")]
+
+
+def next_command(
+    passes: Passes,
+    output: NextRun,
+    move: Annotated[
+        str,
+        typer.Option(help=f"One of {', '.join(KINDS)}: what is learned; auto: what predicts best."),
+    ] = "auto",
+    frame_known: Known = None,
+    own_frame: OwnFrame = False,
+    tip_known: Tip = None,
+    cutoff_hz: Cutoff = None,
+    seed: Seed = 1,
+    overwrite: Overwrite = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
+) -> None:
+    """Compute the next command from what was measured under the ones before."""
+    options = _options(move, _known(frame_known, own_frame, tip_known), cutoff_hz, seed)
+    _advance(passes, output, options, overwrite, store, no_store)
+
+
+def mirror(
+    passes: Passes,
+    output: NextRun,
+    frame_known: Known = None,
+    own_frame: OwnFrame = False,
+    tip_known: Tip = None,
+    cutoff_hz: Cutoff = None,
+    seed: Seed = 1,
+    overwrite: Overwrite = False,
+    store: StoreFolder = None,
+    no_store: NoStore = False,
+) -> None:
+    """Learn along the path alone: next with --move path, no parameters are fitted."""
+    options = _options("path", _known(frame_known, own_frame, tip_known), cutoff_hz, seed)
+    _advance(passes, output, options, overwrite, store, no_store)
+
+
+def _options(move: str, known: FrameKnown, cutoff: float | None, seed: int) -> NextOptions:
+    if move not in KINDS:
+        raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
+    if cutoff is not None and not (np.isfinite(cutoff) and cutoff > 0.0):
+        raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
+    return NextOptions(known, bool(np.isfinite(known.shift)), move, cutoff, seed)
+
+
+def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
+    """Return what is known of the measuring device, from options."""
+    if own_frame and frame is not None:
+        raise LearnError("expected either --own-frame or --frame-known, got both")
+    known = ANYWHERE if own_frame else FrameKnown()
+    if frame is not None:
+        known = frame_of(frame)
+    if tip is None:
+        return known
+    size = _value(tip.replace(" ", ""), _LENGTHS)
+    if size is None:
+        raise LearnError(f"--tip-known: expected a length, as 0.5mm, got {tip!r}")
+    return replace(known, tip=size)
+
+
+def frame_of(text: str) -> FrameKnown:
+    """Return what is known of a measuring frame, from words.
+
+    Raises:
+        LearnError: If it is no length, or no length and angle.
+
+    Example:
+        >>> frame_of("0.05mm,0.02mrad")
+        FrameKnown(shift=5e-05, turn=2e-05, tip=0.0)
+    """
+    parts = text.replace(" ", "").split(",")
+    units = (_LENGTHS, _ANGLES)
+    values = [_value(part, own) for part, own in zip(parts, units, strict=False)]
+    if len(parts) > len(units) or None in values:
+        raise LearnError(
+            f"--frame-known: expected a length and an angle, as 0.05mm or 0.05mm,0.05mrad, got {text!r}"
+        )
+    shift, turn = (*values, None)[:2]
+    assert shift is not None
+    return FrameKnown(shift, shift / _ARM if turn is None else turn)
+
+
+def _value(text: str, units: dict[str, float]) -> float | None:
+    found = re.fullmatch(r"([0-9.]+(?:e[+-]?[0-9]+)?)([a-z]+)", text)
+    if found is None or found[2] not in units:
+        return None
+    try:
+        value = float(found[1]) * units[found[2]]
+    except ValueError:
+        return None
+    return value if 0.0 < value < np.inf else None
+
+
+def _advance(
+    passes: Sequence[Path],
+    output: Path,
+    options: NextOptions,
+    overwrite: bool,
+    store: Path | None,
+    no_store: bool,
+) -> None:
+    """Plan the next command, compute it into its run folder, and say what to expect."""
+    if len(passes) % 2:
+        raise LearnError(
+            f"expected pairs of a run folder and what was measured, got {len(passes)} names"
+        )
+    pairs = list(zip(passes[::2], passes[1::2], strict=True))
+    require_free(output, overwrite)  # before the work that would be lost
+    if any(output.resolve() == folder.resolve() for folder, _ in pairs):
+        raise LearnError(f"{output}: expected another folder than those that were measured")
+    sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
+    console, place = Console(), inputs_folder(output)
+    with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
+        found = plan(sources, options, models, view.watch)
+        controller = load_case(pairs[-1][0] / "case.toml").controller
+        found = selected(found, controller, models, view.watch)
+        _say(console, sentences(found))
+        case = write_inputs(place, found, figures(found))
+        beside = store or (None if no_store else pairs[-1][0].parent / STORE)
+        kept = store_folder(output, beside, no_store)
+
+        def work(own: Case, watch: Watch) -> Run:
+            return expected(own, found, models, watch)
+
+        done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
+        title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
+        told = figures(found, done.run.forecast)
+        write_whole(place / REPORT, next_page(title, told), LearnError)
+    print_summary(console, done.case, done.run, output, done.from_store)
+    _say(console, [f"How it was found: {place / REPORT}"])
+    if not done.run.correction.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def expected(case: Case, found: Plan, models: Models, watch: Watch) -> Run:
+    """Return the run of the next command, with what it is expected to leave."""
+    run = run_compensation(case, watch)
+    correction, at = run.correction, case.robots[0].placement
+    wrench = at.wrench_in_base(correction.answer.wrench)
+    told = forecast(found, correction.joints, wrench, watch)
+    return replace(run, forecast=told)
+
+
+def _say(console: Console, lines: Sequence[str]) -> None:
+    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,162 @@
+"""The three moves to the next command: parameters, the path's deviation, both; and which is chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.learn.contraction import Contraction
+from coupling.learn.history import History, Size
+from coupling.learn.repeating import Repeating, repeating
+
+# A move by a robot that was fitted to the pass that judges it is to be better by this part.
+_FITTED = 0.9
+# A pass is worse than another by this factor of the rms, and by so many standard deviations of noise.
+_WORSE, _DOUBTS = 1.1, 2.0
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot that passes are compared with.
+
+    Attributes:
+        name: In words.
+        x: Log factors of the parameters, (P,).
+        since: Number of passes that it was fitted to; 0 of the file's.
+        robots: Log factors of robots that are possible about it, (s, P).
+        contraction: Filter and gain of learning along the path with it.
+    """
+
+    name: str
+    x: np.ndarray
+    since: int
+    robots: np.ndarray
+    contraction: Contraction
+
+
+@dataclass(frozen=True)
+class Move:
+    """A way to the next command.
+
+    Attributes:
+        kind: "path", "parameters" or "both".
+        model: The robot that the command is computed for.
+        size: What it left, or would have left, of the last pass.
+        predicted: Whether the last pass had no part in it.
+    """
+
+    kind: str
+    model: Model
+    size: Size
+    predicted: bool
+
+    @property
+    def learns_path(self) -> bool:
+        """Whether the path's deviation is part of it."""
+        return self.kind != "parameters"
+
+    @property
+    def words(self) -> str:
+        """The move, in words."""
+        if self.kind == "path":
+            return "learning along the path alone, with the robot file's parameters"
+        own = f"the parameters {self.model.name}"
+        return own if self.kind == "parameters" else f"{own}, and learning along the path"
+
+
+def moves(history: History, models: Sequence[Model], absolute: bool) -> list[Move]:
+    """Return every move with what it would have left of the last pass, the best one first.
+
+    From the second pass on each move says from the passes before where the tool is in the last one,
+    which is then compared.  A single pass tells what the moves leave of itself: learning along the path
+    what is faster than the cutoff.
+
+    Args:
+        history: The passes.
+        models: Robots; the first is the file's.
+        absolute: Whether the constant counts.
+    """
+    last = len(history.runs) - 1
+    found = []
+    for number, model in enumerate(models):
+        path = _left_by_path(history, model)
+        predicted = model.since <= last
+        found.append(Move("path" if not number else "both", model, path, predicted and last > 0))
+        if number:
+            run = history.runs[last]
+            alone = Size.of(run.seen.time, history.beyond(last, model.x)[:, :3], run.noise)
+            found.append(Move("parameters", model, alone, predicted))
+
+    def judged(move: Move) -> float:
+        left = move.size.rms if absolute else move.size.rms_less_constant
+        return left / (_FITTED if move.model.since > last > 0 else 1.0)
+
+    return sorted(found, key=judged)
+
+
+def _left_by_path(history: History, model: Model) -> Size:
+    """Return what learning along the path would have left of the last pass."""
+    last = len(history.runs) - 1
+    run, own = history.runs[last], model.contraction
+    beyond = history.beyond(last, model.x)
+    if last > 0:
+        known = repeating(history, model.x, own.cutoff, own.gain, range(last))
+        rest = beyond - known.at(run.seen.time)
+        return Size.of(run.seen.time, rest[:, :3], run.noise)
+    known = repeating(history, model.x, own.cutoff, own.gain, (0,))
+    rest = beyond - known.at(run.seen.time)
+    left = Size.of(run.seen.time, rest[:, :3], run.noise)
+    return replace(left, rms=known.left, rms_less_constant=known.left)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The last pass beside the best one.
+
+    Attributes:
+        best: Number of the pass that left least, from 0.
+        last: Number of the last one.
+        worse: Whether the last one left more than the best one, beyond what is chance.
+        again: Whether the best one's command is given again, as nothing is expected to leave less.
+    """
+
+    best: int
+    last: int
+    worse: bool
+    again: bool = False
+
+    @classmethod
+    def of(cls, history: History, absolute: bool) -> Judgement:
+        """Return the judgement on a history.
+
+        Args:
+            history: The passes.
+            absolute: Whether the constant counts: the frame is known.
+        """
+        sizes = [run.size for run in history.runs]
+        left = [own.rms if absolute else own.rms_less_constant for own in sizes]
+        best, last = int(np.argmin(left)), len(left) - 1
+        chance = _DOUBTS * float(np.hypot(sizes[best].doubt, sizes[last].doubt))
+        return cls(best, last, left[last] ** 2 > (_WORSE * left[best]) ** 2 + chance)
+
+
+def next_repeating(history: History, move: Move, judgement: Judgement) -> Repeating | None:
+    """Return what is corrected along the path beyond the model; None where the move corrects nothing.
+
+    Where the last pass was worse than the best one it is that one's correction, and half of what that
+    pass tells beside it.
+    """
+    if not move.learns_path:
+        return None
+    own = move.model.contraction
+    if not judgement.worse:
+        every = range(len(history.runs))
+        return repeating(history, move.model.x, own.cutoff, own.gain, every)
+    told = repeating(history, move.model.x, own.cutoff, 0.5 * own.gain, (judgement.best,))
+    before = history.runs[judgement.best].source.discrepancy
+    if before is None:
+        return told
+    kept = (1.0 - told.weights[0]) * before.at(told.time)
+    return replace(told, deviation=told.deviation + kept)

@@ -1,0 +1,181 @@
+"""How the next command was found, as plain data and in words: next.json, terminal and page."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from coupling.learn.history import MeasuredRun, Size
+from coupling.learn.next_command import Plan
+from coupling.run.forecast import Forecast
+
+
+def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
+    """Return the figures of a plan; SI.
+
+    Args:
+        found: How the next command is computed.
+        forecast: What it is expected to leave; None before it is computed.
+    """
+    own, learned = found.contraction, found.learned
+    beyond = found.repeating
+    return {
+        "absolute": found.options.absolute,
+        "sentences": sentences(found),
+        "passes": [_pass(found, number) for number in range(len(found.history.runs))],
+        "judgement": asdict(found.judgement),
+        "move": found.move.kind,
+        "robot": found.move.model.name,
+        "moves": [
+            {
+                "kind": move.kind,
+                "robot": move.model.name,
+                "predicted": move.predicted,
+                "left_m": asdict(move.size),
+            }
+            for move in found.moves
+        ],
+        "parameters_refused": "" if learned is None else learned.refusal,
+        "contraction": {**asdict(own), "holds": own.holds},
+        "correction": None
+        if beyond is None
+        else {
+            "cutoff_Hz": beyond.cutoff,
+            "weights": list(beyond.weights),
+            "new_m": beyond.new,
+            "left_m": beyond.left,
+            "time": beyond.time.tolist(),
+            "deviation_m": beyond.deviation[:, :3].tolist(),
+        },
+        "causes": [
+            {
+                "kind": cause.kind,
+                "joint": cause.joint,
+                "waves": cause.waves,
+                "rms_m": cause.size,
+                "text": str(cause),
+            }
+            for cause in found.causes
+        ],
+        "forecast": None if forecast is None else forecast.as_dict(),
+    }
+
+
+def _pass(found: Plan, number: int) -> dict[str, Any]:
+    run = found.history.runs[number]
+    told = run.source.forecast
+    thin = max(1, len(run.seen.time) // 2000)
+    return {
+        "run": str(run.source.folder),
+        "measured": run.seen.name,
+        "rows": len(run.seen.time),
+        "from_s": float(run.seen.time[0]),
+        "to_s": float(run.seen.time[-1]),
+        "clock_s": run.clock,
+        "frame_shift_m": run.shift.tolist(),
+        "frame_turn_rad": run.turn.tolist(),
+        "tip_m": run.tip.tolist(),
+        "noise_m": run.noise,
+        "left_out": run.left_out,
+        "size_m": asdict(run.size),
+        "forecast": None if told is None else told.as_dict() | {"robots": []},
+        "time": run.seen.time[::thin].tolist(),
+        "distance_m": np.linalg.norm(run.deviation[::thin], axis=1).tolist(),
+    }
+
+
+def sentences(found: Plan) -> list[str]:
+    """Return what there is to say of a plan, the most important first."""
+    lines = [_verdict(found)]
+    for number, run in enumerate(found.history.runs, start=1):
+        lines.append(
+            f"Pass {number}, {run.seen.name} under {run.source.folder}: {_size(run.size)};"
+        )
+        lines.append(f"  {_device(run)}")
+    lines.append(f"Next: {_move(found)}.")
+    if found.learned is not None and found.learned.refusal:
+        lines.append(f"Parameters are not learned: {found.learned.refusal}.")
+    if found.move.learns_path:
+        lines.append(f"Converges: {found.contraction.sentence}.")
+    lines += [f"Beyond the model: {cause}" for cause in found.causes]
+    if not found.options.absolute:
+        lines.append(
+            "The constant of the deviation is left as the robot file has it: give --frame-known where"
+            " the measuring frame is known, and the position is corrected too."
+        )
+    return lines
+
+
+def _verdict(found: Plan) -> str:
+    """Return how the last pass was, beside the best one and its forecast."""
+    runs, judgement = found.history.runs, found.judgement
+    last, best = runs[judgement.last], runs[judgement.best]
+    if judgement.worse:
+        return (
+            f"WORSE: {last.source.folder.name} left {_rms(found, last)} rms, {best.source.folder.name}"
+            f" only {_rms(found, best)}: back to the command of {best.source.folder.name}, with half of"
+            " what was measured under it taken off"
+        )
+    told = last.source.forecast
+    if told is None:
+        return f"The last command left {_rms(found, last)} rms."
+    left = last.size.rms if told.absolute else last.size.rms_less_constant
+    state = "as forecast" if told.low <= left <= told.high else "not as forecast"
+    better = "better" if left < told.low else "worse"
+    word = state if state == "as forecast" else f"{better} than forecast"
+    return f"The last command left {_um(left)} rms, {word} ({_um(told.low)} to {_um(told.high)})."
+
+
+def _move(found: Plan) -> str:
+    """Return which move is taken, and why."""
+    move = found.move
+    if found.judgement.again:
+        best = found.history.runs[found.judgement.best]
+        return (
+            f"the command of {best.source.folder.name} once more, since no other is expected to leave"
+            " less: what is left are gears in their backlash, noise, or what does not repeat"
+        )
+    if found.judgement.worse:
+        return f"{move.words}, by half, from the best pass"
+    others = [own for own in found.moves if own is not move]
+    left = found.left(move.size)
+    if len(found.history.runs) > 1 and move.predicted:
+        why = f"told the last pass before it was measured to {_um(left)} rms"
+        compared = ", ".join(f"{own.words} to {_um(found.left(own.size))}" for own in others)
+    else:
+        why = f"would have left {_um(left)} rms of the last pass"
+        compared = ", ".join(f"{own.words} {_um(found.left(own.size))}" for own in others)
+    return f"{move.words}, which {why}" + (f" ({compared})" if compared else "")
+
+
+def _rms(found: Plan, run: MeasuredRun) -> str:
+    return _um(found.left(run.size))
+
+
+def _size(size: Size) -> str:
+    return (
+        f"{_um(size.rms)} rms, at most {_um(size.maximum)}; less a constant"
+        f" {_um(size.rms_less_constant)} and {_um(size.maximum_less_constant)}"
+    )
+
+
+def _device(run: MeasuredRun) -> str:
+    """Return what was taken off as the measuring device's."""
+    shift = ", ".join(f"{round(1e6 * own) + 0}" for own in run.shift)
+    turn = ", ".join(f"{1e3 * own:.2f}" for own in run.turn)
+    clock = (
+        "its clock is the command's" if run.clock == 0.0 else f"its clock {1e3 * run.clock:+.1f} ms"
+    )
+    frame = f"its frame is off by {shift} um and {turn} mrad"
+    if np.any(run.tip):
+        frame += (
+            f", its tip by {', '.join(f'{1e6 * own:.0f}' for own in run.tip)} um of the tool's axes"
+        )
+    lost = f"; {run.left_out} samples far beside the others are left out" if run.left_out else ""
+    return f"noise {_um(run.noise)} a coordinate; {frame}, {clock}{lost}."
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.3g} um"

@@ -1,0 +1,113 @@
+"""How far up a correction along the path goes: by what each is forecast to leave.
+
+A gear that crosses its backlash elsewhere makes another deviation of the same correction, which no
+linear response tells.  So the command is computed and forecast with the cutoff that contracts, and where
+that gains little with lower ones as well; where none gains anything, the best command so far is given
+again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from coupling.events import Progress, Watch, unwatched
+from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.learn.forecast import forecast
+from coupling.learn.history import MeasuredRun
+from coupling.learn.moves import next_repeating
+from coupling.learn.next_command import Plan
+from coupling.learn.parameters import robot_with
+from coupling.learn.repeating import Repeating, as_before
+from coupling.path.controller import Controller
+from coupling.path.histories import JointPath, WrenchHistory
+from coupling.robot.moving import Inverter
+from coupling.run.forecast import Forecast
+from coupling.run.models import Models
+
+# Cutoffs below the highest one that are tried [Hz].
+_LOWER = (1.6, 0.8, 0.3)
+# A forecast of less than this part of the best pass needs no other beside it.
+_GAINS = 0.7
+# Deviation of the simulated tool that is good enough for a forecast [m].
+_GOAL = 1e-6
+
+
+def selected(found: Plan, controller: Controller, models: Models, watch: Watch = unwatched) -> Plan:
+    """Return a plan with the correction that is forecast to leave least.
+
+    Args:
+        found: The plan.
+        controller: What takes the command.
+        models: What simulates robots.
+        watch: Told how far the work is.
+
+    Raises:
+        PlanningError: If the path asks for more than the drives can do.
+        SimulationError: If the robot cannot be simulated.
+    """
+    best_run = found.history.runs[found.judgement.best]
+    measured = found.left(best_run.size)
+    best: tuple[Repeating | None, Forecast] | None = None
+    for number, beyond in enumerate(_tried(found)):
+        watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
+        command, wrench = _command(found, beyond, controller, models)
+        told = forecast(replace(found, repeating=beyond), command, wrench, lambda event: None)
+        if best is None or told.rms < best[1].rms:
+            best = beyond, told
+        if best[1].rms < _GAINS * measured:
+            break
+    assert best is not None
+    if best[1].rms < measured:
+        return replace(found, repeating=best[0])
+    return _again(found)
+
+
+def _tried(found: Plan) -> Iterator[Repeating | None]:
+    """Yield corrections along the path, the highest cutoff first."""
+    yield found.repeating
+    if found.repeating is None:
+        return
+    model = found.move.model
+    for cutoff in _LOWER:
+        if cutoff < found.repeating.cutoff:
+            lower = replace(model, contraction=replace(model.contraction, cutoff=cutoff))
+            yield next_repeating(found.history, replace(found.move, model=lower), found.judgement)
+
+
+def _again(found: Plan) -> Plan:
+    """Return the plan that gives the best command so far once more."""
+    history, number = found.history, found.judgement.best
+    run, x = history.runs[number], history.robot_of(number)
+    own = next(move for move in found.moves if np.allclose(move.model.x, x, rtol=0.0, atol=1e-9))
+    before = run.source.discrepancy
+    kind = "parameters" if before is None else own.kind
+    return replace(
+        found,
+        move=replace(own, kind=kind),
+        repeating=None if before is None else as_before(before),
+        judgement=replace(found.judgement, again=True),
+    )
+
+
+def _command(
+    found: Plan, beyond: Repeating | None, controller: Controller, models: Models
+) -> tuple[JointPath, WrenchHistory]:
+    """Return the command with a correction, under the wrench that was there last, and that."""
+    run: MeasuredRun = found.history.runs[-1]
+    source = run.source
+    robot = robot_with(
+        found.history.runs[0].source.robot, found.history.parameters, found.move.model.x
+    )
+    wanted = source.wanted_whole
+    path = wanted.path
+    if beyond is not None:
+        path = beyond.discrepancy(found.history).model(path)
+    fmu = models.of(robot, source.torque_curve).fmu
+    inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu)
+    inverse = inverter.invert(
+        Wanted(path, wanted.rigid, wanted.wrench), controller, _GOAL, unwatched
+    )
+    return inverse.joints, source.stored.wrench

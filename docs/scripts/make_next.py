@@ -1,0 +1,164 @@
+"""Write the tables and the picture of docs/next.md: make next.
+
+Robots that are not the model are measured four times, in simulation, and each next command is computed
+from that; with names, only those parts: python docs/scripts/make_next.py extras others.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import cache
+
+import plotly.graph_objects as go
+
+from coupling.report.colours import JOINTS
+from docs.scripts.next_histories import (
+    CONE,
+    EXTRAS,
+    ISO,
+    NONE,
+    PYRAMID,
+    Told,
+    Trial,
+    all_told,
+)
+from docs.scripts.page import finish, replace_parts, table
+from docs.scripts.pictures import save, styled
+
+# Path, seed of the hidden parameters, factor of the stiffness.
+WITH = (
+    (CONE, 11, 0.25),
+    (ISO, 16, 0.5),
+    (PYRAMID, 18, 1.0),
+    (PYRAMID, 12, 0.25),
+    (CONE, 14, 0.5),
+    (ISO, 19, 1.0),
+)
+WITHOUT = ((CONE, 31, 0.25), (ISO, 36, 0.5), (PYRAMID, 38, 1.0))
+# What is new in every pass: a shift and a drift [m].
+ANEW = replace(EXTRAS, again=1e-5)
+
+
+@cache
+def _extras() -> tuple[Told, ...]:
+    return tuple(all_told([Trial(*own) for own in WITH]))
+
+
+@cache
+def _none() -> tuple[Told, ...]:
+    return tuple(all_told([Trial(*own, NONE) for own in WITHOUT]))
+
+
+@cache
+def _others() -> tuple[Told, ...]:
+    return tuple(all_told(list(OTHERS.values())))
+
+
+OTHERS = {
+    "file right, extras": Trial(CONE, 0),
+    "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", play=1e-4),
+    "extras, and 10 um new in every pass": Trial(CONE, 52, 0.5, ANEW),
+    "file right, geometry off by 0.3 mm over 0.1 m": Trial(
+        CONE, 0, extras=replace(NONE, geometry=3e-4)
+    ),
+    "gears without backlash, twice the modes": Trial(CONE, 0, extras=NONE, linear=True),
+}
+
+
+def extras() -> str:
+    """Return what is left of robots with parameters and extras that the model has not."""
+    return _table([(own, "") for own in _extras()])
+
+
+def none() -> str:
+    """Return the same without extras."""
+    return _table([(own, "") for own in _none()])
+
+
+def others() -> str:
+    """Return the same of other robots, and of what is in no model."""
+    return _table([(own, words) for words, own in zip(OTHERS, _others(), strict=True)])
+
+
+def _table(rows: list[tuple[Told, str]]) -> str:
+    head = (
+        "robot and path",
+        "",
+        "rms after every pass [um]",
+        "largest [um]",
+        "moves",
+        "forecasts held",
+    )
+    lines = []
+    for own, words in rows:
+        first, last = own.passes[0], own.passes[-1]
+        held = own.held
+        lines.append(
+            (
+                own.trial.name,
+                words,
+                own.row,
+                f"{1e6 * first.maximum:.0f} → {1e6 * last.maximum:.0f}",
+                ", ".join(p.move for p in own.passes[1:]),
+                f"{sum(held)} of {len(held)}",
+            )
+        )
+    return table(head, lines)
+
+
+def sums() -> str:
+    """Return what holds over all of them."""
+    every = [*_extras(), *_none(), *_others()]
+    held = [own for one in every for own in one.held]
+    worst = [one.trial.name for one in every if not one.never_worse]
+    rows = [
+        ("histories of four passes", f"{len(every)}"),
+        (
+            "last pass within 10 % of the best and below the first",
+            f"{len(every) - len(worst)}" + (f" (not: {'; '.join(worst)})" if worst else ""),
+        ),
+        ("forecasts that held the next pass", f"{sum(held)} of {len(held)}"),
+        (
+            "with extras, largest rms after four passes [um]",
+            f"{1e6 * max(one.passes[-1].rms for one in _extras()):.1f}",
+        ),
+        (
+            "without, largest rms after two measured passes [um]",
+            f"{1e6 * max(one.passes[2].rms for one in _none()):.1f}",
+        ),
+    ]
+    return table(("", ""), rows)
+
+
+def picture() -> str:
+    """Draw the distance from the path in every pass of one robot."""
+    own = _extras()[0]
+    figure = go.Figure()
+    for number, distance in enumerate(own.distance, start=1):
+        figure.add_scatter(
+            x=own.time[::5],
+            y=1e6 * distance[::5],
+            mode="lines",
+            name=f"pass {number}",
+            line={"width": 1.4, "color": JOINTS[number - 1]},
+        )
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(
+        title="distance of the tool from its path [um]", type="log", range=[-0.5, 3]
+    )
+    save("next", styled(figure, 1000, 420))
+    return "![Distance of the tool from its path in four passes](figures/next.png)"
+
+
+PARTS = {
+    "picture": picture,
+    "extras": extras,
+    "none": none,
+    "others": others,
+    "sums": sums,
+}
+
+
+if __name__ == "__main__":
+    sys.exit(finish(lambda: replace_parts("next", PARTS, sys.argv[1:])))

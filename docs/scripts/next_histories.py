@@ -1,0 +1,249 @@
+"""Robots that are measured pass after pass, and the commands that are computed from that."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import tomllib
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from coupling.case import load_case
+from coupling.cli.next import expected
+from coupling.events import unwatched
+from coupling.files.robot_file import find_robot, load_robot
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from coupling.learn.history import FrameKnown
+from coupling.learn.measured import read_seen
+from coupling.learn.next_command import NextOptions, plan
+from coupling.learn.next_inputs import inputs_folder, write_inputs
+from coupling.learn.selection import selected
+from coupling.learn.source import read_source
+from coupling.run.folder import write_run
+from coupling.run.forecast import Forecast
+from coupling.run.models import Models
+from coupling.run.study import run_compensation
+from docs.scripts.learning_studies import case_text
+from docs.scripts.page import DOCS
+from elastic_robot.chain import build_chain
+from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
+
+sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+
+from measured_robot import Chain, Extras, MeasuredRobot, Moved
+from replay_robot import Robot as ReplayedRobot
+from replay_robot import Settings
+
+# Logarithms of the hidden factors are even between plus and minus this.
+WIDTHS = {"stiffness": 0.15, "backlash": 0.3, "damping": 0.4}
+# What the robots have that the model has not, with the noise of the measurement.
+EXTRAS = Extras(hysteresis=3e-5, drift=5e-5, gear_errors=7e-5)
+NONE = Extras()
+# The frame is the robot's to this [m] and [rad].
+KNOWN = FrameKnown(5e-5, 5e-5)
+
+
+@dataclass(frozen=True)
+class Path3:
+    """A path.
+
+    Attributes:
+        name: In words.
+        case: Case of the examples.
+        keys: Keys of its [tool_path] that are other.
+        roll: Of the robot's base about its x axis [deg]: where it is upright, gears float without load.
+    """
+
+    name: str
+    case: str
+    keys: Mapping[str, Any] = field(default_factory=dict)
+    roll: float = 0.0
+
+
+CONE = Path3("cone", "cone", {"depth_m": 0.0015})
+PYRAMID = Path3("pyramid", "cone", {"kind": "pyramid", "radius_m": 0.05, "depth_m": 0.001})
+ISO = Path3("ISO 9283, 0.1 m/s, base rolled", "iso9283", {"size_m": 0.2}, 6.0)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A robot on a path, measured so many times.
+
+    Attributes:
+        path: The path.
+        seed: Of the hidden parameters; 0: those of the file.
+        stiffness: Factor of the stiffness of the robot file itself: 0.25, 0.5 and 1 have lowest modes at
+            about 5, 7 and 10 Hz.
+        extras: What the robot has beyond the model.
+        robot: Shipped robot.
+        play: Half width of the backlash that its gears are given where they have none [rad].
+        linear: The robot that moves has gears without backlash, four times as stiff.
+        passes: Number of passes.
+    """
+
+    path: Path3
+    seed: int
+    stiffness: float = 1.0
+    extras: Extras = EXTRAS
+    robot: str = "icme2008"
+    play: float = 0.0
+    linear: bool = False
+    passes: int = 4
+
+    @property
+    def name(self) -> str:
+        """The trial, in words."""
+        own = "example" if self.robot == "icme2008" else self.robot
+        soft = "" if self.stiffness == 1.0 else f" x {self.stiffness:g}"
+        return f"{own}{soft}, {self.path.name}"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One pass.
+
+    Attributes:
+        rms, maximum: Of the tool's true distance from its path [m].
+        rms_less_constant: Less a constant [m].
+        forecast: What was expected; None of the first.
+        move: How its command was found; "" of the first.
+    """
+
+    rms: float
+    maximum: float
+    rms_less_constant: float
+    forecast: Forecast | None
+    move: str
+
+
+@dataclass(frozen=True)
+class Told:
+    """What came of a trial.
+
+    Attributes:
+        trial: The trial.
+        passes: Its passes.
+        time: Times [s], (n,), of
+        distance: the true distance from the path in every pass [m], (passes, n).
+    """
+
+    trial: Trial
+    passes: tuple[Measured, ...]
+    time: np.ndarray
+    distance: np.ndarray
+
+    @property
+    def never_worse(self) -> bool:
+        """Whether the last pass is within a tenth of the best, and below the first."""
+        left = [own.rms for own in self.passes]
+        return left[-1] <= 1.1 * min(left) and left[-1] < left[0]
+
+    @property
+    def held(self) -> list[bool]:
+        """Whether each forecast held what was then measured."""
+        return [
+            own.forecast.low <= own.rms <= own.forecast.high for own in self.passes if own.forecast
+        ]
+
+    @property
+    def row(self) -> str:
+        """Rms after every pass [um]."""
+        return " → ".join(f"{1e6 * own.rms:.3g}" for own in self.passes)
+
+
+def hidden(robot: Robot, trial: Trial) -> Settings:
+    """Return the parameters of the robot that really moves."""
+    if trial.linear:
+        return Settings(curve="linear", scale={"stiffness": 4.0})
+    if not trial.seed:
+        return Settings()
+    rng, chain, nominal = (
+        np.random.default_rng(trial.seed),
+        build_chain(robot),
+        Parameters.of(robot),
+    )
+    values = {}
+    for kind, width in WIDTHS.items():
+        rows = chain.torsions if kind == "backlash" else range(chain.elastic_count)
+        for row in rows:
+            factor = float(np.exp(width * rng.uniform(-1.0, 1.0)))
+            values[f"{chain.elastic_names[row]}.{kind}"] = factor * float(
+                getattr(nominal, kind)[row]
+            )
+    return Settings(values=values)
+
+
+def told(trial: Trial) -> Told:
+    """Measure a robot, compute its next command, and so on."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        file = folder / "robot.toml"
+        file.write_text(_robot_text(trial), encoding="utf-8")
+        data = case_text(
+            trial.path.case, robot={"description": str(file)}, tool_path=trial.path.keys
+        )
+        case_file = folder / "case.toml"
+        case_file.write_text(tomli_w.dumps(data), encoding="utf-8")
+        run = folder / "run1"
+        run.mkdir()
+        case = load_case(case_file)
+        write_run(run, case, run_compensation(case))
+        robot = load_robot(file)
+        fmu = ReplayedRobot(build_fmu(robot, folder / "true.fmu", BuildOptions("native")))
+        settings = replace(hidden(robot, trial), curve=hidden(robot, trial).curve or "backlash")
+        real = MeasuredRobot(fmu, Chain.read(file), settings, trial.extras)
+        passes, moves, sources, forecast, move = [], list[Moved](), [], None, ""
+        for number in range(1, trial.passes + 1):
+            moved = real.measure(run, folder / f"measured{number}.csv", number)
+            moves.append(moved)
+            left = Measured(moved.rms(), moved.largest(), moved.rms(False), forecast, move)
+            passes.append(left)
+            if number == trial.passes:
+                break
+            sources.append(read_source(run, read_seen(folder / f"measured{number}.csv")))
+            with Models("native") as models:
+                options = NextOptions(KNOWN, absolute=True)
+                found = plan(sources, options, models)
+                found = selected(found, case.controller, models)
+                run = folder / f"run{number + 1}"
+                own = load_case(write_inputs(inputs_folder(run), found, {}))
+                done = expected(own, found, models, unwatched)
+                run.mkdir()
+                write_run(run, own, done)
+                forecast = done.forecast
+                move = "again" if found.judgement.again else found.move.kind
+        time = moves[0].time
+        distance = [np.linalg.norm(own.deviation, axis=1) for own in moves]
+    result = Told(trial, tuple(passes), time, np.array(distance))
+    print(
+        f"{trial.name} {trial.seed}: {result.row} ({', '.join(p.move for p in passes)})", flush=True
+    )
+    return result
+
+
+def all_told(trials: list[Trial]) -> list[Told]:
+    """Do trials two at a time."""
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        return list(pool.map(told, trials))
+
+
+def _robot_text(trial: Trial) -> str:
+    data = tomllib.loads(find_robot(trial.robot).read_text(encoding="utf-8"))
+    for joint in data["joint"]:
+        for table in (joint, *joint.get("tilt", ())):
+            for key in [own for own in table if own.startswith("stiffness")]:
+                table[key] *= trial.stiffness
+        if trial.play and joint.get("stiffness") and not joint.get("backlash"):
+            joint["backlash"] = trial.play
+    data.pop("sources", None)
+    roll = np.deg2rad(trial.path.roll)
+    data["gravity"] = [0.0, float(-9.81 * np.sin(roll)), float(-9.81 * np.cos(roll))]
+    return tomli_w.dumps(data)
