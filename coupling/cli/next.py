@@ -12,7 +12,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from coupling.case import Case, load_case
+from coupling.case import Case
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.runs import NOT_CONVERGED, conduct
 from coupling.errors import LearnError
@@ -119,7 +119,7 @@ def _options(move: str, known: FrameKnown, cutoff: float | None, seed: int) -> N
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
     if cutoff is not None and not (np.isfinite(cutoff) and cutoff > 0.0):
         raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
-    return NextOptions(known, bool(np.isfinite(known.shift)), move, cutoff, seed)
+    return NextOptions(known, move, cutoff, seed)
 
 
 def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
@@ -191,8 +191,7 @@ def _advance(
     console, place = Console(), inputs_folder(output)
     with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
         found = plan(sources, options, models, view.watch)
-        controller = load_case(pairs[-1][0] / "case.toml").controller
-        found = selected(found, controller, models, view.watch)
+        found = selected(found, models, view.watch)
         _say(console, sentences(found))
         case = write_inputs(place, found, figures(found))
         beside = store or (None if no_store else pairs[-1][0].parent / STORE)

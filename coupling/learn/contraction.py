@@ -9,7 +9,6 @@ possible.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -212,17 +211,3 @@ def chosen(responses: Responses, gain: float = GAIN, cutoff: float | None = None
         f"--cutoff-Hz: expected at most {best.cutoff:g} Hz on this robot and path, got {cutoff:g} Hz:"
         f" {found[0].sentence}"
     )
-
-
-def possible_factors(deviations: Sequence[float], robots: int, seed: int) -> np.ndarray:
-    """Return factors of robots that are possible: log-normal, within two deviations, (robots, m).
-
-    Args:
-        deviations: Standard deviations of the log factors, (m,).
-        robots: How many.
-        seed: Of their factors.
-    """
-    rng = np.random.default_rng(seed)
-    drawn = rng.standard_normal((robots, len(deviations))).clip(-2.0, 2.0)
-    factors: np.ndarray = np.exp(drawn * np.asarray(deviations))
-    return factors

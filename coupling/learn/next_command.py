@@ -46,17 +46,20 @@ class NextOptions:
 
     Attributes:
         known: What is known of the measuring frame.
-        absolute: Whether the deviation's constant counts: the frame is said to be known.
         move: One of `KINDS`.
         cutoff: Cutoff of learning along the path that is asked for [Hz]; None: the highest that
         contracts. seed: Of the robots that are possible.
     """
 
     known: FrameKnown = field(default_factory=FrameKnown)
-    absolute: bool = False
     move: str = "auto"
     cutoff: float | None = None
     seed: int = 1
+
+    @property
+    def absolute(self) -> bool:
+        """Whether the deviation's constant counts: the frame is said to be known."""
+        return bool(np.isfinite(self.known.shift))
 
 
 @dataclass(frozen=True)

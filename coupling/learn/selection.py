@@ -8,21 +8,19 @@ again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import MovingRobot
 from coupling.learn.forecast import forecast
-from coupling.learn.history import MeasuredRun
 from coupling.learn.moves import next_repeating
 from coupling.learn.next_command import Plan
 from coupling.learn.parameters import robot_with
 from coupling.learn.repeating import Repeating, as_before
-from coupling.path.controller import Controller
-from coupling.path.histories import JointPath, WrenchHistory
+from coupling.path.histories import JointPath
 from coupling.robot.moving import Inverter
 from coupling.run.forecast import Forecast
 from coupling.run.models import Models
@@ -35,12 +33,11 @@ _GAINS = 0.7
 _GOAL = 1e-6
 
 
-def selected(found: Plan, controller: Controller, models: Models, watch: Watch = unwatched) -> Plan:
+def selected(found: Plan, models: Models, watch: Watch = unwatched) -> Plan:
     """Return a plan with the correction that is forecast to leave least.
 
     Args:
         found: The plan.
-        controller: What takes the command.
         models: What simulates robots.
         watch: Told how far the work is.
 
@@ -50,11 +47,12 @@ def selected(found: Plan, controller: Controller, models: Models, watch: Watch =
     """
     best_run = found.history.runs[found.judgement.best]
     measured = found.left(best_run.size)
+    commanded = _commands(found, models)
     best: tuple[Repeating | None, Forecast] | None = None
     for number, beyond in enumerate(_tried(found)):
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
-        command, wrench = _command(found, beyond, controller, models)
-        told = forecast(replace(found, repeating=beyond), command, wrench, lambda event: None)
+        wrench = found.history.runs[-1].source.stored.wrench
+        told = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
         if best is None or told.rms < best[1].rms:
             best = beyond, told
         if best[1].rms < _GAINS * measured:
@@ -92,22 +90,17 @@ def _again(found: Plan) -> Plan:
     )
 
 
-def _command(
-    found: Plan, beyond: Repeating | None, controller: Controller, models: Models
-) -> tuple[JointPath, WrenchHistory]:
-    """Return the command with a correction, under the wrench that was there last, and that."""
-    run: MeasuredRun = found.history.runs[-1]
-    source = run.source
-    robot = robot_with(
-        found.history.runs[0].source.robot, found.history.parameters, found.move.model.x
-    )
-    wanted = source.wanted_whole
-    path = wanted.path
-    if beyond is not None:
-        path = beyond.discrepancy(found.history).model(path)
+def _commands(found: Plan, models: Models) -> Callable[[Repeating | None], JointPath]:
+    """Return the function that gives the command with a correction, under the wrench that was last."""
+    history, source = found.history, found.history.runs[-1].source
+    robot = robot_with(history.runs[0].source.robot, history.parameters, found.move.model.x)
     fmu = models.of(robot, source.torque_curve).fmu
     inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu)
-    inverse = inverter.invert(
-        Wanted(path, wanted.rigid, wanted.wrench), controller, _GOAL, unwatched
-    )
-    return inverse.joints, source.stored.wrench
+    wanted = source.wanted_whole
+
+    def command(beyond: Repeating | None) -> JointPath:
+        path = wanted.path if beyond is None else beyond.discrepancy(history).model(wanted.path)
+        asked = replace(wanted, path=path)
+        return inverter.invert(asked, source.controller, _GOAL, unwatched).joints
+
+    return command

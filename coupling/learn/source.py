@@ -16,6 +16,7 @@ from coupling.inverse.inversion import Wanted
 from coupling.learn.alignment import aligned
 from coupling.learn.parameters import learnables
 from coupling.learn.passes import Pass, Seen
+from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Placement
@@ -43,6 +44,7 @@ class Source:
         torque_curve: Name of its gears' torque curve.
         home: Joint angles near which paths start [rad].
         placement: Where the robot stands in the frame of the run folder's files.
+        controller: What takes its command.
         stored: What the folder holds; desired path and wrench in axes of the robot's base.
         discrepancy: What the tool was taken to do beyond the model, in these axes; None: nothing.
         forecast: What the command was expected to leave; None where nothing was measured before.
@@ -55,6 +57,7 @@ class Source:
     torque_curve: str
     home: np.ndarray
     placement: Placement
+    controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
     forecast: Forecast | None = None
@@ -104,7 +107,8 @@ def read_source(folder: Path, seen: Seen) -> Source:
     if run.gap is not None:
         raise LearnError(f"{folder}: expected the run of one robot, got that of a cell of two")
     file = folder / "case.toml"
-    placed = load_case(file).robots[0]
+    case = load_case(file)
+    placed = case.robots[0]
     description = load_toml(file, CaseError)["robot"]["description"]
     at, stored = placed.placement, run.first
     # All that follows is in axes of the robot's base.
@@ -119,6 +123,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
         placed.torque_curve,
         placed.home,
         at,
+        case.controller,
         replace(
             stored,
             desired=at.path_in_base(stored.desired),

@@ -210,9 +210,9 @@ def told(trial: Trial) -> Told:
                 break
             sources.append(read_source(run, read_seen(folder / f"measured{number}.csv")))
             with Models("native") as models:
-                options = NextOptions(KNOWN, absolute=True)
+                options = NextOptions(KNOWN)
                 found = plan(sources, options, models)
-                found = selected(found, case.controller, models)
+                found = selected(found, models)
                 run = folder / f"run{number + 1}"
                 own = load_case(write_inputs(inputs_folder(run), found, {}))
                 done = expected(own, found, models, unwatched)

@@ -8,7 +8,7 @@ depends on where it is.  What a device sees of that has noise.  Shares no code w
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -122,7 +122,6 @@ class MeasuredRobot:
     chain: Chain
     settings: Settings
     extras: Extras
-    _amplitudes: list[float] = field(default_factory=list)
 
     def moved(self, folder: Path, number: int = 0) -> Moved:
         """Return where the tool goes under the command of a run folder, in pass `number`."""
