@@ -19,12 +19,13 @@ from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.alone import alone
 from coupling.files.whole_file import write_whole
+from coupling.learn.device import ANYWHERE, FrameKnown
 from coupling.learn.forecast import forecast
-from coupling.learn.history import ANYWHERE, FrameKnown
 from coupling.learn.measured import read_seen
-from coupling.learn.next_command import KINDS, NextOptions, Plan, plan
+from coupling.learn.next_command import Plan, plan
 from coupling.learn.next_figures import figures, sentences
-from coupling.learn.next_inputs import inputs_folder, write_inputs
+from coupling.learn.next_inputs import PLAN, inputs_folder, plan_text, write_inputs
+from coupling.learn.next_options import KINDS, REPEATABILITY, NextOptions
 from coupling.learn.selection import selected
 from coupling.learn.source import read_source
 from coupling.report.next_page import next_page
@@ -73,6 +74,13 @@ Tip = Annotated[
         help="How far the probe's tip may be off the TCP, as 0.5mm: it is found where the tool turns.",
     ),
 ]
+Repeatability = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LENGTH",
+        help="Repeatability of the robot in this cell, RP of ISO 9283; 0.02mm where nothing is said.",
+    ),
+]
 Seed = Annotated[int, typer.Option(min=0, help="Of the robots that are possible.")]
 
 
@@ -87,13 +95,15 @@ def next_command(
     own_frame: OwnFrame = False,
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
+    repeatability: Repeatability = None,
     seed: Seed = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
     """Compute the next command from what was measured under the ones before."""
-    options = _options(move, _known(frame_known, own_frame, tip_known), cutoff_hz, seed)
+    known = _known(frame_known, own_frame, tip_known)
+    options = _options(move, known, cutoff_hz, repeatability, seed)
     _advance(passes, output, options, overwrite, store, no_store)
 
 
@@ -104,22 +114,29 @@ def mirror(
     own_frame: OwnFrame = False,
     tip_known: Tip = None,
     cutoff_hz: Cutoff = None,
+    repeatability: Repeatability = None,
     seed: Seed = 1,
     overwrite: Overwrite = False,
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
     """Learn along the path alone: next with --move path, no parameters are fitted."""
-    options = _options("path", _known(frame_known, own_frame, tip_known), cutoff_hz, seed)
+    known = _known(frame_known, own_frame, tip_known)
+    options = _options("path", known, cutoff_hz, repeatability, seed)
     _advance(passes, output, options, overwrite, store, no_store)
 
 
-def _options(move: str, known: FrameKnown, cutoff: float | None, seed: int) -> NextOptions:
+def _options(
+    move: str, known: FrameKnown, cutoff: float | None, repeatability: str | None, seed: int
+) -> NextOptions:
     if move not in KINDS:
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
     if cutoff is not None and not (np.isfinite(cutoff) and cutoff > 0.0):
         raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
-    return NextOptions(known, move, cutoff, seed)
+    again = REPEATABILITY
+    if repeatability is not None:
+        again = _length("--repeatability", repeatability, "0.05mm")
+    return NextOptions(known, move, cutoff, seed, again)
 
 
 def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
@@ -131,10 +148,14 @@ def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
         known = frame_of(frame)
     if tip is None:
         return known
-    size = _value(tip.replace(" ", ""), _LENGTHS)
+    return replace(known, tip=_length("--tip-known", tip, "0.5mm"))
+
+
+def _length(option: str, text: str, example: str) -> float:
+    size = _value(text.replace(" ", ""), _LENGTHS)
     if size is None:
-        raise LearnError(f"--tip-known: expected a length, as 0.5mm, got {tip!r}")
-    return replace(known, tip=size)
+        raise LearnError(f"{option}: expected a length, as {example}, got {text!r}")
+    return size
 
 
 def frame_of(text: str) -> FrameKnown:
@@ -203,6 +224,7 @@ def _advance(
         done = conduct(case, output, overwrite, kept, "compensate", work, view.watch)
         title = f"{output.name}, from {' and '.join(file.name for _, file in pairs)}"
         told = figures(found, done.run.forecast)
+        write_whole(place / PLAN, plan_text(told), LearnError)
         write_whole(place / REPORT, next_page(title, told), LearnError)
     print_summary(console, done.case, done.run, output, done.from_store)
     _say(console, [f"How it was found: {place / REPORT}"])

@@ -15,8 +15,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from coupling.inverse.link_model import LinkModel
-from coupling.learn.history import History, seen_below
+from coupling.learn.history import History
 from coupling.learn.passes import Simulated
+from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
 
 # A cause explains at least this part of the mean square that is left, and is this large [m].

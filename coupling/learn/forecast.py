@@ -6,6 +6,8 @@ that was measured.  If it does that again, the next pass is
     measured + s(next command) - s(command that was measured),
 
 so that each s tells where the tool will be; a robot that is the true one tells it but for what is new.
+How far possible robots lie from the model, and how much is new, the passes so far tell
+(`coupling.learn.repeatability`): the forecast is drawn from all of that.
 """
 
 from __future__ import annotations
@@ -13,15 +15,17 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
-from coupling.learn.history import Size
 from coupling.learn.next_command import Plan
 from coupling.learn.parameters import changed
 from coupling.learn.passes import Simulated
+from coupling.learn.repeatability import VALUES
+from coupling.learn.size import seen_below
+from coupling.path.deviation import less_constant
 from coupling.path.histories import JointPath, WrenchHistory
 from coupling.run.forecast import Forecast
 
-# 90 of 100 of a normal variable lie within so many deviations.
-_NINETY = 1.6449
+# Forecasts that are drawn, and what of them the interval holds.
+_DRAWN, _INTERVAL = 4000, (0.05, 0.95)
 # Spread of the logarithm of an rms that no robot tells of: what a gear does that hangs in its backlash.
 _UNTOLD = 0.15
 
@@ -40,37 +44,67 @@ def forecast(
     Raises:
         SimulationError: If the robot cannot be simulated.
     """
-    history, robots, beyond = found.history, found.move.model.robots, found.repeating
-    number = found.told_from
+    history, model, beyond = found.history, found.move.model, found.repeating
+    number, absolute = found.told_from, found.options.absolute
     run = history.runs[number]
-    sizes = []
-    for k, x in enumerate(robots):
-        watch(Progress("forecast: robots that are possible", k, len(robots)))
-        values = changed(history.parameters, x)
-        after = Simulated(history.fmu.simulate(command, wrench, "dynamic", values))
-        moved = after.position(run.seen.time) - history.simulated(number, x).position(run.seen.time)
-        sizes.append(Size.of(run.seen.time, run.deviation + moved, run.noise))
-    absolute = found.options.absolute
-    rms = np.array([found.left(own) for own in sizes])
+    time, low = run.seen.time, seen_below(run.seen.time)
+
+    def slow(off: np.ndarray) -> np.ndarray:
+        kept = low.at_samples(low(off))
+        return kept if absolute else less_constant(time, kept)
+
+    def moved(x: np.ndarray) -> np.ndarray:
+        after = history.fmu.simulate(command, wrench, "dynamic", changed(history.parameters, x))
+        change: np.ndarray = Simulated(after).position(time) - history.simulated(
+            number, x
+        ).position(time)
+        return change
+
+    likely = moved(model.x)
+    left, off = slow(run.deviation + likely), []
+    for k, x in enumerate(model.close):
+        watch(Progress("forecast: robots that are possible", k, len(model.close)))
+        off.append(slow(moved(x) - likely))
+
+    rng = np.random.default_rng(found.options.seed)
+    drawn = found.pairs.drawn(_DRAWN, rng)
+    robot = np.arange(_DRAWN) % len(off)
+    square = _mean(time, left, left) - 3.0 * run.noise**2 * low.of_noise + run.size.fast**2
+    crossed = np.array([_mean(time, left, own) for own in off])[robot]
+    spread = np.array([_mean(time, own, own) for own in off])[robot]
+    squares = square + 2.0 * np.sqrt(drawn.factor) * crossed + drawn.factor * spread
+    doubt = run.size.doubt
+    # What was new in that pass is in what is left of it, but for the part w that the command takes off;
+    # of two new ones with the squares n^2 the next pass has 1 + w^2, what is left (1 - w)^2.
+    weight = 0.0 if beyond is None or not beyond.weights else beyond.weights[-1]
+    own = rng.chisquare(VALUES, _DRAWN) / VALUES
+    squares += (own + 2.0 * weight - 1.0) * drawn.new
     if beyond is not None:
         # The command takes off noise of the very pass that it is told from; in the next one it is there.
-        rms = np.sqrt(rms**2 + 6.0 * run.noise**2 * beyond.own_noise + beyond.new**2)
-    most = np.array([own.maximum if absolute else own.maximum_less_constant for own in sizes])
-    doubt = _NINETY * max(own.doubt for own in sizes)
-    logs = np.log(np.maximum(rms, 1e-9))
-    middle, spread = float(np.median(logs)), float(np.hypot(np.std(logs), _UNTOLD))
+        squares += 6.0 * run.noise**2 * beyond.own_noise
+    squares += doubt * rng.standard_normal(_DRAWN)
+    rms = np.sqrt(np.maximum(squares, 0.0)) * np.exp(_UNTOLD * rng.standard_normal(_DRAWN))
+    least, most = np.quantile(rms, _INTERVAL)
+    largest = [np.linalg.norm(left + own, axis=1).max() for own in off]
     return Forecast(
-        rms=float(np.exp(middle)),
-        low=float(np.sqrt(max(np.exp(2.0 * (middle - _NINETY * spread)) - doubt, 0.0))),
-        high=float(np.sqrt(np.exp(2.0 * (middle + _NINETY * spread)) + doubt)),
-        maximum=float(max(np.median(most), np.exp(middle))),
+        rms=float(np.median(rms)),
+        low=float(least),
+        high=float(most),
+        maximum=float(max(np.median(largest), np.median(rms))),
         absolute=absolute,
         before=found.left(history.runs[-1].size),
         robots=tuple(
             {
-                own.name: float(np.exp(factor))
-                for own, factor in zip(history.parameters, x, strict=True)
+                own.name: float(np.exp(value))
+                for own, value in zip(history.parameters, x, strict=True)
             }
-            for x in robots
+            for x in model.robots
         ),
+        scales=tuple(model.scales.tolist()),
+        left_over=model.left_over,
     )
+
+
+def _mean(time: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
+    """Return the mean over time of the product of displacements (n, 3)."""
+    return float(np.trapezoid(np.sum(one * other, axis=1), time) / np.ptp(time))

@@ -7,33 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.learn.contraction import Contraction
-from coupling.learn.history import History, Size
+from coupling.learn.history import History
+from coupling.learn.possible import Model
+from coupling.learn.repeatability import VALUES, Pairs
 from coupling.learn.repeating import Repeating, repeating
+from coupling.learn.size import Size
 
 # A move by a robot that was fitted to the pass that judges it is to be better by this part.
 _FITTED = 0.9
 # A pass is worse than another by this factor of the rms, and by so many standard deviations of noise.
 _WORSE, _DOUBTS = 1.1, 2.0
-
-
-@dataclass(frozen=True)
-class Model:
-    """A robot that passes are compared with.
-
-    Attributes:
-        name: In words.
-        x: Log factors of the parameters, (P,).
-        since: Number of passes that it was fitted to; 0 of the file's.
-        robots: Log factors of robots that are possible about it, (s, P).
-        contraction: Filter and gain of learning along the path with it.
-    """
-
-    name: str
-    x: np.ndarray
-    since: int
-    robots: np.ndarray
-    contraction: Contraction
 
 
 @dataclass(frozen=True)
@@ -66,7 +49,7 @@ class Move:
         return own if self.kind == "parameters" else f"{own}, and learning along the path"
 
 
-def moves(history: History, models: Sequence[Model], absolute: bool) -> list[Move]:
+def moves(history: History, models: Sequence[Model], absolute: bool, before: Pairs) -> list[Move]:
     """Return every move with what it would have left of the last pass, the best one first.
 
     From the second pass on each move says from the passes before where the tool is in the last one,
@@ -77,11 +60,12 @@ def moves(history: History, models: Sequence[Model], absolute: bool) -> list[Mov
         history: The passes.
         models: Robots; the first is the file's.
         absolute: Whether the constant counts.
+        before: What is likely to be new in a pass.
     """
     last = len(history.runs) - 1
     found = []
     for number, model in enumerate(models):
-        path = _left_by_path(history, model)
+        path = _left_by_path(history, model, before)
         predicted = model.since <= last
         found.append(Move("path" if not number else "both", model, path, predicted and last > 0))
         if number:
@@ -96,18 +80,15 @@ def moves(history: History, models: Sequence[Model], absolute: bool) -> list[Mov
     return sorted(found, key=judged)
 
 
-def _left_by_path(history: History, model: Model) -> Size:
+def _left_by_path(history: History, model: Model, before: Pairs) -> Size:
     """Return what learning along the path would have left of the last pass."""
     last = len(history.runs) - 1
-    run, own = history.runs[last], model.contraction
-    beyond = history.beyond(last, model.x)
-    if last > 0:
-        known = repeating(history, model.x, own.cutoff, own.gain, range(last))
-        rest = beyond - known.at(run.seen.time)
-        return Size.of(run.seen.time, rest[:, :3], run.noise)
-    known = repeating(history, model.x, own.cutoff, own.gain, (0,))
+    run, beyond = history.runs[last], history.beyond(last, model.x)
+    known = repeating(history, model, range(max(last, 1)), before)
     rest = beyond - known.at(run.seen.time)
     left = Size.of(run.seen.time, rest[:, :3], run.noise)
+    if last > 0:
+        return left
     return replace(left, rms=known.left, rms_less_constant=known.left)
 
 
@@ -128,21 +109,37 @@ class Judgement:
     again: bool = False
 
     @classmethod
-    def of(cls, history: History, absolute: bool) -> Judgement:
+    def of(cls, history: History, absolute: bool, new: float = 0.0) -> Judgement:
         """Return the judgement on a history.
 
         Args:
             history: The passes.
             absolute: Whether the constant counts: the frame is known.
+            new: Rms of what is new in every pass [m].
         """
         sizes = [run.size for run in history.runs]
         left = [own.rms if absolute else own.rms_less_constant for own in sizes]
         best, last = int(np.argmin(left)), len(left) - 1
-        chance = _DOUBTS * float(np.hypot(sizes[best].doubt, sizes[last].doubt))
-        return cls(best, last, left[last] ** 2 > (_WORSE * left[best]) ** 2 + chance)
+        # A vector r with a new one n of few components in it has the square r^2 + n^2 + 2 r n.
+        own = (2.0 * left[best] + new) * new / np.sqrt(VALUES)
+        doubt = float(np.hypot(np.hypot(sizes[best].doubt, sizes[last].doubt), own))
+        return cls(best, last, worse(left[last], left[best], doubt))
 
 
-def next_repeating(history: History, move: Move, judgement: Judgement) -> Repeating | None:
+def worse(rms: float, best: float, doubt: float) -> bool:
+    """Return whether an rms is worse than another, beyond what is chance [m].
+
+    Args:
+        rms: Of what is judged.
+        best: The other one.
+        doubt: Standard deviation of the difference of their squares [m^2].
+    """
+    return rms**2 > (_WORSE * best) ** 2 + _DOUBTS * doubt
+
+
+def next_repeating(
+    history: History, move: Move, judgement: Judgement, before: Pairs
+) -> Repeating | None:
     """Return what is corrected along the path beyond the model; None where the move corrects nothing.
 
     Where the last pass was worse than the best one it is that one's correction, and half of what that
@@ -150,13 +147,12 @@ def next_repeating(history: History, move: Move, judgement: Judgement) -> Repeat
     """
     if not move.learns_path:
         return None
-    own = move.model.contraction
     if not judgement.worse:
-        every = range(len(history.runs))
-        return repeating(history, move.model.x, own.cutoff, own.gain, every)
-    told = repeating(history, move.model.x, own.cutoff, 0.5 * own.gain, (judgement.best,))
-    before = history.runs[judgement.best].source.discrepancy
-    if before is None:
+        return repeating(history, move.model, range(len(history.runs)), before)
+    gain = 0.5 * move.model.contraction.gain
+    told = repeating(history, move.model, (judgement.best,), before, gain)
+    corrected = history.runs[judgement.best].source.discrepancy
+    if corrected is None:
         return told
-    kept = (1.0 - told.weights[0]) * before.at(told.time)
+    kept = (1.0 - told.weights[0]) * corrected.at(told.time)
     return replace(told, deviation=told.deviation + kept)

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from coupling.learn.history import MeasuredRun, Size
+from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import Plan
+from coupling.learn.size import Size
 from coupling.run.forecast import Forecast
 
 
@@ -44,7 +45,7 @@ def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
         else {
             "cutoff_Hz": beyond.cutoff,
             "weights": list(beyond.weights),
-            "new_m": beyond.new,
+            "new_m": found.pairs.rms,
             "left_m": beyond.left,
             "time": beyond.time.tolist(),
             "deviation_m": beyond.deviation[:, :3].tolist(),
@@ -158,6 +159,7 @@ def _size(size: Size) -> str:
     return (
         f"{_um(size.rms)} rms, at most {_um(size.maximum)}; less a constant"
         f" {_um(size.rms_less_constant)} and {_um(size.maximum_less_constant)}"
+        + (f"; {_um(size.fast)} of it faster than 15 Hz" if size.fast else "")
     )
 
 

@@ -14,7 +14,7 @@ from coupling.errors import CaseError, LearnError
 from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import write_whole
 from coupling.learn.figures import figures
-from coupling.learn.history import MeasuredRun
+from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import Plan
 from coupling.learn.robot_file import learned_text
 from coupling.path.discrepancy import Discrepancy
@@ -59,9 +59,14 @@ def write_inputs(folder: Path, found: Plan, told: Mapping[str, Any]) -> Path:
         )
     last = found.history.runs[-1].source.folder
     text = next_case_text(load_toml(last / "case.toml", CaseError), robot, discrepancy)
-    write_whole(folder / PLAN, json.dumps(told, indent=1) + "\n", LearnError)
+    write_whole(folder / PLAN, plan_text(told), LearnError)
     write_whole(folder / CASE, text, LearnError)
     return folder / CASE
+
+
+def plan_text(told: Mapping[str, Any]) -> str:
+    """Return the text of `PLAN`, the figures of a plan."""
+    return json.dumps(told, indent=1) + "\n"
 
 
 def _robot_file(folder: Path, found: Plan) -> Path:

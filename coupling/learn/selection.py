@@ -16,9 +16,10 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.forecast import forecast
-from coupling.learn.moves import next_repeating
+from coupling.learn.moves import next_repeating, worse
 from coupling.learn.next_command import Plan
 from coupling.learn.parameters import robot_with
+from coupling.learn.repeatability import Pairs
 from coupling.learn.repeating import Repeating, as_before
 from coupling.path.histories import JointPath
 from coupling.robot.moving import Inverter
@@ -53,14 +54,22 @@ def selected(found: Plan, models: Models, watch: Watch = unwatched) -> Plan:
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
         wrench = found.history.runs[-1].source.stored.wrench
         told = forecast(replace(found, repeating=beyond), commanded(beyond), wrench)
-        if best is None or told.rms < best[1].rms:
+        if _safe(told, best_run.size.doubt, measured) and (best is None or told.rms < best[1].rms):
             best = beyond, told
-        if best[1].rms < _GAINS * measured:
+        if best is not None and best[1].rms < _GAINS * measured:
             break
-    assert best is not None
-    if best[1].rms < measured:
-        return replace(found, repeating=best[0])
-    return _again(found)
+    return _again(found) if best is None else replace(found, repeating=best[0])
+
+
+def _safe(told: Forecast, doubt: float, measured: float) -> bool:
+    """Return whether a command is forecast to leave less, and in three of four cases not to be worse.
+
+    Args:
+        told: The forecast.
+        doubt: Standard deviation of the square of what is measured [m^2].
+        measured: Rms that the best command left [m].
+    """
+    return told.rms < measured and not worse(told.upper_quartile, measured, doubt)
 
 
 def _tried(found: Plan) -> Iterator[Repeating | None]:
@@ -68,11 +77,13 @@ def _tried(found: Plan) -> Iterator[Repeating | None]:
     yield found.repeating
     if found.repeating is None:
         return
-    model = found.move.model
+    model, before = found.move.model, Pairs.before(found.options.repeatability)
     for cutoff in _LOWER:
         if cutoff < found.repeating.cutoff:
             lower = replace(model, contraction=replace(model.contraction, cutoff=cutoff))
-            yield next_repeating(found.history, replace(found.move, model=lower), found.judgement)
+            yield next_repeating(
+                found.history, replace(found.move, model=lower), found.judgement, before
+            )
 
 
 def _again(found: Plan) -> Plan:

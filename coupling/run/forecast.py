@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+# Quartile of a normal variable by what it exceeds in one of twenty cases.
+_QUARTILE = 0.6745 / 1.6449
+
 
 @dataclass(frozen=True)
 class Forecast:
@@ -17,7 +20,10 @@ class Forecast:
         absolute: Whether the constant counts; else all of it is less a constant, as the measuring frame
             is not known better.
         before: Rms that was measured under the last command.
-        robots: Factors of the robot file's parameters by name, of the robots that it is told by.
+        robots: Factors of the robot file's parameters by name, of robots that are possible.
+        scales: How far towards each of them those lie that the forecast is told by, as a part.
+        left_over: Variance of what was left by the fit of the robot's parameters, by that of noise; 1 of
+            parameters that were not fitted.
     """
 
     rms: float
@@ -27,6 +33,13 @@ class Forecast:
     absolute: bool
     before: float
     robots: tuple[dict[str, float], ...] = ()
+    scales: tuple[float, ...] = ()
+    left_over: float = 1.0
+
+    @property
+    def upper_quartile(self) -> float:
+        """What one pass of four is expected to exceed [m], of an rms with a normal logarithm."""
+        return self.rms * (self.high / max(self.rms, 1e-12)) ** _QUARTILE
 
     @property
     def sentence(self) -> str:
@@ -40,13 +53,18 @@ class Forecast:
 
     def as_dict(self) -> dict[str, Any]:
         """Return its figures by name [m], with the sentence."""
-        return {**asdict(self), "robots": list(self.robots), "sentence": self.sentence}
+        return {
+            **asdict(self),
+            "robots": list(self.robots),
+            "scales": list(self.scales),
+            "sentence": self.sentence,
+        }
 
     @classmethod
     def from_dict(cls, figures: dict[str, Any]) -> Forecast:
         """Return what `as_dict` gave."""
         own = {name: figures[name] for name in cls.__dataclass_fields__}
-        return cls(**own | {"robots": tuple(own["robots"])})
+        return cls(**own | {"robots": tuple(own["robots"]), "scales": tuple(own["scales"])})
 
 
 def _um(length: float) -> str:

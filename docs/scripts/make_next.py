@@ -29,13 +29,26 @@ from docs.scripts.pictures import save, styled
 # Path, seed of the hidden parameters, factor of the stiffness.
 WITH = (
     (CONE, 11, 0.25),
-    (ISO, 16, 0.5),
-    (PYRAMID, 18, 1.0),
-    (PYRAMID, 12, 0.25),
+    (CONE, 21, 0.25),
     (CONE, 14, 0.5),
+    (CONE, 24, 0.5),
+    (CONE, 17, 1.0),
+    (CONE, 27, 1.0),
+    (PYRAMID, 12, 0.25),
+    (PYRAMID, 15, 0.5),
+    (PYRAMID, 25, 0.5),
+    (PYRAMID, 18, 1.0),
+    (PYRAMID, 28, 1.0),
+    (ISO, 13, 0.25),
+    (ISO, 16, 0.5),
     (ISO, 19, 1.0),
+    (ISO, 29, 1.0),
 )
-WITHOUT = ((CONE, 31, 0.25), (ISO, 36, 0.5), (PYRAMID, 38, 1.0))
+WITHOUT = tuple(
+    (path, seed, stiffness)
+    for path, first in ((CONE, 31), (PYRAMID, 32), (ISO, 33))
+    for seed, stiffness in ((first, 0.25), (first + 3, 0.5), (first + 6, 1.0))
+)
 # What is new in every pass: a shift and a drift [m].
 ANEW = replace(EXTRAS, again=1e-5)
 
@@ -58,6 +71,7 @@ def _others() -> tuple[Told, ...]:
 OTHERS = {
     "file right, extras": Trial(CONE, 0),
     "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", play=1e-4),
+    "backlash of 0.1 mrad": Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", play=1e-4),
     "extras, and 10 um new in every pass": Trial(CONE, 52, 0.5, ANEW),
     "file right, geometry off by 0.3 mm over 0.1 m": Trial(
         CONE, 0, extras=replace(NONE, geometry=3e-4)

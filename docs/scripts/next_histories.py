@@ -20,10 +20,11 @@ from coupling.cli.next import expected
 from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.learn.history import FrameKnown
+from coupling.learn.device import FrameKnown
 from coupling.learn.measured import read_seen
-from coupling.learn.next_command import NextOptions, plan
+from coupling.learn.next_command import plan
 from coupling.learn.next_inputs import inputs_folder, write_inputs
+from coupling.learn.next_options import NextOptions
 from coupling.learn.selection import selected
 from coupling.learn.source import read_source
 from coupling.run.folder import write_run

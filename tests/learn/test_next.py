@@ -21,7 +21,8 @@ from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.learn.causes import causes
-from coupling.learn.history import FrameKnown, History
+from coupling.learn.device import FrameKnown
+from coupling.learn.history import History
 from coupling.learn.measured import read_seen
 from coupling.learn.next_inputs import inputs_folder
 from coupling.learn.source import read_source
@@ -91,6 +92,7 @@ def test_no_pass_is_worse_and_each_is_as_forecast(shop, passes, command):
     told = json.loads((folder / "third_inputs" / "next.json").read_text())
     assert [own["kind"] for own in told["moves"]] == ["path"]
     assert len(told["passes"]) == 2
+    assert told["forecast"]["rms"] > 0.0
     assert told["passes"][1]["forecast"]["rms"] > 0.0
     assert "What was measured" in (folder / "third_inputs" / "next.html").read_text()
     # What is commanded is a run like any other.
@@ -220,6 +222,7 @@ def test_the_command_refuses_in_one_sentence(shop, command, tmp_path):
         ([run, seen, "--own-frame", "--frame-known", "1mm"], "got both"),
         ([run, seen, "--cutoff-Hz", "30", "--move", "path"], "expected at most"),
         ([run, seen, "--cutoff-Hz", "nan"], "frequency > 0"),
+        ([run, seen, "--repeatability", "0.05"], "--repeatability: expected a length, as 0.05mm"),
         ([run, seen, other, seen, "--move", "path"], "another one"),
         ([tmp_path, seen], "result.json"),
         ([run, tmp_path / "none.csv"], "cannot be read"),

@@ -1,0 +1,54 @@
+"""What is known of a measuring device: its frame, and the tip of its probe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# What an industrial robot's tool may be off before it is measured: pose accuracy of robots that are not
+# calibrated, some tenths of a millimetre [m], and that over an arm of a metre [rad].
+_ROBOT_OFF, _ROBOT_TURNED = 5e-4, 5e-4
+
+
+@dataclass(frozen=True)
+class FrameKnown:
+    """How well the measuring frame is known: standard deviations from the robot's base frame.
+
+    Attributes:
+        shift: Of each coordinate of its origin [m].
+        turn: Of each coordinate of its turn about the middle of the path [rad].
+        tip: Of each coordinate of the probe's tip from the TCP, axes of the tool [m]; 0: it is the TCP.
+    """
+
+    shift: float = np.inf
+    turn: float = 1e-4
+    tip: float = 0.0
+
+    def of_device(self, shift: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parts of a shift [m] and a turn [rad] that are the device's, not the robot's.
+
+        Both may be off; each gets its share of the variance.
+
+        Example:
+            >>> shift, turn = FrameKnown(5e-5, 5e-5).of_device(np.full(3, 1e-4), np.zeros(3))
+            >>> shift.round(8).tolist()
+            [9.9e-07, 9.9e-07, 9.9e-07]
+            >>> FrameKnown().of_device(np.full(3, 1e-4), np.zeros(3))[0].tolist()
+            [0.0001, 0.0001, 0.0001]
+        """
+        return (
+            shift * _share(self.shift, _ROBOT_OFF),
+            turn * _share(self.turn, _ROBOT_TURNED),
+        )
+
+    def of_tip(self) -> float:
+        """Return the part of a tip's offset that is the probe's, not the robot's tool."""
+        return _share(self.tip, _ROBOT_OFF)
+
+
+def _share(known: float, robot: float) -> float:
+    return 1.0 if np.isinf(known) else known**2 / (known**2 + robot**2)
+
+
+ANYWHERE = FrameKnown(np.inf, np.inf)
