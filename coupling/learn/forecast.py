@@ -79,6 +79,9 @@ def forecast(
     weight = 0.0 if beyond is None or not beyond.weights else beyond.weights[-1]
     own = rng.chisquare(VALUES, _DRAWN) / VALUES
     squares += (own + 2.0 * weight - 1.0) * drawn.new
+    # Its product with what is left is that of one of so many components.
+    along = np.sqrt(max(square, 0.0) * drawn.new / VALUES)
+    squares += 2.0 * along * rng.standard_normal(_DRAWN)
     if beyond is not None:
         # The command takes off noise of the very pass that it is told from; in the next one it is there.
         squares += 6.0 * run.noise**2 * beyond.own_noise
