@@ -16,35 +16,41 @@ TIME = np.linspace(0.0, 20.0, 2001)  # [s]
 DEVIATION = 3e-5 * np.sin(1.5 * TIME)[:, None] * np.array([1.0, 1.0, 1.0])  # [m]
 
 
-def moved(x: np.ndarray) -> SimpleNamespace:
-    """Return the path of a tool that one parameter moves by a wave of another frequency."""
-    wave = 1e-4 * np.sin(2.5 * TIME)[:, None] * np.array([0.0, 1.0, 0.0])
+# A wave of another frequency.
+WAVE = 1e-4 * np.sin(2.5 * TIME)[:, None] * np.array([0.0, 1.0, 0.0])
+
+
+def moved(x: np.ndarray, wave: np.ndarray) -> SimpleNamespace:
+    """Return the path of a tool that one parameter moves by a wave."""
     return SimpleNamespace(time=TIME, position=(x.sum() * wave)[None])
 
 
 def told(
     new: float = 0.0,
     factor: float = 1.0,
-    off: float = 0.0,
+    off: tuple[float, float] = (0.0, 0.0),
+    wave: np.ndarray = WAVE,
     weight: float | None = None,
     noise: float = 0.0,
     own_noise: float = 0.0,
 ):
     """Return the forecast for a robot that does under the next command what it was measured to do.
 
-    Two robots are possible: their next command moves the tool by `off` waves more or less.
+    Two robots are possible: the next command moves their tools by `off` waves more.
     """
     parameter = SimpleNamespace(name="wave", value=1.0)
     history = SimpleNamespace(
         parameters=(parameter,),
-        fmu=SimpleNamespace(simulate=lambda command, wrench, mode, own: moved(np.log(own["wave"]))),
-        simulated=lambda number, x: Simulated(moved(0.0 * x)),
+        fmu=SimpleNamespace(
+            simulate=lambda command, wrench, mode, own: moved(np.log(own["wave"]), wave)
+        ),
+        simulated=lambda number, x: Simulated(moved(0.0 * x, wave)),
     )
     size = Size.of(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
     run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)
-    near = np.array([[off], [-off]])
+    near = np.array(off)[:, None]
     found = SimpleNamespace(
         history=history,
         move=SimpleNamespace(
@@ -75,10 +81,14 @@ def test_a_robot_that_is_sure_does_what_it_did():
 
 def test_robots_that_are_possible_add_what_they_differ_by():
     """Deviation and wave have no product, so that their squares add; four times the variance counts."""
-    wave = rms(moved(np.ones(1)).position[0])
     for factor in (1.0, 4.0):
-        expected = np.hypot(rms(DEVIATION), np.sqrt(factor) * 0.5 * wave)
-        assert told(off=0.5, factor=factor).rms == pytest.approx(expected, rel=0.02)
+        expected = np.hypot(rms(DEVIATION), np.sqrt(factor) * 0.5 * rms(WAVE))
+        assert told(off=(0.5, -0.5), factor=factor).rms == pytest.approx(expected, rel=0.02)
+
+
+def test_what_they_do_along_the_deviation_adds_to_it():
+    found = told(off=(0.5, 0.5), wave=DEVIATION, factor=4.0)
+    assert found.rms == pytest.approx(2.0 * rms(DEVIATION), rel=0.02)
 
 
 @pytest.mark.parametrize("weight", [0.0, 0.3, 1.0])

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.learn.left_over import LeftOver
 from coupling.learn.next_command import _worth_learning
-from coupling.learn.possible import _change, _scales
+from coupling.learn.possible import Model, _change, _scales
 
 TIME = np.linspace(0.0, 10.0, 2001)  # [s]
 NOISE = 2e-5  # [m]
@@ -59,3 +59,9 @@ def test_parameters_are_learned_again_where_the_first_fit_left_more_than_noise(
     forecast = None if left_over is None else SimpleNamespace(left_over=left_over)
     run = SimpleNamespace(source=SimpleNamespace(forecast=forecast))
     assert _worth_learning(SimpleNamespace(runs=(run,) * passes), first) == worth
+
+
+def test_robots_that_are_close_lie_between_the_model_and_those_that_are_possible():
+    robots = np.array([[3.0, 1.0], [-1.0, 1.0]])
+    model = Model("", np.ones(2), 1, robots, np.array([0.5, 0.0]), None)
+    np.testing.assert_allclose(model.close, [[2.0, 1.0], [1.0, 1.0]])
