@@ -88,7 +88,8 @@ def _fast(time: np.ndarray, rest: np.ndarray, noise: float, low: Smoother) -> fl
     if high.cutoff <= low.cutoff:
         return 0.0
     distance = np.linalg.norm(high.at_samples(high(rest)), axis=1)
-    of_noise = 3.0 * noise**2 * (high.of_noise - low.of_noise)
+    # Gain (1 - L) of the one below that of the other, squared.
+    of_noise = 3.0 * noise**2 * (high.of_noise - 2.0 * low.trace + low.of_noise)
     more = root_mean_square(time, distance) ** 2 - of_noise
     chance = _CHANCE * of_noise * _share_off((high.cutoff - low.cutoff) * np.ptp(time))
     return float(np.sqrt(more)) if more > max(chance, _HARDLY**2) else 0.0

@@ -178,7 +178,7 @@ def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
 
 @pytest.mark.parametrize(("amplitude", "seen"), [(0.0, False), (4e-5, True)])
 def test_what_is_faster_than_noise_would_be_is_part_of_a_size(amplitude, seen):
-    """Gears that strike at 25 Hz count, noise that is estimated 2 % too low in none of 50 measurements."""
+    """Gears that strike at 25 Hz count; noise that is estimated 2 % too low does not, 50 times of 50."""
     shaken = amplitude * np.sin(2.0 * np.pi * 25.0 * TIME)[:, None] * np.array([1.0, 0.0, 0.0])
     sizes = [Size.of(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
     assert all((own.fast > 0.0) == seen for own in sizes)
