@@ -21,13 +21,20 @@ from pythonfmu import Fmi2Slave
 
 from slave_refusal import refusal
 
-POSE, WRENCH = range(7), range(7, 13)  # value references: tcp.x .. tcp.qw, force.x .. moment.z
+# Value references: tcp.x .. tcp.qw, force.x .. moment.z, anchor.x .. anchor.kzz.
+POSE, WRENCH, SPRING = range(7), range(7, 13), range(13, 25)
+_UPPER = np.triu_indices(3)  # xx, xy, xz, yy, yz, zz
 _SOURCE = Path(__file__).read_bytes()
 _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
 
 
 class ProcessSlave(Fmi2Slave):
-    """The force at the pose that is set, for the time at which a step starts."""
+    """The force at the pose that is set, for the time at which a step starts, and how it changes.
+
+    A robot that moves on from that position p0 to p feels F + K (p0 - p), with K = -dF/dp, from a
+    contact spring whose anchor is p0.  Where the law follows a desired path, the anchor goes along with
+    it over the step that the master takes meanwhile and over the one in which the robot feels it.
+    """
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -45,7 +52,8 @@ class ProcessSlave(Fmi2Slave):
         laws = _module(resources / "force_laws.py")
         self._law = laws.ForceLaw(law["law"], constants, desired)
         self._time = 0.0
-        self._values = np.concatenate([law["pose_at_start"], np.zeros(len(WRENCH))])
+        self._values = np.zeros(SPRING.stop)
+        self._values[: POSE.stop] = law["pose_at_start"]
         self._stepped = False
 
     def setup_experiment(
@@ -56,33 +64,44 @@ class ProcessSlave(Fmi2Slave):
 
     def exit_initialization_mode(self) -> None:
         """Compute the first wrench."""
-        self._evaluate()
+        self._evaluate(0.0)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Compute the wrench of the pose, which is the robot's at the step's start."""
         self._time = current_time
-        self._evaluate()
+        self._evaluate(step_size)
         self._stepped = True
         return True
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        """Return values; before the first step the wrench follows the pose at once."""
+        """Return values; before the first step wrench and spring follow the pose at once."""
         if not self._stepped:
-            self._evaluate()
+            self._evaluate(0.0)
         return self._values[list(vrs)].tolist()
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set the pose."""
         for vr, value in zip(vrs, values, strict=True):
             if vr not in POSE:
-                raise refusal(self, "a force or moment is an output and cannot be set")
+                raise refusal(self, "force, moment and spring are outputs and cannot be set")
             if not isfinite(value):
                 raise refusal(self, f"{_NAMES[vr]}: expected a finite number, got {value}")
         self._values[list(vrs)] = values
 
-    def _evaluate(self) -> None:
-        reaction = self._law.reaction(np.array([self._time]), self._values[None, :3])
-        self._values[WRENCH.start :] = [*reaction.force[0], 0.0, 0.0, 0.0]
+    def _evaluate(self, step: float) -> None:
+        position = self._values[:3].copy()
+        reaction = self._law.reaction(np.array([self._time]), position[None])
+        now, felt, after = self._law.place(self._time + step * np.arange(3.0))
+        velocity = (after - felt) / step if step else np.zeros(3)
+        self._values[WRENCH.start :] = np.concatenate(
+            [
+                reaction.force[0],
+                np.zeros(3),
+                position + felt - now,
+                velocity,
+                reaction.stiffness[0][_UPPER],
+            ]
+        )
 
 
 def _module(file: Path) -> ModuleType:

@@ -19,7 +19,7 @@ from coupling.fmu_export.build import (
     remarks,
 )
 from coupling.fmu_export.core_library import is_ready, platforms_named
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import System
 
 Platforms = Annotated[
     str | None,
@@ -55,11 +55,21 @@ def ssp(
         "system.ssp"
     ),
     platforms: Platforms = None,
+    force_only: Annotated[
+        bool,
+        typer.Option("--force-only", help="Leave the robot's contact spring unconnected."),
+    ] = False,
+    step: Annotated[
+        float | None,
+        typer.Option(help="Communication step [s]; the longest safe one unless given."),
+    ] = None,
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
     loaded = load_case(case)
-    file = write_ssp(loaded, output, _asked_for(platforms, loaded.fmu))
-    Console().print(f"{file}: built")
+    system = System.of(loaded, "force" if force_only else "spring", step)
+    file = system.write(output, _asked_for(platforms, loaded.fmu))
+    for line in (f"{file}: built", *system.remarks()):
+        Console().print(line, soft_wrap=True)
 
 
 def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""A process without memory as an FMU: TCP pose in, wrench on the tool out."""
+"""A process without memory as an FMU: TCP pose in; wrench on the tool out, and how it changes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from coupling.fmu_export.python_slave import PythonSlave
 from coupling.path.histories import ToolPath
 from coupling.process import Process, force_laws
 from coupling.process.base import MemorylessProcess
-from elastic_robot.fmi.variables import AXES, POSE, Block, Variable
+from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, Block, Variable
 
 MODEL_NAME = "Process"
 
@@ -24,7 +24,8 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     """Write a process's FMU.
 
     Its inputs are named as the robot FMU's outputs and the other way round.  The wrench that it
-    shows after a step is that of the pose at the step's start.
+    shows after a step is that of the pose at the step's start; the spring, whose anchor is the position
+    there, says how the force changes from there on.
 
     Args:
         process: A memoryless one.
@@ -37,15 +38,11 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     Raises:
         BuildError: If the process needs the whole path at once, or the file cannot be written.
     """
-    if not isinstance(process, MemorylessProcess):
-        raise BuildError(
-            "process: expected a model that works step by step (elastic-wall, isf-force-law), got"
-            f" {type(process).__name__}, which needs the whole path at once"
-        )
+    law = _law(memoryless(process), desired)
     slave = PythonSlave(
         module="process_slave",
         model_name=MODEL_NAME,
-        description=f"{type(process).__name__}: TCP pose in, wrench on the tool out",
+        description=f"{type(process).__name__}: TCP pose in, wrench and contact spring out",
         capabilities=(
             "canHandleVariableCommunicationStepSize",
             "canNotUseMemoryManagementFunctions",
@@ -53,7 +50,21 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
         blocks=_blocks(desired.pose[0, 0]),
     )
     date = build_date(Path(elastic_robot.__file__).parent)
-    return slave.write(file, date, _law(process, desired), {})
+    return slave.write(file, date, law, {})
+
+
+def memoryless(process: Process) -> MemorylessProcess:
+    """Return a process that works step by step as it is.
+
+    Raises:
+        BuildError: If it needs the whole path at once.
+    """
+    if not isinstance(process, MemorylessProcess):
+        raise BuildError(
+            "process: expected a model that works step by step (elastic-wall, isf-force-law), got"
+            f" {type(process).__name__}, which needs the whole path at once"
+        )
+    return process
 
 
 def _law(process: MemorylessProcess, desired: ToolPath) -> dict[str, bytes]:
@@ -88,8 +99,24 @@ def _blocks(pose: np.ndarray) -> dict[str, Block]:
         for name, unit, text in (("force", "N", "Force"), ("moment", "N.m", "Moment"))
         for axis in AXES
     )
+    stiffness = "Stiffness of the process to the TCP, base axes: force"
+    spring = (
+        *(
+            Variable(f"anchor.{axis}", "m", f"Position {axis} at which the force is the stated one")
+            for axis in AXES
+        ),
+        *(
+            Variable(f"anchor.v{axis}", "m/s", f"Velocity {axis} of that position, base axes")
+            for axis in AXES
+        ),
+        *(
+            Variable(f"anchor.k{c}", "N/m", f"{stiffness} {c[0]} by its way back along {c[1]}")
+            for c in SYMMETRIC
+        ),
+    )
+    # After a step wrench and spring do not follow the pose any more; before the first step they do.
     return {
         "pose": Block("input", "continuous", tuple(inputs)),
-        # After a step the wrench does not follow the pose any more; before the first step it does.
         "wrench": Block("output", "continuous", tuple(outputs), (), ("pose",)),
+        "spring": Block("output", "continuous", spring, (), ("pose",)),
     }

@@ -130,6 +130,12 @@ class ForceLaw:
         """
         arguments = dict(self.constants)
         if self.desired is not None:
-            known, *axes = self.desired.T
-            arguments["desired"] = np.column_stack([np.interp(time, known, axis) for axis in axes])
+            arguments["desired"] = self.place(time)
         return FORCE_LAWS[self.name](position, **arguments)
+
+    def place(self, time: np.ndarray) -> np.ndarray:
+        """Return where the law stands at times (n,): the desired position [m], (n, 3), or zero."""
+        if self.desired is None:
+            return np.zeros((len(time), 3))
+        known, *axes = self.desired.T
+        return np.column_stack([np.interp(time, known, axis) for axis in axes])

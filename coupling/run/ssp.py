@@ -3,86 +3,190 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from io import BytesIO
+from math import isfinite
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
 import elastic_robot
 from coupling.case import Case
-from coupling.errors import BuildError
+from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.fmu_export.process_fmu import build_process_fmu
-from coupling.fmu_export.units import BASE_UNITS
+from coupling.fmu_export.process_fmu import build_process_fmu, memoryless
 from coupling.path.controller import on_cycle
 from coupling.path.histories import JointPath
+from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
+from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
+from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, Structure
 from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
-from elastic_robot.fmi.variables import AXES, POSE
+from elastic_robot.fmi.interface import STEP_SIZE
 
-_SSP1 = "http://ssp-standard.org/SSP1/SystemStructure"
-SSD, SSC, SSV = f"{_SSP1}Description", f"{_SSP1}Common", f"{_SSP1}ParameterValues"
-for _prefix, _namespace in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV)):
-    register_namespace(_prefix, _namespace)
-
-ROBOT, PROCESS = "robot", "process"
+# What the process gives to the robot: force and the contact spring that it would be, or the force alone.
+ANSWERS = {"spring": {**WRENCH_UNITS, **SPRING_UNITS}, "force": WRENCH_UNITS}
 _TRAJECTORY = "command.npz"
-_POSE_UNITS = {f"tcp.{name}": "m" if name in AXES else "1" for name in POSE}
-_WRENCH_UNITS = {
-    f"{name}.{axis}": unit for name, unit in (("force", "N"), ("moment", "N.m")) for axis in AXES
-}
 
 
-def write_ssp(case: Case, file: Path, platforms: Sequence[str] = ()) -> Path:
-    """Write a case's robot, commanded along the desired path, and its process as an SSP archive.
+@dataclass(frozen=True)
+class System:
+    """A case's robot, commanded along the desired path, and its process, ready to be packed.
 
-    Args:
-        case: The case; its process must be memoryless.
-        file: File to write, ending in .ssp.
-        platforms: Names of the platforms that the robot's FMU has libraries for; none: this machine.
-
-    Returns:
-        The file.
-
-    Raises:
-        BuildError: If the process needs the whole path at once, the case is a cell of two robots, or
-            the file cannot be written.
-        CouplingError: If the path cannot be planned.
+    Attributes:
+        case: The case.
+        answer: What the process gives to the robot, a name of ANSWERS.
+        task: Its task in the frame of the robot's base, which is that of its FMU.
+        process: Its process in that frame.
+        planned: The drives' motion along the desired path.
+        asked_step: Communication step that the user asks for [s]; None: the longest that is safe.
     """
-    if case.task.support is not None:
-        raise BuildError(
-            f"{case.name}: expected a case without [support], got a cell of two robots"
+
+    case: Case
+    answer: str
+    task: Task
+    process: MemorylessProcess
+    planned: JointPath
+    asked_step: float | None = None
+
+    @classmethod
+    def of(cls, case: Case, answer: str = "spring", step: float | None = None) -> System:
+        """Prepare a case whose process is memoryless.
+
+        Raises:
+            BuildError: If the process needs the whole path at once, the case is a cell of two robots,
+                the answer is not known, the step not above zero, or no step is safe.
+            CouplingError: If the path cannot be planned.
+        """
+        if answer not in ANSWERS:
+            raise BuildError(f"answer: {one_of(ANSWERS, answer)}")
+        if step is not None and not (isfinite(step) and step > 0.0):
+            raise BuildError(f"step: expected a finite number > 0 [s], got {step}")
+        if case.task.support is not None:
+            raise BuildError(
+                f"{case.name}: expected a case without [support], got a cell of two robots"
+            )
+        robot, task = case.robots[0], _in_base(case)
+        process = memoryless(case.process_table.process(task))
+        program = robot.placement.path_in_base(robot.programmed(case.task.forming))
+        planned = InverseKinematics(robot.description, robot.home).plan(program)
+        system = cls(case, answer, task, process, planned, step)
+        if system.step == 0.0:
+            raise BuildError(
+                f"{case.name}: expected robot and process to be stable at a communication step from"
+                f" {SHORTEST:g} s on, found none: {system.why()}"
+            )
+        return system
+
+    @cached_property
+    def limit(self) -> StepLimit:
+        """Up to which step an exchange of pose and force alone is stable."""
+        path, robot = self.task.forming, self.case.robots[0].description
+        desired = path.position[0]
+        reaction = self.process.law().reaction(path.time, desired)
+        quasistatic = self.case.mode == "quasistatic"
+        return StepLimit.of(
+            postures_in_contact(robot, self.planned, desired, reaction, quasistatic)
         )
-    robot, task = case.robots[0], _in_base(case)
-    program = robot.placement.path_in_base(robot.programmed(case.task.forming))
-    planned = InverseKinematics(robot.description, robot.home).plan(program)
-    command = on_cycle(planned, case.controller)
-    settings = {
-        "trajectory": _TRAJECTORY,
-        "torque_curve": robot.torque_curve,
-        "mode": case.mode,
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        fmus = (
-            build_fmu(
-                robot.description,
-                Path(folder, "ElasticRobot.fmu"),
-                BuildOptions(case.fmu, tuple(platforms)),
-                resources={_TRAJECTORY: _table(command)},
-            ),
-            build_process_fmu(
-                case.process_table.process(task), task.desired, Path(folder, "Process.fmu")
-            ),
+
+    @property
+    def has_spring(self) -> bool:
+        """Whether the process gives its contact spring to the robot."""
+        return ANSWERS[self.answer] is not WRENCH_UNITS
+
+    @cached_property
+    def safe_step(self) -> float:
+        """Longest round step that is safe [s]; 0 where there is none."""
+        return self.limit.safe_step(self.has_spring, STEP_SIZE)
+
+    @property
+    def step(self) -> float:
+        """Communication step that the archive names [s]."""
+        return self.safe_step if self.asked_step is None else self.asked_step
+
+    def remarks(self) -> list[str]:
+        """Return sentences on the step."""
+        said = [f"communication step: {1e3 * self.step:g} ms"]
+        if not self.limit.postures:
+            return [*said, "the desired path touches nothing: no limit of the step is known"]
+        if self.step > self.safe_step:
+            safe = f"{1e3 * self.safe_step:g} ms is" if self.safe_step else "none is"
+            said.append(f"warning: this step is not safe, {safe}")
+        return [*said, self.why()]
+
+    def why(self) -> str:
+        """Return in words what limits the step."""
+        limit = self.limit
+        softest = max(limit.postures, key=lambda posture: posture.growth(STEP_SIZE))
+        process, robot = softest.stiffnesses
+        met = f"a process of {process:.3g} N/m meets a robot of {robot:.3g} N/m"
+        touch = "touch and lift-off, noticed up to two steps late, are safe"
+        if isfinite(limit.touch):
+            touch += f" up to {1e3 * limit.touch:.3g} ms"
+        else:
+            touch += " at any step, as the robot has no inertia"
+        if self.has_spring:
+            first = "lasting contact is stable at any step, as the robot knows the process's spring"
+            return f"{met}: {first}; {touch}"
+        growth = (
+            f"at {1e3 * STEP_SIZE:g} ms deviations grow {limit.growth(STEP_SIZE):.3g} times a step"
         )
-        entries = {f"resources/{fmu.name}": fmu.read_bytes() for fmu in fmus}
-    structure = _structure(case, settings, *(fmu.name for fmu in fmus))
-    entries["SystemStructure.ssd"] = structure
-    write_archive(file, ".ssp", entries, build_date(Path(elastic_robot.__file__).parent))
-    return file
+        if limit.lasting == 0.0:
+            first = f"{growth}, and they do at any step: let the process give its spring as well"
+        elif isfinite(limit.lasting):
+            first = f"lasting contact is stable below {1e3 * limit.lasting:.3g} ms"
+            if limit.growth(STEP_SIZE) >= 1.0:
+                first += f", {growth}"
+        else:
+            first = "lasting contact is stable at any step"
+        return f"{met}, which gets its force alone: {first}; {touch}"
+
+    def write(self, file: Path, platforms: Sequence[str] = ()) -> Path:
+        """Write the archive.
+
+        Args:
+            file: File to write, ending in .ssp.
+            platforms: Names of the platforms that the robot's FMU has libraries for; none: this machine.
+
+        Returns:
+            The file.
+
+        Raises:
+            BuildError: If the file cannot be written.
+        """
+        case, robot = self.case, self.case.robots[0]
+        options = BuildOptions(case.fmu, tuple(platforms))
+        command = _table(on_cycle(self.planned, case.controller))
+        with tempfile.TemporaryDirectory() as folder:
+            into = Path(folder, "ElasticRobot.fmu")
+            robot_fmu = build_fmu(
+                robot.description, into, options, resources={_TRAJECTORY: command}
+            )
+            process_fmu = build_process_fmu(
+                self.process, self.task.desired, Path(folder, "Process.fmu")
+            )
+            entries = {f"resources/{f.name}": f.read_bytes() for f in (robot_fmu, process_fmu)}
+        first, last = case.desired.time[0], case.desired.time[-1]
+        structure = Structure(
+            case.name,
+            robot_fmu.name,
+            process_fmu.name,
+            {
+                "trajectory": _TRAJECTORY,
+                "torque_curve": robot.torque_curve,
+                "mode": case.mode,
+            },
+            ANSWERS[self.answer],
+            float(first),
+            float(last),
+            self.step,
+        )
+        entries["SystemStructure.ssd"] = structure.text()
+        write_archive(file, ".ssp", entries, build_date(Path(elastic_robot.__file__).parent))
+        return file
 
 
 def _in_base(case: Case) -> Task:
@@ -97,66 +201,3 @@ def _table(command: JointPath) -> bytes:
     table = BytesIO()
     save_trajectory(table, command)
     return table.getvalue()
-
-
-def _structure(case: Case, settings: Mapping[str, str], robot: str, process: str) -> bytes:
-    """Return SystemStructure.ssd."""
-    root = Element(_ssd("SystemStructureDescription"), {"name": case.name, "version": "1.0"})
-    system = SubElement(root, _ssd("System"), {"name": "cell"})
-    elements = SubElement(system, _ssd("Elements"))
-    component = _component(elements, ROBOT, robot, _WRENCH_UNITS, _POSE_UNITS)
-    _bind(component, settings)
-    _component(elements, PROCESS, process, _POSE_UNITS, _WRENCH_UNITS)
-    connections = SubElement(system, _ssd("Connections"))
-    for start, end, names in ((ROBOT, PROCESS, _POSE_UNITS), (PROCESS, ROBOT, _WRENCH_UNITS)):
-        for name in names:
-            ends = {"startElement": start, "startConnector": name}
-            ends |= {"endElement": end, "endConnector": name}
-            SubElement(connections, _ssd("Connection"), ends)
-    _add_units(root, {*_POSE_UNITS.values(), *_WRENCH_UNITS.values()})
-    first, last = case.desired.time[0], case.desired.time[-1]
-    limits = {"startTime": repr(float(first)), "stopTime": repr(float(last))}
-    SubElement(root, _ssd("DefaultExperiment"), limits)
-    indent(root, " ")
-    text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text
-
-
-def _component(
-    elements: Element, name: str, fmu: str, inputs: Mapping[str, str], outputs: Mapping[str, str]
-) -> Element:
-    attributes = {"name": name, "type": "application/x-fmu-sharedlibrary"}
-    component = SubElement(
-        elements, _ssd("Component"), {**attributes, "source": f"resources/{fmu}"}
-    )
-    connectors = SubElement(component, _ssd("Connectors"))
-    for kind, units in (("input", inputs), ("output", outputs)):
-        for variable, unit in units.items():
-            connector = SubElement(connectors, _ssd("Connector"), {"name": variable, "kind": kind})
-            SubElement(connector, f"{{{SSC}}}Real", {"unit": unit})
-    return component
-
-
-def _bind(component: Element, settings: Mapping[str, str]) -> None:
-    """Give a component's string parameters their values."""
-    bindings = SubElement(component, _ssd("ParameterBindings"))
-    values = SubElement(SubElement(bindings, _ssd("ParameterBinding")), _ssd("ParameterValues"))
-    parameters = SubElement(
-        SubElement(values, f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": "case"}),
-        f"{{{SSV}}}Parameters",
-    )
-    for name, value in settings.items():
-        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": name})
-        SubElement(parameter, f"{{{SSV}}}String", {"value": value})
-
-
-def _add_units(root: Element, names: Iterable[str]) -> None:
-    units = SubElement(root, _ssd("Units"))
-    for name in sorted(names):
-        unit = SubElement(units, f"{{{SSC}}}Unit", {"name": name})
-        powers = {base: str(power) for base, power in BASE_UNITS[name].items()}
-        SubElement(unit, f"{{{SSC}}}BaseUnit", powers)
-
-
-def _ssd(name: str) -> str:
-    return f"{{{SSD}}}{name}"

@@ -13,7 +13,7 @@ import numpy as np
 from coupling.case import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import System
 from docs.scripts.masters import (
     GIVEN,
     MASTERS,
@@ -76,17 +76,23 @@ def ssp_table() -> str:
     """Return how far co-simulation is from weak coupling, by step."""
     case = load_case(SSP_CASE)
     path = coupled(case).correction.achieved
-    with tempfile.TemporaryDirectory() as name:
-        write_ssp(case, Path(name, "system.ssp"))
-        distances = []
-        for step in SSP_STEPS:
-            poses = run_system("SSP-libcosimpy", Path(name), step, path.time[-1])
-            distances.append(distance_at_samples(poses, path).max())
-    ratios = [f"{a / b:.2f}" for a, b in pairwise(distances)]
-    rows = zip(SSP_STEPS, distances, [*ratios, ""], strict=True)
+    columns = []
+    for answer in ("force", "spring"):
+        with tempfile.TemporaryDirectory() as name:
+            System.of(case, answer).write(Path(name, "system.ssp"))
+            runs = [
+                run_system("SSP-libcosimpy", Path(name), step, path.time[-1]) for step in SSP_STEPS
+            ]
+        columns.append([distance_at_samples(poses, path).max() for poses in runs])
+    force, spring = columns
+    ratios = [f"{a / b:.2f}" for a, b in pairwise(force)]
+    rows = zip(SSP_STEPS, force, [*ratios, ""], spring, strict=True)
     return table(
-        ("step (ms)", "largest distance (um)", "times the next smaller"),
-        ((f"{1e3 * step:g}", f"{1e6 * distance:.2f}", ratio) for step, distance, ratio in rows),
+        ("step (ms)", "force alone (um)", "times the next smaller", "with the spring (um)"),
+        (
+            (f"{1e3 * step:g}", f"{1e6 * far:.2f}", ratio, f"{1e6 * near:.2f}")
+            for step, far, ratio, near in rows
+        ),
     )
 
 

@@ -31,7 +31,7 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process import Answer
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import ANSWERS, System
 from coupling.run.study import run_coupling
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 
@@ -55,15 +55,23 @@ def require(distribution: str) -> None:
 
 
 @dataclass(frozen=True)
-class System:
-    """A case and a folder with its system.ssp and its robot.fmu."""
+class Packed:
+    """A case and a folder with its system.ssp, the force alone connected, and its FMUs.
+
+    Attributes:
+        sprung: Folder with the system.ssp in which the contact spring is connected as well.
+    """
 
     case: Case
     folder: Path
 
+    @property
+    def sprung(self) -> Path:
+        return self.folder / "sprung"
+
 
 @pytest.fixture(scope="module", params=["elastic-wall", "isf-force-law"])
-def system(request, tmp_path_factory) -> System:
+def system(request, tmp_path_factory) -> Packed:
     folder = tmp_path_factory.mktemp("ssp")
     text = LINE.read_text()
     if request.param == "isf-force-law":
@@ -73,10 +81,11 @@ def system(request, tmp_path_factory) -> System:
         text = re.sub(r"\[0\.0(?=, 0\.0, -?0\.002\])", "[0.03", text)
     (folder / "case.toml").write_text(text)
     case = load_case(folder / "case.toml")
-    write_ssp(case, folder / "system.ssp")
+    System.of(case, "force", step=0.01).write(folder / "system.ssp")
+    System.of(case).write(folder / "sprung" / "system.ssp")
     with zipfile.ZipFile(folder / "system.ssp") as archive:
         archive.extractall(folder)
-    return System(case, folder)
+    return Packed(case, folder)
 
 
 @pytest.fixture(scope="module")
@@ -87,9 +96,11 @@ def poses(system) -> np.ndarray:
     return run_system("SSP-libcosimpy", system.folder, float(time[1]), time[-1])
 
 
-def test_structure_is_valid_and_joins_every_connector(system):
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_structure_is_valid_and_joins_every_connector(system, answer):
     """FMPy checks it against the schema of SSP 1.0."""
-    structure = read_ssd(str(system.folder / "system.ssp"))
+    folder = system.sprung if answer == "spring" else system.folder
+    structure = read_ssd(str(folder / "system.ssp"))
     joined = [
         end
         for connection in structure.system.connections
@@ -104,11 +115,11 @@ def test_structure_is_valid_and_joins_every_connector(system):
         for connector in component.connectors
     ]
     assert sorted(joined) == sorted(connectors)
-    assert len(connectors) == 2 * 13
+    assert len(connectors) == 2 * (7 + len(ANSWERS[answer]))
 
 
 def test_connectors_are_variables_of_the_fmus(system):
-    for component in read_ssd(str(system.folder / "system.ssp")).system.elements:
+    for component in read_ssd(str(system.sprung / "system.ssp")).system.elements:
         fmu = str(system.folder / component.source)
         assert validate_fmu(fmu) == []
         variables = {v.name: v for v in fmpy.read_model_description(fmu).modelVariables}
@@ -146,6 +157,28 @@ def test_co_simulation_nears_the_weak_coupling_in_first_order(system, poses):
     orders = -np.diff(np.log2(errors))
     assert errors[-1] < 1e-5
     np.testing.assert_allclose(orders, 1.0, rtol=0, atol=0.1)
+
+
+def test_with_the_spring_the_same_steps_are_nearer_to_the_weak_coupling(system, poses):
+    """What remains is late contact; of the sheet's force law also its ramp, which is no spring."""
+    coupled = run_coupling(system.case).correction.achieved
+    time = coupled.time
+    sprung = run_system("SSP-libcosimpy", system.sprung, float(time[1]), time[-1])
+    errors = [np.sqrt(np.mean(distance_at_samples(run, coupled) ** 2)) for run in (poses, sprung)]
+    wall = system.case.process_table.model == "elastic-wall"
+    assert errors[1] < (0.75 if wall else 1.05) * errors[0]
+
+
+def test_ecos_and_libcosim_agree_on_the_spring(system):
+    require("ecospy")
+    require("libcosimpy")
+    time = system.case.desired.time
+    runs = [
+        run_system(snippet, system.sprung, float(time[1]), time[-1])
+        for snippet in ("SSP-ecospy", "SSP-libcosimpy")
+    ]
+    assert np.abs(runs[0][:, 8:11]).max() > 100.0
+    np.testing.assert_allclose(runs[0][:, :8], runs[1][:, :8], rtol=0, atol=1e-12)
 
 
 def test_ecos_and_libcosim_agree(system, poses):
@@ -211,7 +244,7 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
         for start, end, pose in zip(path["time"], path["time"][1:], path["pose"]):
             process.setReal(list(range(7)), pose)
             process.doStep(start, end - start)
-            wrench.append(process.getReal(list(range(7, 13))))
+            wrench.append(process.getReal(list(range(7, 25))))
         np.save("wrench.npy", wrench)
         try:
             process.setReal([1], [float("nan")])
@@ -226,15 +259,27 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
         text=True,
         capture_output=True,
     )
-    expected = case.process.evaluate(ToolPath(time, pose)).wrench.wrench[0][:-1]
+    answer = case.process.evaluate(ToolPath(time, pose))
+    expected = answer.wrench.wrench[0][:-1]
     assert np.abs(expected).max() > 100.0, done.stderr
-    np.testing.assert_allclose(np.load(tmp_path / "wrench.npy"), expected, rtol=0, atol=1e-9)
+    given = np.load(tmp_path / "wrench.npy")
+    np.testing.assert_allclose(given[:, :6], expected, rtol=0, atol=1e-9)
+    # The wall stands still; what follows the desired path goes along with it for a step, and on.
+    place = case.process.law().place
+    ahead = place(2 * time[1:] - time[:-1])
+    along = place(time[1:]) - place(time[:-1])
+    np.testing.assert_allclose(given[:, 6:9], pose[:-1, :3] + along, rtol=0, atol=1e-12)
+    velocity = (ahead - place(time[1:])) / np.diff(time)[:, None]
+    np.testing.assert_allclose(given[:, 9:12], velocity, rtol=0, atol=1e-9)
+    upper = (slice(None, -1), *np.triu_indices(3))
+    np.testing.assert_allclose(given[:, 12:], answer.stiffness[upper], rtol=1e-12, atol=1e-9)
     assert "process: tcp.y: expected a finite number, got nan" in done.stderr
 
 
 def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    first, second = (write_ssp(system.case, tmp_path / f"{k}.ssp").read_bytes() for k in "ab")
+    prepared = System.of(system.case)
+    first, second = (prepared.write(tmp_path / f"{k}.ssp").read_bytes() for k in "ab")
     assert first == second
 
 
@@ -251,7 +296,7 @@ def test_a_process_with_memory_is_refused(system, tmp_path):
     with pytest.raises(BuildError, match="got Remembering, which needs the whole path at once"):
         build_process_fmu(Remembering(), system.case.desired, tmp_path / "P.fmu")
     with pytest.raises(BuildError, match=r"must end in \.ssp"):
-        write_ssp(system.case, tmp_path / "system.zip")
+        System.of(system.case).write(tmp_path / "system.zip")
 
 
 def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):
@@ -262,4 +307,6 @@ def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):
     with pytest.raises(SystemExit, match="0"):
         main()
     assert zipfile.is_zipfile(file)
-    assert "built" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "built" in said
+    assert "communication step: " in said

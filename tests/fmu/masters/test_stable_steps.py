@@ -1,0 +1,176 @@
+"""Steps at which robot and process are stable side by side: the estimate, and what masters find."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+
+from coupling.case import load_case
+from coupling.cli import main
+from coupling.errors import BuildError
+from coupling.fmu_export.build import build_fmu
+from coupling.fmu_export.compiler import host_platform
+from coupling.run.ssp import System
+from coupling.run.step_limit import Posture, StepLimit
+from coupling.run.study import run_coupling
+from docs.scripts.make_stable_steps import CELLS, UR10, growth_in_master
+from docs.scripts.masters import MASTERS, MasterError, run_system
+
+ICME = CELLS[-1]
+STEP = 0.01  # [s], at which the light robot and the wall drive each other up under the force alone
+
+
+def require_libcosim() -> None:
+    if next(m for m in MASTERS if m.distribution == "libcosimpy").version is None:
+        pytest.skip("libcosimpy is not installed: make masters")
+
+
+def case_of(data: dict):
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "case.toml")
+        file.write_text(tomli_w.dumps(data))
+        return load_case(file)
+
+
+@pytest.fixture(scope="module")
+def light():
+    """The UR10 against 2e4 N/m."""
+    return UR10.case(2e4)
+
+
+@pytest.fixture(scope="module")
+def coupled(light):
+    run = run_coupling(light)
+    assert run.correction.outcome.value == "converged"
+    return run.correction
+
+
+def test_growth_of_a_mass_against_a_spring_is_the_largest_root_of_its_polynomial():
+    """m x'' = f held over h, f = -k x of the step before: q (q-1)^2 + k h^2 / 2 m (q+1) = 0."""
+    mass, spring = 3.0, 2e4
+    a, b, c = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0 / mass]]), np.eye(1, 2)
+    posture = Posture(0.0, a, b, c, np.ones((1, 1)), np.array([[spring]]))
+    for step in (0.001, 0.01):
+        beta = 0.5 * spring * step**2 / mass
+        roots = np.roots([1.0, -2.0, 1.0 + beta, beta])
+        assert posture.growth(step) == pytest.approx(np.abs(roots).max(), rel=1e-12)
+    assert posture.contact_rate == pytest.approx(np.sqrt(spring / mass), rel=1e-12)
+
+
+def test_limit_is_where_a_damped_mass_begins_to_grow():
+    """Bisected to 1e-4; a process twice as stiff halves it, as the delay is what drives."""
+    a, b = np.array([[0.0, 1.0], [-4e4, -4.0]]), np.array([[0.0], [1.0]])
+    at = [
+        Posture(0.0, a, b, np.eye(1, 2), np.array([[2.5e-5]]), np.array([[k]])) for k in (2e3, 4e3)
+    ]
+    soft, stiff = (StepLimit.of([posture]).lasting for posture in at)
+    assert at[0].growth(0.9999 * soft) < 1.0 < at[0].growth(1.0001 * soft)
+    assert soft / stiff == pytest.approx(2.0, rel=0.05)
+    assert StepLimit.of(at).lasting == stiff
+
+
+@pytest.mark.parametrize("cell", [UR10, ICME], ids=lambda cell: cell.name)
+def test_estimated_growth_is_what_the_fmu_shows(cell, tmp_path):
+    """At every combination of stiffness and step; the verdict on either side of the limit is right."""
+    fmu, verdicts = None, set()
+    for stiffness in (1e5, 1e6):
+        system = System.of(cell.case(stiffness), "force", step=STEP)
+        fmu = fmu or build_fmu(system.case.robots[0].description, tmp_path / "Robot.fmu")
+        posture = system.limit.postures[-1]
+        at = int(np.abs(system.planned.time - posture.time).argmin())
+        for step in (0.001, 0.005):
+            told = posture.growth(step)
+            seen = growth_in_master(fmu, system.planned.q[0][at], posture, step)
+            # Relative to what happens in a step; 1.7 times a step leaves few steps to look at.
+            assert np.log(seen) == pytest.approx(np.log(told), rel=0.05, abs=1e-4), (
+                stiffness,
+                step,
+            )
+            verdicts.add(told > 1.0)
+    assert verdicts >= {True}
+    assert cell is UR10 or verdicts == {True, False}
+
+
+@pytest.mark.parametrize("step", [STEP, None], ids=["10 ms", "named"])
+def test_light_robot_on_a_wall_ends_where_the_iteration_ends(light, coupled, tmp_path, step):
+    require_libcosim()
+    system = System.of(light)
+    system.write(tmp_path / "system.ssp")
+    time = coupled.achieved.time
+    rows = run_system("SSP-libcosimpy", tmp_path, step or system.step, float(time[-1]))
+    expected = light.process.evaluate(coupled.achieved).wrench.force[0, :, 2]
+    assert rows[:, 10].max() == pytest.approx(expected.max(), rel=0.05)
+    np.testing.assert_allclose(rows[-1, 1:4], coupled.achieved.position[0, -1], rtol=0, atol=1e-5)
+
+
+def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
+    light, coupled, tmp_path
+):
+    require_libcosim()
+    stop = float(coupled.achieved.time[-1])
+    end = coupled.achieved.position[0, -1]
+    system = System.of(light, "force")
+    assert system.limit.growth(STEP) > 1.05
+    system.write(tmp_path / "system.ssp")
+    try:
+        exploded = run_system("SSP-libcosimpy", tmp_path, STEP, stop)[-1, 1:4]
+    except MasterError:
+        exploded = np.full(3, np.inf)
+    assert np.linalg.norm(exploded - end) > 1e-2
+    stable = run_system("SSP-libcosimpy", tmp_path, system.step, stop)
+    np.testing.assert_allclose(stable[-1, 1:4], end, rtol=0, atol=2e-5)
+
+
+def test_a_master_that_is_given_no_step_takes_that_of_the_archive(light, tmp_path):
+    require_libcosim()
+    system = System.of(light, "force")
+    assert system.step < STEP
+    system.write(tmp_path / "system.ssp")
+    code = """
+        from libcosimpy.CosimExecution import CosimExecution
+        execution = CosimExecution.from_ssp_file("system.ssp")
+        assert execution.step()
+        print("time", execution.status().current_time)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path, text=True, capture_output=True
+    )
+    assert f"time {round(1e9 * system.step)}" in done.stdout, done.stdout + done.stderr
+
+
+def test_where_no_step_is_safe_packing_is_refused_and_an_asked_one_is_warned_of():
+    """A quasi-static robot softer than the process: each answer is larger than the last."""
+    data = UR10.case(1e6).resolved
+    data["robot"]["mode"] = "quasistatic"
+    case = case_of(data)
+    with pytest.raises(BuildError, match=r"found none: .* let the process give its spring as well"):
+        System.of(case, "force")
+    (_, warning, _) = System.of(case, "force", step=STEP).remarks()
+    assert warning == "warning: this step is not safe, none is"
+    assert System.of(case).step == STEP
+    with pytest.raises(BuildError, match=r"step: expected a finite number > 0 \[s\], got -1"):
+        System.of(case, "force", step=-1.0)
+    with pytest.raises(BuildError, match=r"expected one of spring, force, got .forces."):
+        System.of(case, "forces")
+
+
+def test_command_says_what_is_safe(tmp_path, monkeypatch, capsys):
+    file = tmp_path / "press.toml"
+    file.write_text(tomli_w.dumps(UR10.case(2e4).resolved))
+    arguments = ["ssp", str(file), "-o", str(tmp_path / "s.ssp"), "--force-only", "--step", "0.01"]
+    monkeypatch.setattr(
+        sys, "argv", ["elastic-robot", *arguments, "--platforms", host_platform().name]
+    )
+    with pytest.raises(SystemExit, match="0"):
+        main()
+    said = capsys.readouterr().out
+    assert "communication step: 10 ms" in said
+    assert "warning: this step is not safe, 1 ms is" in said
+    assert "lasting contact is stable below" in said
