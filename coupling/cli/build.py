@@ -41,10 +41,14 @@ def build(
     arrays: Annotated[
         bool, typer.Option("--arrays", help="One array for what belongs together, in FMI 3.")
     ] = False,
+    dependencies: Annotated[
+        str,
+        typer.Option(help="Outputs follow inputs: point, at once (none does); step, over a step."),
+    ] = "point",
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
-    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays)
+    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays, dependencies)
     for line in remarks(build_fmu(described, output, options)):
         Console().print(line, soft_wrap=True)
 

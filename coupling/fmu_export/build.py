@@ -21,6 +21,11 @@ from elastic_robot.fmi.interface import MODEL_NAME
 DEFAULT_KIND = "native"
 
 
+# What outputs are declared to follow: at a communication point (in co-simulation none of the inputs), or
+# over the step before it, as directional derivatives do.
+DEPENDENCIES = ("point", "step")
+
+
 @dataclass(frozen=True)
 class BuildOptions:
     """How an FMU is built.
@@ -32,6 +37,7 @@ class BuildOptions:
         sources: Whether the C sources of a native FMU are packed as well.
         fmi: Version of FMI, one of STANDARDS; 3 is for a native FMU.
         arrays: Whether reals that belong together are one array, in FMI 3.
+        dependencies: What ModelStructure says of outputs, one of DEPENDENCIES.
 
     Raises:
         BuildError: If the kind or the version is not known, or the options do not fit the kind or the
@@ -48,11 +54,13 @@ class BuildOptions:
     sources: bool = False
     fmi: str = "2"
     arrays: bool = False
+    dependencies: str = "point"
 
     def __post_init__(self) -> None:
         for what, name, known in (
             ("kind", self.kind, KINDS),
             ("FMI version", self.fmi, STANDARDS),
+            ("dependencies", self.dependencies, DEPENDENCIES),
         ):
             if name not in known:
                 raise BuildError(f"{what}: {one_of(known, name)}")
@@ -68,14 +76,25 @@ class BuildOptions:
         """What the version of FMI asks of a native FMU."""
         return FMI3_ARRAYS if self.arrays else STANDARDS[self.fmi]
 
+    @property
+    def over_step(self) -> bool:
+        """Whether what outputs follow over a step is declared."""
+        return self.dependencies == "step"
+
 
 # What writes an FMU of each kind.
 KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]] = {
     "python": lambda robot, file, resources, options: build_python_fmu(
-        robot, file, resources, options.platforms
+        robot, file, resources, options.platforms, over_step=options.over_step
     ),
     "native": lambda robot, file, resources, options: build_native_fmu(
-        robot, file, resources, options.platforms, options.sources, options.standard
+        robot,
+        file,
+        resources,
+        options.platforms,
+        options.sources,
+        options.standard,
+        over_step=options.over_step,
     ),
 }
 

@@ -118,10 +118,15 @@ def _add_unknowns(
     if not any(numbers[name] for name in names):
         return
     unknowns = SubElement(structure, element)
+    # FMIKit for Simulink believes only dependencies that have a kind: others are all inputs to it.
+    kinds = element == "Outputs"
     for name in names:
         known = md.known_names(blocks[name], exchange)
         own = [other for other in known if other in blocks[name].own]
         all_of = [k for other in known if other not in own for k in numbers[other]]
         for place, k in enumerate(numbers[name]):
-            depends = md.sorted_text([*all_of, *(numbers[other][place] for other in own)])
-            SubElement(unknowns, "Unknown", {"index": str(k), "dependencies": depends})
+            follows = [*all_of, *(numbers[other][place] for other in own)]
+            attributes = {"index": str(k), "dependencies": md.sorted_text(follows)}
+            if kinds:
+                attributes["dependenciesKind"] = " ".join(["dependent"] * len(follows))
+            SubElement(unknowns, "Unknown", attributes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from coupling.fmu_export.units import BASE_UNITS
@@ -171,6 +171,15 @@ def derivative_names(blocks: Mapping[str, Block]) -> list[str]:
 def initial_names(blocks: Mapping[str, Block], exchange: bool) -> list[str]:
     """Return the names of the blocks whose initial values are computed: outputs, states' derivatives."""
     return [*output_names(blocks), *(derivative_names(blocks) if exchange else [])]
+
+
+def at_points(blocks: Mapping[str, Block]) -> dict[str, Block]:
+    """Return blocks as they are at a communication point of co-simulation, where none follows an input.
+
+    Values are computed in a step and held at its end, so an input that is set there changes none of
+    them; what they follow in model exchange stays.  Importers take the list for algebraic loops.
+    """
+    return {name: replace(block, follows=()) for name, block in blocks.items()}
 
 
 def known_names(block: Block, exchange: bool) -> list[str]:

@@ -14,6 +14,7 @@ from coupling.fmu_export.grouping import Groups
 from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
+from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.native_standards import Standard, headers_licenses
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
@@ -36,6 +37,7 @@ def build_native_fmu(
     platforms: Sequence[str],
     with_sources: bool,
     standard: Standard,
+    over_step: bool = False,
 ) -> Path:
     """Write a robot's native FMU and return the file.
 
@@ -46,6 +48,7 @@ def build_native_fmu(
         platforms: Names of the platforms that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
         standard: Version of FMI.
+        over_step: Declare what outputs follow over a step, not at a communication point.
 
     Raises:
         BuildError: If the file cannot be written, or a platform is not known or has no library.
@@ -54,6 +57,7 @@ def build_native_fmu(
     """
     SplineCurve.build(Parameters.of(robot))  # the C core takes it that tables are good
     table = blocks(robot)
+    declared = table if over_step else at_points(table)
     groups = standard.grouped(table)
     rows, version = variable_rows(table, groups), elastic_robot.__version__
     date = build_date(Path(elastic_robot.__file__).parent, SOURCES)
@@ -78,7 +82,7 @@ def build_native_fmu(
 
     def identified(guid: str) -> dict[str, bytes]:
         return {
-            "modelDescription.xml": standard.describe(told, table, groups, guid, source_files),
+            "modelDescription.xml": standard.describe(told, declared, groups, guid, source_files),
             ROBOT_ENTRY: robot_data(robot, groups, guid),
         }
 

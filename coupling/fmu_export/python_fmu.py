@@ -11,6 +11,7 @@ from coupling.fmu_export.archive import build_date
 from coupling.fmu_export.grouping import scalars
 from coupling.fmu_export.identity import ICON, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
+from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.python_host import HOST_SOURCES
 from coupling.fmu_export.python_slave import PythonSlave
 from coupling.fmu_export.requirements import (
@@ -34,7 +35,11 @@ _CAPABILITIES = (
 
 
 def build_python_fmu(
-    robot: Robot, file: Path, resources: Mapping[str, bytes], platforms: Sequence[str]
+    robot: Robot,
+    file: Path,
+    resources: Mapping[str, bytes],
+    platforms: Sequence[str],
+    over_step: bool = False,
 ) -> Path:
     """Write a robot's FMU and return the file.
 
@@ -43,6 +48,7 @@ def build_python_fmu(
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
+        over_step: Declare what outputs follow over a step, not at a communication point.
 
     Raises:
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
@@ -54,7 +60,7 @@ def build_python_fmu(
         model_name=MODEL_NAME,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
-        blocks=table,
+        blocks=table if over_step else at_points(table),
         packages=(package,),
     )
     needs = (

@@ -131,9 +131,8 @@ class System:
         if self.has_spring:
             first = "lasting contact is stable at any step, as the robot knows the process's spring"
             return f"{met}: {first}; {touch}"
-        growth = (
-            f"at {1e3 * STEP_SIZE:g} ms deviations grow {limit.growth(STEP_SIZE):.3g} times a step"
-        )
+        times = f"{limit.growth(STEP_SIZE):.3g} times as large with every step"
+        growth = f"at {1e3 * STEP_SIZE:g} ms deviations become {times}"
         if limit.lasting == 0.0:
             first = f"{growth}, and they do at any step: let the process give its spring as well"
         elif isfinite(limit.lasting):
