@@ -22,6 +22,7 @@ from pythonfmu import Fmi2Slave
 from slave_refusal import refusal
 
 POSE, WRENCH = range(7), range(7, 13)  # value references: tcp.x .. tcp.qw, force.x .. moment.z
+LAST_TIME = 1 << 30  # by which python_host reads the end of the last step
 _SOURCE = Path(__file__).read_bytes()
 _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
 
@@ -44,7 +45,7 @@ class ProcessSlave(Fmi2Slave):
         desired = np.load(path) if path.is_file() else None
         laws = _module(resources / "force_laws.py")
         self._law = laws.ForceLaw(law["law"], constants, desired)
-        self._time = 0.0
+        self._time = self._end = 0.0
         self._values = np.concatenate([law["pose_at_start"], np.zeros(len(WRENCH))])
         self._stepped = False
 
@@ -52,7 +53,7 @@ class ProcessSlave(Fmi2Slave):
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
         """Take the start time."""
-        self._time = start_time
+        self._time = self._end = start_time
 
     def exit_initialization_mode(self) -> None:
         """Compute the first wrench."""
@@ -60,13 +61,15 @@ class ProcessSlave(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Compute the wrench of the pose, which is the robot's at the step's start."""
-        self._time = current_time
+        self._time, self._end = current_time, current_time + step_size
         self._evaluate()
         self._stepped = True
         return True
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; before the first step the wrench follows the pose at once."""
+        if vrs and vrs[0] == LAST_TIME:
+            return [self._end]
         if not self._stepped:
             self._evaluate()
         return self._values[list(vrs)].tolist()

@@ -35,9 +35,9 @@ from coupling.errors import CouplingError
 
 Progress = Callable[[int, int], None]
 
-# Statuses of FMI 2 and 3: the highest of a call that did what it was asked, and the lowest of a log
-# message that tells of an error.
-_WARNING, _ERROR = 1, 3
+# Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
+# tells of no refusal.
+_WARNING = 1
 # Steps between two reports of progress.
 _REPORT_EVERY = 100
 
@@ -205,7 +205,7 @@ class Driver(ABC):
 
     def _log(self, *message: Any) -> None:
         # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
-        if message[-3] >= _ERROR:
+        if message[-3] > _WARNING:
             self._errors.append(message[-1].decode(errors="replace").strip())
 
 

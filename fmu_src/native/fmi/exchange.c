@@ -33,8 +33,7 @@ bool er_exchange_hold(er_instance *instance)
     er_model *model = instance->model;
     if (!er_exchange_runs(instance) || instance->exchange.held)
         return true;
-    if (!er_require_parameters(&instance->interface, &inputs->parameters, &instance->failure) ||
-        !er_anchor_require(&inputs->load.anchor, &instance->failure))
+    if (!er_anchor_require(&inputs->load.anchor, &instance->failure))
         return false;
     if (instance->progress.parameters_changed)
         er_model_take_parameters(model, &inputs->parameters);
@@ -88,9 +87,11 @@ void er_exchange_bends_along(const er_instance *instance, const double *x, doubl
     }
 }
 
+/* Whether trajectory and experiment reach as far; solvers look ahead and interpolate. */
 static bool is_covered(er_instance *instance)
 {
-    return er_model_covers(instance->model, instance->progress.time, &instance->failure);
+    return er_model_covers(instance->model, instance->progress.time, &instance->failure) &&
+           er_instance_require_before_stop(instance, instance->progress.time);
 }
 
 bool er_exchange_settle(er_instance *instance)
@@ -152,7 +153,8 @@ bool er_exchange_set_states(er_instance *instance, const double *states, size_t 
     for (size_t k = 0; k < count; k++)
         if (!isfinite(states[k]))
             return er_fail(&instance->failure, "continuous state %lu: expected a finite number, got %s",
-                           (unsigned long)k + 1, er_shown(states[k], number));
+                           (unsigned long)k + 1, er_shown(states[k], number)) ||
+                   er_let_retry(&instance->failure);
     memcpy(state->x, states, m * sizeof *states);
     memcpy(state->v, states + m, m * sizeof *states);
     instance->fresh = 0;

@@ -42,7 +42,7 @@ static bool find_acceleration(er_instance *instance, double *acceleration)
 
 static bool compute_block(er_instance *instance, er_block block)
 {
-    const er_model *model = instance->model;
+    er_model *model = instance->model;
     size_t elastics = (size_t)model->robot.elastics * sizeof(double);
     double *out = instance->outputs + instance->interface.first[block];
     switch (block) {
@@ -109,7 +109,8 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
         if (er_is_computed(block)) {
             if (!er_instance_require(instance, block) ||
                 !require_finite(instance, references[i], instance->outputs[references[i]]))
-                return false;
+                /* An integrator tries states; those of co-simulation are its own. */
+                return er_exchange_runs(instance) && er_let_retry(&instance->failure);
             values[i] = instance->outputs[references[i]];
         } else {
             values[i] = *settable(instance, (int)references[i]);
@@ -149,8 +150,9 @@ static bool may_derive(er_instance *instance, unsigned reference, int order, dou
 }
 
 bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
-                                 const int *orders, const double *values)
+                                 const int *orders, const double *values, const char **ignored)
 {
+    *ignored = NULL;
     for (size_t i = 0; i < count; i++)
         if (!may_derive(instance, references[i], orders[i], values[i]))
             return false;
@@ -158,6 +160,8 @@ bool er_instance_set_derivatives(er_instance *instance, const unsigned *referenc
         double *derivative = derivative_of(instance, (int)references[i]);
         if (derivative != NULL)
             *derivative = values[i];
+        else if (*ignored == NULL)
+            *ignored = instance->interface.name[references[i]];
     }
     return true;
 }
@@ -176,9 +180,12 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (instance->progress.phase == ER_CONTINUOUS_MODE && !er_is_input(block) && !er_is_state(block))
         return er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
                        " continuous-time mode", interface->name[reference]);
-    return isfinite(value) ||
-           er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
-                   interface->name[reference], er_shown(value, number), interface->unit[reference]);
+    if (!isfinite(value))
+        er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
+                interface->name[reference], er_shown(value, number), interface->unit[reference]);
+    else if (er_require_range(interface, reference, value, &instance->failure))
+        return true;
+    return er_let_retry(&instance->failure);
 }
 
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,

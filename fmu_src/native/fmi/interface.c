@@ -116,19 +116,14 @@ double *er_parameter(const er_interface *interface, er_parameters *parameters, e
     }
 }
 
-bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
-                           er_failure *failure)
+bool er_require_range(const er_interface *interface, unsigned reference, double value,
+                      er_failure *failure)
 {
-    er_parameters given = *parameters;
-    for (int block = ER_STIFFNESS; block <= ER_BACKLASH_WIDTH; block++)
-        for (int k = 0; k < interface->size[block]; k++) {
-            double value = *er_parameter(interface, &given, (er_block)block, k);
-            int reference = interface->first[block] + k;
-            char number[ER_NUMBER_TEXT];
-            if (block == ER_STIFFNESS ? !(value > 0.0) : !(value >= 0.0))
-                return er_fail(failure, "%s: expected a number %s, got %s %s",
-                               interface->name[reference], block == ER_STIFFNESS ? "> 0" : ">= 0",
-                               er_shown(value, number), interface->unit[reference]);
-        }
-    return true;
+    int block = interface->block[reference];
+    bool above = block == ER_STIFFNESS;
+    char number[ER_NUMBER_TEXT];
+    if (block < ER_STIFFNESS || block > ER_BACKLASH_WIDTH || (above ? value > 0.0 : value >= 0.0))
+        return true;
+    return er_fail(failure, "%s: expected a number %s, got %s %s", interface->name[reference],
+                   above ? "> 0" : ">= 0", er_shown(value, number), interface->unit[reference]);
 }

@@ -113,8 +113,8 @@ static inline unsigned er_time_reference(const er_interface *interface)
 /* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
 double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k);
 
-/* Refuses parameters that cannot be those of a robot, with the name of the first. */
-bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
-                           er_failure *failure);
+/* Refuses a value that is out of a parameter's range; there is none of other variables. */
+bool er_require_range(const er_interface *interface, unsigned reference, double value,
+                      er_failure *failure);
 
 #endif
