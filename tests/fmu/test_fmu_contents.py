@@ -125,7 +125,7 @@ def ranges_are_given_where_they_mean_something(fmu):
     ranges = {v.get("name"): v.find("Real") for v in fmu.variables if v.find("Real") is not None}
     assert float(ranges["joint[2].stiffness"].get("min")) == 0.0
     assert (float(ranges["tcp.qx"].get("min")), float(ranges["tcp.qx"].get("max"))) == (-1.0, 1.0)
-    assert float(ranges["tcp.qw"].get("min")) == 0.0
+    assert float(ranges["tcp.qw"].get("min")) == -1.0
     assert float(ranges["compliance.xx"].get("nominal")) < 1e-3
 
 

@@ -69,7 +69,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
                 f"{group}.{c}",
                 "1",
                 f"Unit quaternion of {text}, component {c[1]}: tool axes to base axes",
-                minimum=0.0 if c == "qw" else -1.0,
+                minimum=-1.0,
                 maximum=1.0,
             )
             for c in POSE[3:]

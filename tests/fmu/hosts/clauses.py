@@ -238,6 +238,33 @@ def input_derivatives(fmu):
     assert derive("tcp.x") == ERROR
 
 
+def quaternion(fmu):
+    """A real output that is continuous is continuous (FMI 2, 2.2.7, FMI 3, 2.4.7: variability
+    "continuous"): a quaternion does not jump to its opposite where the tool has turned by 180 degrees,
+    nor does the state that was saved before know another one."""
+    names = [f"{body}.{c}" for body in ("tcp", "rigid") for c in ("qx", "qy", "qz", "qw")]
+    i = fmu.instance().start()
+    last, lowest, saved = i.get(*names)[1], 1.0, None
+    assert last[3] >= 0.0
+    assert last[7] >= 0.0
+    for k in range(1, 51):
+        angle = 0.1 * k  # of the hand: to 286 degrees
+        assert i.set({"q_cmd[6]": angle, "q_cmd[4]": 0.02 * k}) == OK
+        assert fmu.use == "me" or i.step(H * (k - 1), H)[0] == OK
+        status, now = i.get(*names)
+        assert status == OK
+        for part in (slice(0, 4), slice(4, 8)):
+            assert abs(math.hypot(*now[part]) - 1.0) < 1e-12
+            assert math.dist(now[part], last[part]) < 0.1, (k, last, now)
+        last, lowest = now, min(lowest, now[3])
+        if k == 20:
+            saved = i.save(), now
+    assert lowest < -0.5
+    state, then = saved
+    assert i.restore(state) == OK
+    assert i.get(*names) == (OK, then)
+
+
 def event_mode_twice(fmu):
     """FMI 3, 3.2.1: fmi3EnterEventMode is among the calls of continuous-time mode alone; the table of
     FMI 2, 3.2.3, has fmi2EnterEventMode in event mode as well."""
@@ -302,6 +329,7 @@ CLAUSES = {
         halved_steps,
         discarded_evaluations,
         input_derivatives,
+        quaternion,
         event_mode_twice,
     )
 }
