@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from coupling.fmu_export.units import BASE_UNITS
-from elastic_robot.fmi.variables import Block, Variable
+from elastic_robot.fmi.variables import TIME, Block, Variable
 
 
 @dataclass(frozen=True)
@@ -171,6 +171,11 @@ def derivative_names(blocks: Mapping[str, Block]) -> list[str]:
 def initial_names(blocks: Mapping[str, Block], exchange: bool) -> list[str]:
     """Return the names of the blocks whose initial values are computed: outputs, states' derivatives."""
     return [*output_names(blocks), *(derivative_names(blocks) if exchange else [])]
+
+
+def starting_names(block: Block, exchange: bool) -> list[str]:
+    """Return the names of all blocks that an initial value depends on; time is there with exchange."""
+    return [name for name in block.starts_from if exchange or name != TIME]
 
 
 def known_names(block: Block, exchange: bool) -> list[str]:

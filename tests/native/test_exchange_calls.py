@@ -176,8 +176,8 @@ def test_what_cannot_be_is_refused_and_changes_nothing(exchange, capfd):
         ),
         ("force.x: expected a finite number", lambda: exchange.set("wrench", [np.nan] * 6)),
         (
-            "derivative: expected an input to differentiate by, got variable",
-            lambda: exchange.jacobian(["tcp"], "gravity"),
+            "derivative: expected an input, a parameter, time or, behind initialisation, a state",
+            lambda: exchange.jacobian(["tcp"], "tcp"),
         ),
     ):
         _refused(capfd, sentence, call)
