@@ -20,6 +20,7 @@ from coupling.fmu_export.build import (
 )
 from coupling.fmu_export.core_library import is_ready, platforms_named
 from coupling.run.ssp import write_ssp
+from elastic_robot.fmi.interface import MODEL_NAME
 
 Platforms = Annotated[
     str | None,
@@ -41,11 +42,14 @@ def build(
     arrays: Annotated[
         bool, typer.Option("--arrays", help="One array for what belongs together, in FMI 3.")
     ] = False,
+    name: Annotated[
+        str, typer.Option(help="Name of the model and its identifier: letters, digits, _.")
+    ] = MODEL_NAME,
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
-    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays)
-    for line in remarks(build_fmu(described, output, options)):
+    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays, name)
+    for line in remarks(build_fmu(described, output, options), name):
         Console().print(line, soft_wrap=True)
 
 

@@ -34,7 +34,7 @@ _CAPABILITIES = (
 
 
 def build_python_fmu(
-    robot: Robot, file: Path, resources: Mapping[str, bytes], platforms: Sequence[str]
+    robot: Robot, file: Path, resources: Mapping[str, bytes], platforms: Sequence[str], name: str
 ) -> Path:
     """Write a robot's FMU and return the file.
 
@@ -43,6 +43,7 @@ def build_python_fmu(
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
+        name: Name of the model and its identifier.
 
     Raises:
         BuildError: If the file cannot be written, or `python_host` is not for one of the platforms.
@@ -51,7 +52,8 @@ def build_python_fmu(
     table = blocks(robot)
     slave = PythonSlave(
         module="elastic_robot_slave",
-        model_name=MODEL_NAME,
+        class_name=MODEL_NAME,
+        model_name=name,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
         blocks=table,
