@@ -89,7 +89,7 @@ class ElasticRobotSlave(Fmi2Slave):
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take start and stop, and the tolerance as the error allowed at the TCP [m]."""
+        """Take start and stop, and the relative tolerance."""
         self._instance.set_up(start_time, stop_time, tolerance)
 
     @_allowed(lifecycle.ENTER)

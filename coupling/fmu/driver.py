@@ -58,7 +58,6 @@ class Job:
             initialisation, (n, k).
         outputs: Names of real variables.
         width: Number of values of the outputs.
-        tolerance: Error allowed, as the FMU understands it; None: its own.
     """
 
     parameters: Mapping[str, float | int | bool | str]
@@ -67,7 +66,6 @@ class Job:
     rows: np.ndarray
     outputs: tuple[str, ...]
     width: int
-    tolerance: float | None = None
 
 
 class _Series:
@@ -223,9 +221,7 @@ class _Fmi2(Driver):
         self._slave.instantiate(callbacks=callbacks, loggingOn=True)
 
     def _enter_initialization(self, job: Job) -> None:
-        self._slave.setupExperiment(
-            tolerance=job.tolerance, startTime=job.time[0], stopTime=job.time[-1]
-        )
+        self._slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
         self._set_parameters(job)
         self._slave.enterInitializationMode()
 
@@ -255,9 +251,7 @@ class _Fmi3(Driver):
 
     def _enter_initialization(self, job: Job) -> None:
         self._set_parameters(job)
-        self._slave.enterInitializationMode(
-            tolerance=job.tolerance, startTime=job.time[0], stopTime=job.time[-1]
-        )
+        self._slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
 
     def _free(self) -> None:
         self._slave.fmi3FreeInstance(self._slave.component)

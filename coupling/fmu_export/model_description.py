@@ -22,7 +22,7 @@ class About:
         date: UTC, ISO 8601, ending in Z.
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
-        tolerance: Tolerance to begin with.
+        tolerance: Relative tolerance to begin with.
         exchange: Flags of `ModelExchange` that are true; None where there is none.
     """
 

@@ -100,7 +100,7 @@ def test_derivatives_leave_the_instance_as_it_was(native):
     ("unknown", "known", "message"),
     [
         ("force.z", "tcp.x", "expected an output"),
-        ("tcp.x", "tcp.x", "expected an input, a parameter, time"),
+        ("tcp.x", "tcp.x", "expected an input, a tunable parameter, time"),
     ],
 )
 def test_derivatives_of_other_variables_are_refused(native, capfd, unknown, known, message):

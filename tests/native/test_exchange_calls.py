@@ -176,7 +176,7 @@ def test_what_cannot_be_is_refused_and_changes_nothing(exchange, capfd):
         ),
         ("force.x: expected a finite number", lambda: exchange.set("wrench", [np.nan] * 6)),
         (
-            "derivative: expected an input, a parameter, time or, behind initialisation, a state",
+            "derivative: expected an input, a tunable parameter, time or, behind initialisation, a",
             lambda: exchange.jacobian(["tcp"], "tcp"),
         ),
     ):

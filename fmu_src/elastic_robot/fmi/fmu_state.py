@@ -34,7 +34,7 @@ class FmuState:
         start: Start of the experiment [s]; the model's time is that since then.
         time: Start of the next step [s].
         stop: Stop of the experiment [s], infinite if there is none.
-        tolerance: Error allowed at the TCP over a path [m].
+        tolerance: Relative tolerance of the experiment; 0 where it is not told.
         phase: Where the instance is in its life.
         parameters_changed: `values` has parameters that the model takes with the next step.
         values: Values of all real variables.

@@ -15,9 +15,9 @@ from elastic_robot.commands import CommandedMotion, Past
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.fmi.interface import TOLERANCE
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.fmi.master_values import MasterValues
+from elastic_robot.fmi.tolerance import TOLERANCE, allowed_error
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
@@ -52,7 +52,7 @@ class Instance:
         # The model's own time is that since the start: late times have few digits for seconds.
         self._start = self._time = 0.0
         self._stop = inf
-        self._tolerance = TOLERANCE
+        self._told_tolerance = 0.0
         self._parameters_changed = False
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
@@ -63,7 +63,7 @@ class Instance:
         return self._time
 
     def set_up(self, start: float, stop: float | None, tolerance: float | None) -> None:
-        """Take start and stop time [s], and the error allowed at the TCP [m]."""
+        """Take start and stop time [s], and the relative tolerance."""
         if not isfinite(start):
             raise ParameterError(f"start time: expected a finite number, got {start} s")
         stop = inf if stop is None else stop
@@ -73,12 +73,11 @@ class Instance:
             )
         if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
             raise ParameterError(
-                f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m, got {tolerance} m"
+                f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m at the TCP, got {tolerance}"
             )
         self._start = self._time = start
         self._stop = stop
-        if tolerance:
-            self._tolerance = tolerance
+        self._told_tolerance = tolerance or 0.0
         self._forget()
 
     def initialised(self) -> ElasticRobot:
@@ -86,7 +85,7 @@ class Instance:
         if self._model is not None:
             return self._model
         strings = self._values.strings.values
-        model = self._values.new_model(strings, self._tolerance)
+        model = self._values.new_model(strings, self._allowed_error())
         model.parameters = self._values.parameters()
         self._trajectory = self._values.read_trajectory(strings)
         undeflected = strings["initial_state"] == "undeflected"
@@ -132,6 +131,8 @@ class Instance:
         """Set inputs and parameters."""
         if not references:
             return
+        if self.phase >= Phase.RUNNING:
+            self._values.reals.require_unfixed(references)
         if self._values.reals.set(references, values).has_parameters:
             self._parameters_changed = True
         self._forget_initial()
@@ -160,7 +161,7 @@ class Instance:
             start=self._start,
             time=self._time,
             stop=self._stop,
-            tolerance=self._tolerance,
+            tolerance=self._told_tolerance,
             phase=self.phase,
             parameters_changed=self._parameters_changed,
             values=values.reals.values.copy(),
@@ -181,16 +182,18 @@ class Instance:
         strings = values.strings.of(state.strings)
         model, trajectory = None, None
         if state.model is not None:
-            same = (strings, state.tolerance) == (values.strings.values, self._tolerance)
+            own = values.reals.slice_of("tolerance")
+            error = allowed_error(float(state.values[own][0]), state.tolerance)
+            same = (strings, error) == (values.strings.values, self._allowed_error())
             model = self._model if same else None
-            model = model or values.new_model(strings, state.tolerance)
+            model = model or values.new_model(strings, error)
             trajectory = state.trajectory
             if trajectory is None and state.trajectory_digest:
                 trajectory = self._read_again(strings, state.trajectory_digest)
             model.snapshot = state.model
         self._model, self._trajectory, values.strings.values = model, trajectory, strings
         self._start, self._time, self._stop = state.start, state.time, state.stop
-        self._tolerance = state.tolerance
+        self._told_tolerance = state.tolerance
         self.phase, self._parameters_changed = state.phase, state.parameters_changed
         values.reals.values[:] = state.values
         self._past, values.jerk = state.past, state.jerk.copy()
@@ -221,6 +224,9 @@ class Instance:
             raise ParameterError(
                 f"step start: expected the last step's end, {self._time} s, got {time} s"
             )
+
+    def _allowed_error(self) -> float:
+        return allowed_error(float(self._values.reals.block("tolerance")[0]), self._told_tolerance)
 
     def _require_before_stop(self, end: float) -> None:
         stop = self._stop

@@ -16,14 +16,14 @@ from elastic_robot.description import Robot
 from elastic_robot.fmi.exchange import exchange
 from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
+from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 MODEL_NAME = "ElasticRobot"
-# To begin with: communication step [s], and error allowed at the TCP over a path [m].
+# Communication step to begin with [s].
 STEP_SIZE = 0.01
-TOLERANCE = 1e-6
 TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -84,6 +84,20 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
         ),
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
+        "tolerance": Block(
+            "parameter",
+            "fixed",
+            (
+                Variable(
+                    "tcp_tolerance",
+                    "m",
+                    "Error allowed at the TCP over a path; 0: by the experiment's tolerance",
+                    0.0,
+                    minimum=0.0,
+                    nominal=TOLERANCE,
+                ),
+            ),
+        ),
         "strings": Block(
             "parameter",
             "fixed",

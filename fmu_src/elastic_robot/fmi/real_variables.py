@@ -12,7 +12,7 @@ from elastic_robot.errors import ParameterError, RangeError
 from elastic_robot.fmi.variables import Block
 
 # Blocks of parameters without numbers below zero.
-_AT_LEAST_ZERO = ("stiffness", "damping", "backlash")
+_AT_LEAST_ZERO = ("stiffness", "damping", "backlash", "tolerance")
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100
 
@@ -25,11 +25,13 @@ class Places:
         rows: Their index in the array of values; a slice where they follow one another.
         outputs: The blocks of what is computed among them: outputs and local variables.
         has_parameters: Whether there are parameters among them.
+        fixed: Value references of the fixed ones.
     """
 
     rows: slice | list[int]
     outputs: frozenset[str]
     has_parameters: bool
+    fixed: tuple[int, ...]
 
 
 class RealVariables:
@@ -64,9 +66,18 @@ class RealVariables:
         """Return the name of a variable."""
         return self._names[reference]
 
+    def slice_of(self, key: str) -> slice:
+        """Return where the values of a block are."""
+        return self._slices[key]
+
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""
         return self.values[self._slices[key]]
+
+    def require_unfixed(self, references: Sequence[int]) -> None:
+        """Raise a ParameterError for the first fixed parameter."""
+        for k in self.places(references).fixed:
+            raise ParameterError(f"{self._names[k]} is fixed; set it before initialisation ends")
 
     def places(self, references: Sequence[int]) -> Places:
         """Return where variables are; masters ask for the same few lists over and over.
@@ -155,6 +166,9 @@ class RealVariables:
             rows=slice(first, first + len(references)) if follow else list(references),
             outputs=frozenset(key for key in blocks if kinds[key] in ("output", "local")),
             has_parameters="parameter" in kinds.values(),
+            fixed=tuple(
+                k for k in references if self._table[self._block_of[k]].variability == "fixed"
+            ),
         )
 
     def _require_finite(

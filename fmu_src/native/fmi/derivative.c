@@ -62,15 +62,10 @@ static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_
            kind((er_block)instance->interface.block[reference]);
 }
 
-static bool is_parameter(er_block block)
-{
-    return !er_is_input(block) && !er_is_computed(block);
-}
-
 /* In initialisation mode states are unknowns. */
 static bool is_known(const er_instance *instance, unsigned reference)
 {
-    return is(instance, reference, er_is_input) || is(instance, reference, is_parameter) ||
+    return is(instance, reference, er_is_input) || is(instance, reference, er_is_tunable) ||
            reference == er_time_reference(&instance->interface) ||
            (instance->progress.phase >= ER_RUNNING && is(instance, reference, er_is_state));
 }
@@ -84,7 +79,7 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                            " variable %u", unknowns[i]);
     for (size_t j = 0; j < known_count; j++) {
         if (!is_known(instance, knowns[j]))
-            return er_fail(&instance->failure, "derivative: expected an input, a parameter, time or, behind"
+            return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or, behind"
                            " initialisation, a state to differentiate by, got variable %u", knowns[j]);
         if (!isfinite(seed[j]))
             return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);

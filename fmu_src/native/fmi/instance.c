@@ -87,7 +87,7 @@ void er_instance_reset(er_instance *instance)
     model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
-    model->memory.options.tolerance = interface->tolerance;
+    model->memory.options.tolerance = interface->tolerance.usual;
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
@@ -104,12 +104,11 @@ bool er_instance_setup(er_instance *instance, double start, double stop, double 
         return er_fail(&instance->failure, "stop time: expected the start time, %s s, or a later one, got"
                        " %s s", er_shown(start, other), er_shown(stop, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
-        return er_fail(&instance->failure, "tolerance: expected a number > 0, or 0 for %g m, got %s m",
-                       instance->interface.tolerance, er_shown(tolerance, number));
+        return er_fail(&instance->failure, "tolerance: expected a number > 0, or 0 for %g m at the TCP, got"
+                       " %s", instance->interface.tolerance.usual, er_shown(tolerance, number));
     instance->progress.time = instance->progress.start = start;
     instance->progress.stop = stop;
-    if (tolerance > 0.0)
-        instance->model->memory.options.tolerance = tolerance;
+    instance->progress.tolerance = tolerance;
     instance->progress.computed = false;
     instance->fresh = 0;
     return true;
@@ -125,6 +124,19 @@ bool er_instance_require_before_stop(er_instance *instance, double time)
                                         settings->stop_slack * (progress->stop - progress->start) ||
            er_fail(&instance->failure, "time: expected at most the stop time, %s s, got %s s",
                    er_shown(progress->stop, other), er_shown(time, number));
+}
+
+/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the usual
+ * one. */
+static double tcp_tolerance(const er_instance *instance)
+{
+    const er_tolerance *known = &instance->interface.tolerance;
+    double told = instance->progress.tolerance;
+    if (instance->inputs.tcp_tolerance > 0.0)
+        return instance->inputs.tcp_tolerance;
+    if (told == 0.0)
+        return known->usual;
+    return fmin(fmax(known->usual * (told / known->relative), known->least), known->most);
 }
 
 static void keep_step_start(er_instance *instance, const er_state *state, const er_past *past,
@@ -153,6 +165,7 @@ bool er_instance_initialise(er_instance *instance)
     if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
     before = model->memory;
+    model->memory.options.tolerance = tcp_tolerance(instance);
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
                         &instance->inputs.load, &instance->failure)) {

@@ -20,6 +20,7 @@ static double *settable(er_instance *instance, int reference)
     case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
     case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
     case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
+    case ER_TCP_TOLERANCE: return &instance->inputs.tcp_tolerance;
     case ER_DEFLECTION: return &instance->model->memory.state.x[k];
     case ER_DEFLECTION_RATE: return &instance->model->memory.state.v[k];
     default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
@@ -177,6 +178,9 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
         return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
                        er_is_output(block) ? "an output" : "computed");
+    if (block == ER_TCP_TOLERANCE && instance->progress.phase >= ER_RUNNING)
+        return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
+                       interface->name[reference]);
     if (instance->progress.phase == ER_CONTINUOUS_MODE && !er_is_input(block) && !er_is_state(block))
         return er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
                        " continuous-time mode", interface->name[reference]);
@@ -197,7 +201,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
     for (size_t i = 0; i < count; i++) {
         er_block block = (er_block)instance->interface.block[references[i]];
         *settable(instance, (int)references[i]) = values[i];
-        if (!er_is_input(block) && !er_is_state(block))
+        if (er_is_tunable(block))
             instance->progress.parameters_changed = true;
     }
     if (er_exchange_runs(instance))

@@ -265,6 +265,37 @@ def quaternion(fmu):
     assert i.get(*names) == (OK, then)
 
 
+def tolerance(fmu):
+    """FMI 2, 2.1.6, FMI 3, 2.3.2: a master's tolerance is meant "usually as relative tolerance": 1e-4 is
+    not a tenth of a millimetre, and that of the default experiment is what is done without one."""
+    if fmu.use == "me":
+        return
+    usual = fmu.description.defaultExperiment.tolerance
+
+    def shaken(told=None, **own):
+        i = fmu.instance().start(tolerance=told, **own)
+        for k in range(12):
+            assert i.set({"force.z": -800.0 * (k % 4 < 2)}) == OK
+            assert i.step(0.02 * k, 0.02)[0] == OK
+        return i.get("tcp.x", "tcp.y", "tcp.z")[1]
+
+    plain, exact = shaken(), shaken(tcp_tolerance=1e-9)
+    assert shaken(float(usual)) == shaken(tcp_tolerance=1e-6) == plain
+    assert shaken(1e-4) == plain
+    assert 0.0 < math.dist(plain, exact) < 1e-6
+    assert math.dist(shaken(1e-6), exact) < 0.1 * math.dist(plain, exact)
+    assert shaken(0.3) == shaken(1e-3) == shaken(tcp_tolerance=1e-5) != plain
+    assert shaken(1e-12) == shaken(1e-7) == exact
+    assert shaken(0.3, tcp_tolerance=1e-9) == exact
+    i = fmu.instance()
+    assert i.set({"tcp_tolerance": -1e-6}) == DISCARD
+    i.start(tcp_tolerance=1e-7)
+    before = i.bytes()
+    assert i.set({"tcp_tolerance": 1e-6}) == ERROR
+    assert i.bytes() == before
+    assert i.get("tcp_tolerance") == (OK, [1e-7])
+
+
 def event_mode_twice(fmu):
     """FMI 3, 3.2.1: fmi3EnterEventMode is among the calls of continuous-time mode alone; the table of
     FMI 2, 3.2.3, has fmi2EnterEventMode in event mode as well."""
@@ -330,6 +361,7 @@ CLAUSES = {
         discarded_evaluations,
         input_derivatives,
         quaternion,
+        tolerance,
         event_mode_twice,
     )
 }

@@ -62,7 +62,8 @@ class Declared:
         self.initial = [u for u in d.initialUnknowns if u.variable.name in self.variables]
         causality = {v.name: v.causality for v in d.modelVariables}
         self.inputs = [n for n in self.variables if causality[n] == "input"]
-        self.parameters = [n for n in self.variables if causality[n] == "parameter"]
+        tunable = {v.name for v in d.modelVariables if v.variability == "tunable"}
+        self.parameters = [n for n in self.variables if n in tunable]
         self.states = [
             n for n in self.variables if n.split("[")[0] in ("deflection", "deflection_rate")
         ]
@@ -123,8 +124,8 @@ def start_of(d, strings, time=0.05, tolerance=1e-11, end=True):
     i = d.fmu.instance()
     for name, text in strings.items():
         assert i.set_string(name, text) == OK
-    assert i.enter(time, None, tolerance) == OK
-    assert i.set({**POSTURE, **ACTING}) == OK
+    assert i.enter(time) == OK
+    assert i.set({"tcp_tolerance": tolerance, **POSTURE, **ACTING}) == OK
     assert not end or i.exit() == OK
     return i
 

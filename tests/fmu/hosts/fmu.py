@@ -40,7 +40,9 @@ class Instance:
         self.slave.instantiate(loggingOn=logging)
 
     def start(self, time=0.0, tolerance=None, strings=(), posture=POSTURE, **reals):
-        self.slave.setupExperiment(startTime=time, tolerance=tolerance)
+        self.slave.setupExperiment(startTime=time)
+        if tolerance is not None:
+            self.set({"tcp_tolerance": tolerance})
         for name, value in dict(strings).items():
             self.slave.setString([self._references[name]], [value])
         self.slave.enterInitializationMode()
