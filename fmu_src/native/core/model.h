@@ -36,9 +36,9 @@ typedef struct {
     double origin; /* when the model's time is 0 [s]: late times have few digits for seconds */
     uint64_t trajectory_fingerprint; /* hash of the trajectory's samples; 0: none */
     er_held held;
-    bool opposite[2]; /* quaternions of the elastic and the rigid tool: w was below 0 at the start */
     er_past past; /* what the last step leaves to a moving robot without a trajectory */
     er_state state;
+    bool opposite[2]; /* quaternions of the elastic and the rigid tool: w was below 0 at the start */
 } er_memory;
 
 /* A posture of the elastic or the rigid robot, kept for the next that asks. */

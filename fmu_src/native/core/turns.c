@@ -40,12 +40,17 @@ static void multiply_all(er_turns *turns, const er_robot *robot, const double *t
 double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
                      const double quaternion[4])
 {
-    double away = 0.0, along = 0.0;
-    for (int i = 0; i < robot->angles; i++)
-        away += fabs(theta[i] - turns->theta[i]);
-    if (!turns->there || !(away < NEARBY))
+    const double *near = turns->theta, *q = turns->quaternion;
+    int n = robot->angles, i = 0;
+    double even = 0.0, odd = 0.0; /* two sums wait for each other less than one */
+    for (; i + 1 < n; i += 2) {
+        even += fabs(theta[i] - near[i]);
+        odd += fabs(theta[i + 1] - near[i + 1]);
+    }
+    if (i < n)
+        even += fabs(theta[i] - near[i]);
+    if (!turns->there || !(even + odd < NEARBY))
         multiply_all(turns, robot, theta);
-    for (int c = 0; c < 4; c++)
-        along += quaternion[c] * turns->quaternion[c];
-    return along < 0.0 ? -1.0 : 1.0;
+    return quaternion[0] * q[0] + quaternion[1] * q[1] + quaternion[2] * q[2] + quaternion[3] * q[3] < 0.0
+               ? -1.0 : 1.0;
 }

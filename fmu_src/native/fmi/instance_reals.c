@@ -175,6 +175,8 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (!require_real(instance, reference))
         return false;
     block = (er_block)interface->block[reference];
+    if (er_is_input(block) && isfinite(value))
+        return true;
     if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
         return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
                        er_is_output(block) ? "an output" : "computed");
