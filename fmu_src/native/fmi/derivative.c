@@ -7,6 +7,7 @@
 #include "derivative.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "../core/free_motion.h"
@@ -70,19 +71,30 @@ static bool is_known(const er_instance *instance, unsigned reference)
            (instance->progress.phase >= ER_RUNNING && is(instance, reference, er_is_state));
 }
 
+/* A variable as sentences call it. */
+static const char *name_of(const er_instance *instance, unsigned reference, char text[ER_NAME])
+{
+    if (reference < (unsigned)instance->interface.reals)
+        return instance->interface.name[reference];
+    snprintf(text, ER_NAME, "value reference %u", reference);
+    return text;
+}
+
 static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
                           const unsigned *knowns, size_t known_count, const double *seed)
 {
+    char text[ER_NAME];
     for (size_t i = 0; i < unknown_count; i++)
         if (!is(instance, unknowns[i], er_is_computed))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
-                           " variable %u", unknowns[i]);
+                           " %s", name_of(instance, unknowns[i], text));
     for (size_t j = 0; j < known_count; j++) {
         if (!is_known(instance, knowns[j]))
             return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or, behind"
-                           " initialisation, a state to differentiate by, got variable %u", knowns[j]);
+                           " initialisation, a state to differentiate by, got %s", name_of(instance, knowns[j], text));
         if (!isfinite(seed[j]))
-            return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);
+            return er_fail(&instance->failure, "the seed of %s is not finite",
+                           name_of(instance, knowns[j], text));
     }
     return true;
 }
