@@ -52,6 +52,7 @@ def _expected_names() -> dict[str, list[str]]:
             *[f"{name}.stiffness" for name in elastic],
             *[f"{name}.damping" for name in elastic],
             *[f"joint[{i}].backlash" for i in range(1, 6)],
+            "tcp_tolerance",
             *["trajectory", "torque_curve", "mode", "initial_state"],
         ],
     }
@@ -75,6 +76,7 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
         example.joints[1].stiffness, rel=1e-15
     )
     assert float(kinds["gravity.z"][1]) == -9.81
+    assert (kinds["tcp_tolerance"][0], float(kinds["tcp_tolerance"][1])) == ("fixed", 0.0)
 
 
 def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
