@@ -56,6 +56,7 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
                   fmi2String category, fmi2String message, ...)
 {
     er_component *c = environment;
+    unsigned wanted;
     (void)name;
     if (status == fmi2Fatal) {
         const char *reason = strchr(message, '\n'); /* before it, PythonFMU's function */
@@ -67,7 +68,8 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
     }
     c->told = c->told || status == fmi2Error;
     c->warned = c->warned || status == fmi2Warning;
-    if (c->host.logger != NULL && (c->log & (status == fmi2Warning ? ER_LOG_WARNING : ER_LOG_ERROR)) != 0)
+    wanted = status == fmi2Warning ? ER_LOG_WARNING : ER_LOG_ERROR;
+    if (c->host.logger != NULL && (c->log & wanted) != 0)
         c->host.logger(c->host.componentEnvironment, c->name, status,
                        category != NULL ? category : "logAll", message);
 }

@@ -53,7 +53,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     const er_curve *curve = &model->curve;
     static const double no_wrench[6] = {0.0};
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
-    double of_gravity[MOST], stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, wrench[6], wrench_change[6];
+    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0};
+    double of_gravity[MOST], wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     motion p;
     move(model, &change, false, true, &p);

@@ -2,9 +2,9 @@
  * to step of the integration, whose lengths are held.
  *
  * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
- * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench; behind
- * them gravity, and stiffness, damping and backlash of each entry of x.  elastic_robot/path_sensitivity.py does
- * the same for these.
+ * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench;
+ * behind them gravity, and stiffness, damping and backlash of each entry of x, by which
+ * elastic_robot/path_sensitivity.py does the same.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H

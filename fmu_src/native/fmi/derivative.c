@@ -90,8 +90,9 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                            " %s", name_of(instance, unknowns[i], text));
     for (size_t j = 0; j < known_count; j++) {
         if (!is_known(instance, knowns[j]))
-            return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or, behind"
-                           " initialisation, a state to differentiate by, got %s", name_of(instance, knowns[j], text));
+            return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or,"
+                           " behind initialisation, a state to differentiate by, got %s",
+                           name_of(instance, knowns[j], text));
         if (!isfinite(seed[j]))
             return er_fail(&instance->failure, "the seed of %s is not finite",
                            name_of(instance, knowns[j], text));

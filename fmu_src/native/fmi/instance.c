@@ -126,8 +126,8 @@ bool er_instance_require_before_stop(er_instance *instance, double time)
                    er_shown(progress->stop, other), er_shown(time, number));
 }
 
-/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the usual
- * one. */
+/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the
+ * usual one. */
 static double tcp_tolerance(const er_instance *instance)
 {
     const er_tolerance *known = &instance->interface.tolerance;
