@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
 
 try:
     if sys.version_info < (3, 11):  # noqa: UP036  (the host's Python may be any)
@@ -37,7 +38,7 @@ from elastic_robot.errors import ElasticRobotError, ParameterError
 from elastic_robot.fingerprint import fingerprint
 from elastic_robot.fmi import lifecycle
 from elastic_robot.fmi.fmu_state import FmuState, PackedState
-from elastic_robot.fmi.inputs import OF_DERIVATIVES
+from elastic_robot.fmi.inputs import LAST_TIME, OF_DERIVATIVES
 from elastic_robot.fmi.instance import Instance
 from elastic_robot.fmi.interface import MODEL_NAME
 from slave_refusal import refusal
@@ -88,8 +89,8 @@ class ElasticRobotSlave(Fmi2Slave):
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take the start time, and the tolerance as the error allowed at the TCP [m]."""
-        self._instance.set_up(start_time, tolerance)
+        """Take start and stop, and the relative tolerance."""
+        self._instance.set_up(start_time, stop_time, tolerance)
 
     @_allowed(lifecycle.ENTER)
     def enter_initialization_mode(self) -> None:
@@ -116,13 +117,23 @@ class ElasticRobotSlave(Fmi2Slave):
     @_allowed(lifecycle.GET)
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; an output is computed when it is read."""
+        if vrs and vrs[0] == LAST_TIME:  # python_host's fmi2GetRealStatus
+            lifecycle.RESULT.require(self._instance.phase)
+            return [self._instance.time]
         return self._instance.get_reals(vrs)
 
     @_allowed(lifecycle.SET)
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set inputs and parameters."""
         if vrs and vrs[0] >= OF_DERIVATIVES:  # python_host's fmi2SetRealInputDerivatives
-            self._instance.set_derivatives([vr - OF_DERIVATIVES for vr in vrs], values)
+            ignored = self._instance.set_derivatives([vr - OF_DERIVATIVES for vr in vrs], values)
+            if ignored:
+                self.log(
+                    f"derivative of {ignored}: expected that of force, moment, qdd_cmd or the anchor's"
+                    " position, got one without effect",
+                    Fmi2Status.warning,
+                    "logStatusWarning",
+                )
         else:
             self._instance.set_reals(vrs, values)
 

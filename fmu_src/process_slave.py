@@ -24,6 +24,7 @@ from slave_refusal import refusal
 # Value references: tcp.x .. tcp.qw, force.x .. moment.z, anchor.x .. anchor.kzz.
 POSE, WRENCH, SPRING = range(7), range(7, 13), range(13, 25)
 _UPPER = np.triu_indices(3)  # xx, xy, xz, yy, yz, zz
+LAST_TIME = 1 << 30  # by which python_host reads the end of the last step
 _SOURCE = Path(__file__).read_bytes()
 _NAMES = ["tcp.x", "tcp.y", "tcp.z", "tcp.qx", "tcp.qy", "tcp.qz", "tcp.qw"]
 
@@ -51,7 +52,7 @@ class ProcessSlave(Fmi2Slave):
         desired = np.load(path) if path.is_file() else None
         laws = _module(resources / "force_laws.py")
         self._law = laws.ForceLaw(law["law"], constants, desired)
-        self._time = 0.0
+        self._time = self._end = 0.0
         self._values = np.zeros(SPRING.stop)
         self._values[: POSE.stop] = law["pose_at_start"]
         self._stepped = False
@@ -60,7 +61,7 @@ class ProcessSlave(Fmi2Slave):
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
         """Take the start time."""
-        self._time = start_time
+        self._time = self._end = start_time
 
     def exit_initialization_mode(self) -> None:
         """Compute the first wrench."""
@@ -68,13 +69,15 @@ class ProcessSlave(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Compute the wrench of the pose, which is the robot's at the step's start."""
-        self._time = current_time
+        self._time, self._end = current_time, current_time + step_size
         self._evaluate(step_size)
         self._stepped = True
         return True
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values; before the first step wrench and spring follow the pose at once."""
+        if vrs and vrs[0] == LAST_TIME:
+            return [self._end]
         if not self._stepped:
             self._evaluate(0.0)
         return self._values[list(vrs)].tolist()

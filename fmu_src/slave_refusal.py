@@ -7,12 +7,15 @@ import sys
 
 from pythonfmu import Fmi2Slave
 
+# Begins the sentences of errors that leave the master another try; python_host takes it off.
+_DISCARD = "[discard] "
+
 
 class RefusedError(Exception):
-    """What PythonFMU is told of an error; it logs the `repr`, formatted like printf."""
+    """What PythonFMU is told of an error; it logs the `repr`, formatted like printf, # as FMI has it."""
 
     def __repr__(self) -> str:
-        return str(self).replace("%", "%%")
+        return str(self).replace("%", "%%").replace("#", "##")
 
 
 def refusal(slave: Fmi2Slave, error: object) -> RefusedError:
@@ -23,4 +26,4 @@ def refusal(slave: Fmi2Slave, error: object) -> RefusedError:
     # when the instance is freed; without others that is a use after free.
     for owned in (slave, type(slave), slave.log_queue):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
-    return RefusedError(text)
+    return RefusedError(f"{_DISCARD if getattr(error, 'may_retry', False) else ''}{text}")

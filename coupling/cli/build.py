@@ -20,6 +20,7 @@ from coupling.fmu_export.build import (
 )
 from coupling.fmu_export.core_library import is_ready, platforms_named
 from coupling.run.ssp import System
+from elastic_robot.fmi.interface import MODEL_NAME
 
 Platforms = Annotated[
     str | None,
@@ -45,11 +46,16 @@ def build(
         str,
         typer.Option(help="Outputs follow inputs: point, at once (none does); step, over a step."),
     ] = "point",
+    name: Annotated[
+        str, typer.Option(help="Name of the model and its identifier: letters, digits, _.")
+    ] = MODEL_NAME,
 ) -> None:
     """Build the FMU of a robot."""
     described = load_robot(find_robot(robot))
-    options = BuildOptions(kind, _asked_for(platforms, kind), sources, fmi, arrays, dependencies)
-    for line in remarks(build_fmu(described, output, options)):
+    options = BuildOptions(
+        kind, _asked_for(platforms, kind), sources, fmi, arrays, name, dependencies
+    )
+    for line in remarks(build_fmu(described, output, options), name):
         Console().print(line, soft_wrap=True)
 
 

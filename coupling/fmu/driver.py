@@ -35,9 +35,9 @@ from coupling.errors import CouplingError
 
 Progress = Callable[[int, int], None]
 
-# Statuses of FMI 2 and 3: the highest of a call that did what it was asked, and the lowest of a log
-# message that tells of an error.
-_WARNING, _ERROR = 1, 3
+# Status of FMI 2 and 3: the highest of a call that did what it was asked, and of a log message that
+# tells of no refusal.
+_WARNING = 1
 # Steps between two reports of progress.
 _REPORT_EVERY = 100
 
@@ -58,7 +58,6 @@ class Job:
             initialisation, (n, k).
         outputs: Names of real variables.
         width: Number of values of the outputs.
-        tolerance: Error allowed, as the FMU understands it; None: its own.
     """
 
     parameters: Mapping[str, float | int | bool | str]
@@ -67,7 +66,6 @@ class Job:
     rows: np.ndarray
     outputs: tuple[str, ...]
     width: int
-    tolerance: float | None = None
 
 
 class _Series:
@@ -205,7 +203,7 @@ class Driver(ABC):
 
     def _log(self, *message: Any) -> None:
         # FMI 2: environment, instance, status, category, text; FMI 3: without the instance.
-        if message[-3] >= _ERROR:
+        if message[-3] > _WARNING:
             self._errors.append(message[-1].decode(errors="replace").strip())
 
 
@@ -223,9 +221,7 @@ class _Fmi2(Driver):
         self._slave.instantiate(callbacks=callbacks, loggingOn=True)
 
     def _enter_initialization(self, job: Job) -> None:
-        self._slave.setupExperiment(
-            tolerance=job.tolerance, startTime=job.time[0], stopTime=job.time[-1]
-        )
+        self._slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
         self._set_parameters(job)
         self._slave.enterInitializationMode()
 
@@ -255,9 +251,7 @@ class _Fmi3(Driver):
 
     def _enter_initialization(self, job: Job) -> None:
         self._set_parameters(job)
-        self._slave.enterInitializationMode(
-            tolerance=job.tolerance, startTime=job.time[0], stopTime=job.time[-1]
-        )
+        self._slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
 
     def _free(self) -> None:
         self._slave.fmi3FreeInstance(self._slave.component)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -37,11 +38,13 @@ class BuildOptions:
         sources: Whether the C sources of a native FMU are packed as well.
         fmi: Version of FMI, one of STANDARDS; 3 is for a native FMU.
         arrays: Whether reals that belong together are one array, in FMI 3.
+        name: Name of the model, and identifier that its libraries and, in packed sources, its functions
+            bear.
         dependencies: What ModelStructure says of outputs, one of DEPENDENCIES.
 
     Raises:
         BuildError: If the kind or the version is not known, or the options do not fit the kind or the
-            version.
+            version, or the name is not one of C.
 
     Example:
         >>> BuildOptions("native", fmi="4")
@@ -54,6 +57,7 @@ class BuildOptions:
     sources: bool = False
     fmi: str = "2"
     arrays: bool = False
+    name: str = MODEL_NAME
     dependencies: str = "point"
 
     def __post_init__(self) -> None:
@@ -70,6 +74,11 @@ class BuildOptions:
             )
         if self.arrays and self.fmi != "3":
             raise BuildError(f"arrays: expected FMI 3, got FMI {self.fmi}: add --fmi 3")
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,63}", self.name):
+            raise BuildError(
+                "name: expected up to 64 letters, digits and _, no digit first, as functions of C have,"
+                f" got {self.name!r}"
+            )
 
     @property
     def standard(self) -> Standard:
@@ -85,7 +94,7 @@ class BuildOptions:
 # What writes an FMU of each kind.
 KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path]] = {
     "python": lambda robot, file, resources, options: build_python_fmu(
-        robot, file, resources, options.platforms, over_step=options.over_step
+        robot, file, resources, options.platforms, options.name, options.over_step
     ),
     "native": lambda robot, file, resources, options: build_native_fmu(
         robot,
@@ -94,7 +103,8 @@ KINDS: dict[str, Callable[[Robot, Path, Mapping[str, bytes], BuildOptions], Path
         options.platforms,
         options.sources,
         options.standard,
-        over_step=options.over_step,
+        options.name,
+        options.over_step,
     ),
 }
 
@@ -125,9 +135,9 @@ def build_fmu(
     return KINDS[options.kind](robot, file, resources, options)
 
 
-def remarks(file: Path) -> list[str]:
+def remarks(file: Path, name: str = MODEL_NAME) -> list[str]:
     """Return sentences on an FMU's libraries: the platforms they are for, and what they lack."""
-    alone = without_host(file, MODEL_NAME)
+    alone = without_host(file, name)
     said = [f"{file}: built for {', '.join(_platforms_inside(file))}"]
     if alone:
         said.append(

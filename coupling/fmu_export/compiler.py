@@ -1,8 +1,8 @@
 """Compiles C to libraries: with the host's compiler, or with Zig's for any platform.
 
 Zig's compiler comes from PyPI (`pip install ziglang`) and carries the C libraries of all platforms, so
-that a Windows or macOS library can be built on Linux.  The wheel's build hook runs this where there is
-nothing but filelock: no NumPy, not this distribution.
+that a Windows or macOS library can be built on Linux.  The wheel's build hook runs this where nothing is
+installed, not this distribution either; without filelock two that build at once both compile.
 """
 
 from __future__ import annotations
@@ -17,12 +17,16 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from filelock import FileLock
-
 from coupling.errors import BuildError
+
+try:
+    from filelock import FileLock
+except ImportError:
+    FileLock = None  # type: ignore[assignment, misc]
 
 # What goes into FMUs beside the model: as a wheel has it (pyproject.toml), or in the checkout.
 _SHIPPED = Path(__file__).parent / "fmu_src"
@@ -118,7 +122,7 @@ def compile_library(
     command += [] if target.suffix == ".dll" else [f"-l{name}" for name in libraries]
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with FileLock(file.with_suffix(".lock")):
+        with FileLock(file.with_suffix(".lock")) if FileLock is not None else nullcontext():
             if not file.is_file():
                 _compile(command, file, f"{' '.join(compiler)} failed for {target.name}")
     except OSError as cause:

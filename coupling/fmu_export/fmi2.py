@@ -103,7 +103,8 @@ def _add_structure(root: Element, blocks: Mapping[str, Block], exchange: bool) -
     _add_unknowns(structure, "Outputs", blocks, md.output_names(blocks), exchange)
     if exchange:
         _add_unknowns(structure, "Derivatives", blocks, md.derivative_names(blocks), True)
-    initial = [(name, blocks[name].starts_from) for name in md.initial_names(blocks, exchange)]
+    names = md.initial_names(blocks, exchange)
+    initial = [(name, md.starting_names(blocks[name], exchange)) for name in names]
     unknowns = SubElement(structure, "InitialUnknowns")
     for name, known in initial:
         depends = md.sorted_text(k for other in known for k in numbers[other])

@@ -116,7 +116,10 @@ def _add_structure(
     references[TIME] = [sum(len(block.variables) for block in blocks.values())]
     structure = SubElement(root, "ModelStructure")
     indicators = [name for name, block in blocks.items() if block.is_event_indicator]
-    initial = {name: blocks[name].starts_from for name in md.initial_names(blocks, exchange)}
+    # Time is a variable of every FMU of FMI 3.
+    initial = {
+        name: md.starting_names(blocks[name], True) for name in md.initial_names(blocks, exchange)
+    }
     for element, names in (
         ("Output", md.output_names(blocks)),
         ("ContinuousStateDerivative", md.derivative_names(blocks) if exchange else []),
@@ -138,7 +141,9 @@ def _dependencies(
     place: int,
     exchange: bool,
 ) -> str:
-    known = list(initial) if initial is not None else md.known_names(block, exchange)
+    known = (
+        list(initial) if initial is not None else [*md.known_names(block, exchange), *block.tuned]
+    )
     own = [other for other in known if other in block.own and initial is None]
     all_of = [k for other in known if other not in own for k in references[other]]
     return md.sorted_text([*all_of, *(references[other][place] for other in own)])

@@ -9,7 +9,8 @@ from pathlib import Path
 import elastic_robot
 from coupling.fmu_export.model_description import About
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import STEP_SIZE, TOLERANCE
+from elastic_robot.fmi.interface import STEP_SIZE
+from elastic_robot.fmi.tolerance import RELATIVE
 
 ICON = Path(__file__).parent / "model.png"
 
@@ -46,7 +47,7 @@ def about(
         date=f"{date:%Y-%m-%dT%H:%M:%SZ}",
         capabilities=capabilities,
         step_size=STEP_SIZE,
-        tolerance=TOLERANCE,
+        tolerance=RELATIVE,
     )
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from coupling.fmu_export.grouping import Group, Groups
-from elastic_robot.fmi.interface import TOLERANCE
 from elastic_robot.fmi.outputs import STATES
+from elastic_robot.fmi.tolerance import LEAST, MOST, RELATIVE, TOLERANCE
 
 
 def interface_text(groups: Groups) -> str:
     """Return a line for each variable, in the order of the value references.
 
-    Before them the tolerance to begin with, and how large the states of model exchange are.  Reals:
-    block, unit and the names of the elements.  Strings: name, start value and the values that they may
-    have, if not any.
+    Before them the tolerance to begin with, the relative one that is the same, and their limits; and
+    how large the states of model exchange are.  Reals: block, unit and the names of the elements.
+    Strings: name, start value and the values that they may have, if not any.
 
     Args:
         groups: The variables.
@@ -25,14 +25,15 @@ def interface_text(groups: Groups) -> str:
         >>> gravity = Block("parameter", "tunable", axes, arrays=(Array("gravity", "Gravity", 3),))
         >>> strings = Block("parameter", "fixed", (mode,))
         >>> print(interface_text(arrays({"gravity": gravity, "strings": strings})))
-        tolerance 1e-06
+        tolerance 1e-06 0.0001 1e-09 1e-05
         nominals 0.001 0.05
         reals gravity m/s2 gravity.x gravity.y gravity.z
         string mode fast slow fast
         end
     """
     nominals = " ".join(repr(nominal) for nominal in STATES.values())
-    lines = [f"tolerance {TOLERANCE!r}", f"nominals {nominals}"]
+    tolerances = " ".join(map(repr, (TOLERANCE, RELATIVE, LEAST, MOST)))
+    lines = [f"tolerance {tolerances}", f"nominals {nominals}"]
     for key, variables in groups.items():
         lines += [_line(key, variable) for variable in variables]
     return "\n".join([*lines, "end"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from coupling.fmu_export.units import BASE_UNITS
-from elastic_robot.fmi.variables import Block, Variable
+from elastic_robot.fmi.variables import TIME, Block, Variable
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class About:
         date: UTC, ISO 8601, ending in Z.
         capabilities: Flags of `CoSimulation` that are true, as the FMI version names them.
         step_size: Communication step to begin with [s].
-        tolerance: Tolerance to begin with.
+        tolerance: Relative tolerance to begin with.
         exchange: Flags of `ModelExchange` that are true; None where there is none.
     """
 
@@ -180,6 +180,11 @@ def at_points(blocks: Mapping[str, Block]) -> dict[str, Block]:
     them; what they follow in model exchange stays.  Importers take the list for algebraic loops.
     """
     return {name: replace(block, follows=()) for name, block in blocks.items()}
+
+
+def starting_names(block: Block, exchange: bool) -> list[str]:
+    """Return the names of all blocks that an initial value depends on; time is there with exchange."""
+    return [name for name in block.starts_from if exchange or name != TIME]
 
 
 def known_names(block: Block, exchange: bool) -> list[str]:

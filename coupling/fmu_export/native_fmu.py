@@ -16,9 +16,10 @@ from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.model_description import at_points
 from coupling.fmu_export.native_standards import Standard, headers_licenses
+from coupling.fmu_export.packed_sources import packed_sources
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
-from elastic_robot.fmi.interface import MODEL_NAME, blocks
+from elastic_robot.fmi.interface import blocks
 from elastic_robot.parameters import Parameters
 from elastic_robot.spline_curve import SplineCurve
 
@@ -37,6 +38,7 @@ def build_native_fmu(
     platforms: Sequence[str],
     with_sources: bool,
     standard: Standard,
+    name: str,
     over_step: bool = False,
 ) -> Path:
     """Write a robot's native FMU and return the file.
@@ -48,6 +50,7 @@ def build_native_fmu(
         platforms: Names of the platforms that it shall run on; none: the one this runs on.
         with_sources: Pack the C sources as well, so that a master can compile them.
         standard: Version of FMI.
+        name: Name of the model and its identifier.
         over_step: Declare what outputs follow over a step, not at a communication point.
 
     Raises:
@@ -67,16 +70,16 @@ def build_native_fmu(
     }
     entries = licenses() | {name: text.encode() for name, text in texts.items()}
     entries |= {f"resources/{name}": data for name, data in resources.items()}
-    entries |= _libraries(standard, platforms or [host_platform().name])
+    entries |= _libraries(standard, platforms or [host_platform().name], name)
     source_files: tuple[str, ...] = ()
     if with_sources:
-        entries |= _sources(standard)
+        entries |= packed_sources(standard.function_sources(), standard.sources(), name)
         source_files = tuple(
             source.relative_to(SOURCES).as_posix() for source in standard.sources()
         )
-    entries |= standard.further_entries(source_files)
+    entries |= standard.further_entries(name, source_files)
     told = replace(
-        about(MODEL_NAME, robot_line(robot), "native", date, standard.capabilities),
+        about(name, robot_line(robot), "native", date, standard.capabilities),
         exchange=standard.exchange,
     )
 
@@ -94,15 +97,10 @@ def robot_data(robot: Robot, groups: Groups, guid: str) -> bytes:
     return f"{robot_text(robot, guid)}\n{interface_text(groups)}\n".encode()
 
 
-def _libraries(standard: Standard, names: Sequence[str]) -> dict[str, bytes]:
+def _libraries(standard: Standard, names: Sequence[str], name: str) -> dict[str, bytes]:
     platforms = platforms_named(names)
     libraries = core_libraries(platforms)
     return {
-        f"binaries/{standard.folder(p)}/{MODEL_NAME}{p.suffix}": libraries[p.name].read_bytes()
+        f"binaries/{standard.folder(p)}/{name}{p.suffix}": libraries[p.name].read_bytes()
         for p in platforms
     }
-
-
-def _sources(standard: Standard) -> dict[str, bytes]:
-    files = [*standard.sources(), *SOURCES.rglob("*.h")]
-    return {f"sources/{f.relative_to(SOURCES).as_posix()}": f.read_bytes() for f in files}

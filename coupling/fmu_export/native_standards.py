@@ -12,7 +12,6 @@ from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
 from coupling.fmu_export.model_description import About
-from elastic_robot.fmi.interface import MODEL_NAME
 from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]
@@ -32,7 +31,8 @@ class Standard:
         grouped: Gives the variables as masters are to see them.
         describe: Gives modelDescription.xml from what the FMU is, its variables, element by element and
             grouped, the token that ties it to its binary and the C files packed with it.
-        further_entries: Gives what else this version wants in the archive, from the packed C files.
+        further_entries: Gives what else this version wants in the archive, from the model identifier and
+            the packed C files.
     """
 
     version: str
@@ -43,11 +43,15 @@ class Standard:
     folder: Callable[[Platform], str]
     grouped: Callable[[Blocks], Groups]
     describe: Callable[[About, Blocks, Groups, str, tuple[str, ...]], bytes]
-    further_entries: Callable[[tuple[str, ...]], dict[str, bytes]]
+    further_entries: Callable[[str, tuple[str, ...]], dict[str, bytes]]
 
     def sources(self) -> list[Path]:
         """Return the C files of the FMU's library."""
-        return [*core_sources(), *(SOURCES / "fmi" / name for name in self.functions)]
+        return [*core_sources(), *self.function_sources()]
+
+    def function_sources(self) -> list[Path]:
+        """Return the C files with the standard's functions."""
+        return [SOURCES / "fmi" / name for name in self.functions]
 
     def headers_license(self) -> str:
         """Return the notice of the standard's own headers, which the libraries are compiled with."""
@@ -55,14 +59,14 @@ class Standard:
         return text[text.index("Copyright") : text.index("*/")].rstrip("- \n") + "\n"
 
 
-def _icon(source_files: tuple[str, ...]) -> dict[str, bytes]:
+def _icon(name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
     return {"model.png": ICON.read_bytes()}
 
 
-def _build_description(source_files: tuple[str, ...]) -> dict[str, bytes]:
+def _build_description(name: str, source_files: tuple[str, ...]) -> dict[str, bytes]:
     if not source_files:
         return {}
-    return {"sources/buildDescription.xml": build_description(MODEL_NAME, source_files)}
+    return {"sources/buildDescription.xml": build_description(name, source_files)}
 
 
 STANDARDS = {

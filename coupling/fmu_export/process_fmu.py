@@ -41,6 +41,7 @@ def build_process_fmu(process: Process, desired: ToolPath, file: Path) -> Path:
     law = _law(memoryless(process), desired)
     slave = PythonSlave(
         module="process_slave",
+        class_name=MODEL_NAME,
         model_name=MODEL_NAME,
         description=f"{type(process).__name__}: TCP pose in, wrench and contact spring out",
         capabilities=(

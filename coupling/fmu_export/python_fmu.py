@@ -39,6 +39,7 @@ def build_python_fmu(
     file: Path,
     resources: Mapping[str, bytes],
     platforms: Sequence[str],
+    name: str,
     over_step: bool = False,
 ) -> Path:
     """Write a robot's FMU and return the file.
@@ -48,6 +49,7 @@ def build_python_fmu(
         file: File to write, ending in .fmu.
         resources: More files by name; `trajectory` can name one of them.
         platforms: Platforms that `python_host` must be compiled for; none: this machine, if it can.
+        name: Name of the model and its identifier.
         over_step: Declare what outputs follow over a step, not at a communication point.
 
     Raises:
@@ -57,7 +59,8 @@ def build_python_fmu(
     table = blocks(robot)
     slave = PythonSlave(
         module="elastic_robot_slave",
-        model_name=MODEL_NAME,
+        class_name=MODEL_NAME,
+        model_name=name,
         description=robot_line(robot),
         capabilities=_CAPABILITIES,
         blocks=table if over_step else at_points(table),

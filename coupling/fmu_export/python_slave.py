@@ -40,7 +40,8 @@ class PythonSlave:
     Attributes:
         module: Name of the module in `fmu_src/` that has its class, as `elastic_robot_slave` has
             `ElasticRobotSlave`.
-        model_name: The class's `modelName`.
+        class_name: The class's `modelName`.
+        model_name: Name of the FMU's model and its identifier.
         description: One line.
         capabilities: Flags of `CoSimulation` that are true.
         blocks: The variables.
@@ -48,6 +49,7 @@ class PythonSlave:
     """
 
     module: str
+    class_name: str
     model_name: str
     description: str
     capabilities: tuple[str, ...]
@@ -99,9 +101,17 @@ class PythonSlave:
             # PythonFMU keeps one module of each name: the robot's entry must not be the process's.
             entry = Path(folder, f"{self.module.replace('_slave', '_entry')}.py")
             entry.write_bytes((FMU_SOURCES / "slave_entry.py").read_bytes())
-            file = Path(folder, f"{self.model_name}.fmu")
+            file = Path(folder, f"{self.class_name}.fmu")
             own = [FMU_SOURCES / f"{name}.py" for name in (self.module, "slave_refusal")]
             needed = [*self.packages, *own, *files]
             FmuBuilder.build_FMU(entry, dest=file, project_files=needed)
             with zipfile.ZipFile(file) as archive:
-                return {name: archive.read(name) for name in archive.namelist()}
+                return {self._named(name): archive.read(name) for name in archive.namelist()}
+
+    def _named(self, entry: str) -> str:
+        """Return the path of an entry; a library bears the name of the model, not of the class."""
+        folder, _, file = entry.rpartition("/")
+        stem, dot, suffix = file.partition(".")
+        if not folder.startswith("binaries/") or stem != self.class_name:
+            return entry
+        return f"{folder}/{self.model_name}{dot}{suffix}"

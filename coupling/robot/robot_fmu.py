@@ -167,7 +167,12 @@ class RobotFmu:
         trajectory = Path(self._folder.path, "trajectory.npz")
         save_trajectory(trajectory, command)
         mode = str(values["mode"])
-        parameters = {"trajectory": str(trajectory), "torque_curve": self.torque_curve, **values}
+        parameters = {
+            "trajectory": str(trajectory),
+            "torque_curve": self.torque_curve,
+            "tcp_tolerance": _TOLERANCE,
+            **values,
+        }
         instants = wrench.instants
         parts = _parts(len(instants), mode)
         processes = self._started(len(parts))
@@ -183,7 +188,6 @@ class RobotFmu:
                 _inputs(wrench, part),
                 outputs,
                 width,
-                _TOLERANCE,
             )
             for part in parts
         ]

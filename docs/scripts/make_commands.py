@@ -89,7 +89,8 @@ class Fmu:
             instanceName="robot",
         )
         slave.instantiate()
-        slave.setupExperiment(startTime=0.0, tolerance=TOLERANCE)
+        slave.setupExperiment(startTime=0.0)
+        slave.setReal(self.of("tcp_tolerance"), [TOLERANCE])
         slave.setString(self.of("trajectory"), [trajectory])
         slave.enterInitializationMode()
         self.command(slave, first)

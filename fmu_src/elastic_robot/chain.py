@@ -26,6 +26,7 @@ class Chain:
     Attributes:
         model: Pinocchio model, one revolute joint per angle.
         tcp: Frame number of the TCP in `model`.
+        axes: Axis of each rotation, (angles, 3).
         drive: Index in theta of each joint's own rotation, (n,).
         elastic: Index in theta of each elastic coordinate, (m,).
         elastic_joint: Number of the joint (from 0) that owns each elastic coordinate, (m,).
@@ -34,6 +35,7 @@ class Chain:
 
     model: pin.Model
     tcp: int
+    axes: np.ndarray
     drive: np.ndarray
     elastic: np.ndarray
     elastic_joint: np.ndarray
@@ -106,10 +108,11 @@ def build_chain(robot: Robot) -> Chain:
     model.name = robot.name
     model.gravity.linear = np.array(robot.gravity)
     parent = 0
-    drive, elastic, elastic_joint, elastic_tilt = [], [], [], []
+    axes, drive, elastic, elastic_joint, elastic_tilt = [], [], [], [], []
 
     def add_rotation(axis: tuple[float, ...], placement: pin.SE3, name: str) -> int:
         nonlocal parent
+        axes.append(axis)
         parent = model.addJoint(
             parent, pin.JointModelRevoluteUnaligned(np.array(axis)), placement, name
         )
@@ -136,6 +139,7 @@ def build_chain(robot: Robot) -> Chain:
     chain = Chain(
         model=model,
         tcp=tcp,
+        axes=np.array(axes),
         drive=np.array(drive, dtype=int),
         elastic=np.array(elastic, dtype=int),
         elastic_joint=np.array(elastic_joint, dtype=int),

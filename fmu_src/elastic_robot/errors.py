@@ -2,7 +2,13 @@
 
 
 class ElasticRobotError(Exception):
-    """Base of every error this package raises for a user's mistake or an impossible request."""
+    """Base of every error this package raises for a user's mistake or an impossible request.
+
+    Attributes:
+        may_retry: Whether all is as before, and another value or step may do.
+    """
+
+    may_retry = False
 
 
 class RobotFileError(ElasticRobotError):
@@ -15,6 +21,12 @@ class TrajectoryError(ElasticRobotError):
 
 class ParameterError(ElasticRobotError):
     """A parameter or input of the running model has a value it cannot take."""
+
+
+class RangeError(ParameterError):
+    """A variable is given a value that it cannot take; it keeps the one that it has."""
+
+    may_retry = True
 
 
 class EquilibriumError(ElasticRobotError):

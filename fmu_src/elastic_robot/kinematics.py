@@ -85,7 +85,7 @@ def _triangles(size: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pose_of(placement: pin.SE3) -> np.ndarray:
-    """Return x, y, z, qx, qy, qz, qw of a placement, qw >= 0, (7,)."""
+    """Return x, y, z, qx, qy, qz, qw of a placement, qw >= 0, (7,): `turns` has the other quaternion."""
     pose = pin.SE3ToXYZQUAT(placement)
     if pose[6] < 0.0:
         pose[3:] *= -1.0

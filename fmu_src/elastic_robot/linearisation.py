@@ -39,8 +39,9 @@ class Modes:
 
     @property
     def frequency(self) -> np.ndarray:
-        """Eigenfrequency |lambda| / (2 pi) [Hz], as without damping, (k,)."""
-        return np.abs(self.eigenvalue) / (2.0 * np.pi)
+        """Eigenfrequency |lambda| / (2 pi), as without damping [Hz], (k,); nan where nothing swings."""
+        swings = self.eigenvalue.imag > 0.0
+        return np.where(swings, np.abs(self.eigenvalue) / (2.0 * np.pi), np.nan)
 
     @property
     def damping_ratio(self) -> np.ndarray:

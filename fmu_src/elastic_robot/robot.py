@@ -41,6 +41,7 @@ from elastic_robot.static_sensitivity import (
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve, ways_to_bends
+from elastic_robot.turns import Turns
 
 # The matrices of a step serve while no entry of a spring's stiffness changes by more, over its largest.
 _SAME_SPRING = 1e-3
@@ -92,6 +93,7 @@ class ElasticRobot:
         self._local_error = SETTINGS.local_error(tolerance, play)
         self._stepper = GaussStepper(self._local_error, reach=self.chain.reach)
         self._state: State | None = None
+        self._turns, self._opposite = Turns(self.chain), (False, False)
         self.parameters = Parameters.of(robot)
 
     @property
@@ -119,13 +121,14 @@ class ElasticRobot:
     @property
     def snapshot(self) -> Snapshot:
         """The present state; assigning one of the same robot goes on from there, bit for bit."""
-        return Snapshot(self._now(), self._held, self._parameters)
+        return Snapshot(self._now(), self._held, self._parameters, self._opposite)
 
     @snapshot.setter
     def snapshot(self, snapshot: Snapshot) -> None:
         if snapshot.parameters is not self._parameters:
             self.parameters = snapshot.parameters
         self._state, self._held = snapshot.state, snapshot.held
+        self._opposite = snapshot.opposite
 
     @property
     def time(self) -> float:
@@ -151,6 +154,8 @@ class ElasticRobot:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
         self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
         self._held = held
+        self._opposite = (False, False)
+        self._opposite = bool(self.tcp()[6] < 0.0), bool(self.rigid()[6] < 0.0)
 
     def step(self, end: float, drives: Drives, load: Load) -> None:
         """Move on to a time under a load; in quasi-static mode the anchor's place there counts.
@@ -234,8 +239,9 @@ class ElasticRobot:
         )
 
     def tcp(self) -> np.ndarray:
-        """Return the pose of the elastic robot's TCP, (7,)."""
-        return pose_of(self._elastic_placement())
+        """Return the pose of the elastic robot's TCP, (7,); qw >= 0 after `reset`, then continuous."""
+        theta = self.chain.theta(self._held.q, self._now().x)
+        return self._pose(theta, self._opposite[0])
 
     def velocity(self) -> np.ndarray:
         """Return the TCP's velocity [m/s], (3,); in quasi-static mode that of the rigid robot."""
@@ -246,8 +252,8 @@ class ElasticRobot:
         return velocity
 
     def rigid(self) -> np.ndarray:
-        """Return the pose of the TCP with undeflected joints, (7,)."""
-        return pose_of(self._rigid_placement())
+        """Return the pose of the TCP with undeflected joints, (7,), as that of the elastic one."""
+        return self._pose(self.chain.theta(self._held.q), self._opposite[1])
 
     def deviation(self) -> np.ndarray:
         """Return TCP minus rigid TCP [m] and the rotation vector between them [rad], (6,)."""
@@ -277,6 +283,12 @@ class ElasticRobot:
     def bend(self) -> np.ndarray:
         """Return how far each gear is from the next bends of its torque curve [rad], (torsions, 2)."""
         return ways_to_bends(self._curve, self._now().x)[self.chain.torsions]
+
+    def _pose(self, theta: np.ndarray, opposite: bool) -> np.ndarray:
+        pose = pose_of(base_from_tool(self.chain, self._dynamics.data, theta))
+        if (self._turns.sign(theta, pose[3:]) < 0.0) != opposite:
+            pose[3:] *= -1.0
+        return pose
 
     def _rigid_placement(self) -> pin.SE3:
         return base_from_tool(self.chain, self._dynamics.data, self.chain.theta(self._held.q))

@@ -73,6 +73,8 @@ class Settings:
         time_slack: A step may start this far from the end of the last one, and a time pass the ends of a
             trajectory by as much [s]: sums of communication steps round.
         time_slack_of_time: And by this part of the time itself, the spacing of 4 to 8 doubles there.
+        stop_slack: And by this part of an experiment's length behind its stop time: the sums of some
+            millions of steps.
         neighbour_ratio: Ratio of the lengths of two steps up to which commands at the start of both tell
             how the drives go on; what the shorter one tells counts no farther.
     """
@@ -114,6 +116,7 @@ class Settings:
     tries_per_sample: int = 3
     time_slack: float = 1e-9
     time_slack_of_time: float = 2.0**-50
+    stop_slack: float = 1e-9
     neighbour_ratio: float = 4.0
 
     def time_rounding(self, time: float) -> float:

@@ -42,11 +42,13 @@ class Snapshot:
         state: State of the stepper.
         held: Drives and load at that time.
         parameters: Parameters that the state was computed with.
+        opposite: Whether qw of the elastic and of the rigid tool was below 0 at the start.
     """
 
     state: State
     held: Held
     parameters: Parameters
+    opposite: tuple[bool, bool]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the snapshot as named arrays, from which `from_arrays` restores it exactly.
@@ -60,6 +62,7 @@ class Snapshot:
             "x": state.x,
             "v": state.v,
             "region": state.region,
+            "opposite": np.array(self.opposite),
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
@@ -98,8 +101,9 @@ class Snapshot:
         acting = Acting(**{key: arrays[f"acting_{key}"] for key in _ACTING})
         held = Held(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
         gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
-        tables = parameters.tables
-        return cls(state, held, Parameters(gravity, stiffness, damping, backlash, tables))
+        computed = Parameters(gravity, stiffness, damping, backlash, parameters.tables)
+        elastic, rigid = arrays["opposite"].tolist()
+        return cls(state, held, computed, (elastic, rigid))
 
 
 _HELD = ("q", "qd", "qdd")

@@ -6,15 +6,20 @@
 
 #include "../native/fmi/log_categories.h"
 
-/* Masters format messages like printf. */
+/* Begins the sentences of exceptions that leave the host another try; slave_refusal.py has the same. */
+#define DISCARD_MARK "[discard] "
+
+/* Masters format messages like printf, and # begins the reference of a variable. */
 void er_component_tell(const er_component *c, fmi2Status status, const char *text)
 {
+    unsigned category = status == fmi2Fatal     ? ER_LOG_FATAL
+                        : status == fmi2Discard ? ER_LOG_DISCARD
+                                                : ER_LOG_ERROR;
     char escaped[ER_ESCAPED_TEXT];
-    if (c->host.logger == NULL || !c->log)
+    if (c->host.logger == NULL || (c->log & category) == 0)
         return;
-    er_escape(text, escaped);
-    c->host.logger(c->host.componentEnvironment, c->name, status,
-                   status == fmi2Fatal ? ER_LOG_FATAL : ER_LOG_ERROR, escaped);
+    er_escape(text, "%#", escaped);
+    c->host.logger(c->host.componentEnvironment, c->name, status, er_log_name(category), escaped);
 }
 
 fmi2Status er_component_refuse(const er_component *c, const char *text)
@@ -39,7 +44,7 @@ static void unescape(char *text)
     char *to = text;
     for (; *text != '\0'; text++) {
         *to++ = *text;
-        if (text[0] == '%' && text[1] == '%')
+        if (text[0] == text[1] && (*text == '%' || *text == '#'))
             text++;
     }
     *to = '\0';
@@ -51,15 +56,20 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
                   fmi2String category, fmi2String message, ...)
 {
     er_component *c = environment;
+    unsigned wanted;
     (void)name;
     if (status == fmi2Fatal) {
         const char *reason = strchr(message, '\n'); /* before it, PythonFMU's function */
-        er_fail(&c->cause, "%s", reason != NULL ? reason + 1 : message);
+        reason = reason != NULL ? reason + 1 : message;
+        c->discards = strncmp(reason, DISCARD_MARK, sizeof DISCARD_MARK - 1) == 0;
+        er_fail(&c->cause, "%s", reason + (c->discards ? sizeof DISCARD_MARK - 1 : 0));
         unescape(c->cause.text);
         return;
     }
     c->told = c->told || status == fmi2Error;
-    if (c->host.logger != NULL && c->log)
+    c->warned = c->warned || status == fmi2Warning;
+    wanted = status == fmi2Warning ? ER_LOG_WARNING : ER_LOG_ERROR;
+    if (c->host.logger != NULL && (c->log & wanted) != 0)
         c->host.logger(c->host.componentEnvironment, c->name, status,
                        category != NULL ? category : "logAll", message);
 }
@@ -87,7 +97,7 @@ bool er_component_begin(er_component *c)
 {
     if (c == NULL || c->lost)
         return false;
-    c->told = false;
+    c->told = c->warned = c->discards = false;
     c->cause.text[0] = '\0';
     return true;
 }
@@ -100,8 +110,9 @@ fmi2Status er_component_none(const er_component *c)
 fmi2Status er_component_end(er_component *c, fmi2Status status)
 {
     if (status != fmi2Fatal)
-        return status;
+        return status == fmi2OK && c->warned ? fmi2Warning : status;
+    status = c->discards ? fmi2Discard : fmi2Error;
     if (!c->told && c->cause.text[0] != '\0')
-        er_component_tell(c, fmi2Error, c->cause.text);
-    return fmi2Error;
+        er_component_tell(c, status, c->cause.text);
+    return status;
 }

@@ -11,8 +11,10 @@ typedef struct {
     fmi2Component inner;
     fmi2CallbackFunctions host;
     fmi2CallbackFunctions relayed;
-    bool log;         /* the host wants messages */
+    unsigned log;     /* categories of messages that the host wants */
     bool told;        /* the present call has logged an error */
+    bool warned;      /* the present call has logged a warning */
+    bool discards;    /* the last exception leaves the host another try */
     bool lost;        /* a reset failed: PythonFMU's instance is no more */
     er_failure cause; /* of the last exception, as PythonFMU words it */
     char name[];
@@ -38,7 +40,8 @@ bool er_component_begin(er_component *c);
 /* What a call without such an instance is answered. */
 fmi2Status er_component_none(const er_component *c);
 
-/* After it: the status for the host.  A Python exception, fmi2Fatal there, is fmi2Error. */
+/* After it: the status for the host.  A Python exception, fmi2Fatal there, is fmi2Error, or fmi2Discard where
+ * the slave says so. */
 fmi2Status er_component_end(er_component *c, fmi2Status status);
 
 #define ER_PASS_ON(instance, function, ...)                                                         \

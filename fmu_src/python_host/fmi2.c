@@ -16,8 +16,10 @@
 #define SLAVE_FILE "slavemodule.txt"
 #define GUID_FILE "guid.txt"
 
-/* elastic_robot/fmi/inputs.py has the same: beyond it are the derivatives of inputs. */
+/* elastic_robot/fmi/inputs.py has the same: beyond it are the derivatives of inputs, and at it, to be read, the
+ * end of the last step. */
 #define OF_DERIVATIVES (1u << 30)
+#define LAST_TIME OF_DERIVATIVES
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -79,7 +81,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     char *folder = NULL;
     if (c == NULL)
         return NULL;
-    c->log = true; /* the reason of a failure is told in any case */
+    c->log = ER_LOG_ALL; /* the reason of a failure is told in any case */
     c->functions = er_inner_functions(&c->cause);
     if (c->functions == NULL)
         return give_up(c, fmi2Fatal);
@@ -102,7 +104,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         er_component_free(c);
         return NULL;
     }
-    c->log = logging != fmi2False;
+    c->log = logging != fmi2False ? ER_LOG_ALL : 0;
     return c;
 }
 
@@ -120,12 +122,12 @@ fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean logging, size
                                const fmi2String categories[])
 {
     er_component *c = instance;
-    er_log_choice choice = er_log_chosen(categories, count);
+    unsigned chosen;
     if (!er_component_begin(c))
         return er_component_none(c);
-    if (choice == ER_LOG_UNKNOWN)
+    if (!er_log_chosen(categories, count, &chosen))
         return er_component_refuse(c, ER_LOG_REFUSAL);
-    c->log = choice == ER_LOG_OURS && logging != fmi2False;
+    c->log = logging != fmi2False ? chosen : 0;
     return fmi2OK;
 }
 
@@ -200,14 +202,14 @@ static bool are_own(er_component *c, const fmi2ValueReference references[], size
 }
 
 /* Functions of the same form for each type of value. */
-#define VALUES(type, good)                                                                          \
+#define VALUES(type, given, good)                                                                   \
     fmi2Status fmi2Get##type(fmi2Component instance, const fmi2ValueReference references[],         \
                              size_t count, fmi2##type values[])                                     \
     {                                                                                               \
         er_component *c = instance;                                                                 \
         if (!er_component_begin(c))                                                                 \
             return er_component_none(c);                                                            \
-        if (!er_component_given(c, count, references, values))                                      \
+        if (!er_component_given(c, count, references, values) || !(given))                          \
             return fmi2Error;                                                                       \
         return er_component_end(c, c->functions->fmi2Get##type(c->inner, references, count, values));  \
     }                                                                                               \
@@ -220,7 +222,14 @@ static bool are_own(er_component *c, const fmi2ValueReference references[], size
         if (!er_component_given(c, count, references, values) || !(good))                           \
             return fmi2Error;                                                                       \
         return er_component_end(c, c->functions->fmi2Set##type(c->inner, references, count, values));  \
-    }                                                                                               \
+    }
+
+VALUES(Real, are_own(c, references, count), are_own(c, references, count))
+VALUES(Integer, true, true)
+VALUES(Boolean, true, true)
+VALUES(String, true, are_texts(c, values, count))
+
+#define STATUS(type)                                                                                \
     fmi2Status fmi2Get##type##Status(fmi2Component instance, const fmi2StatusKind kind,             \
                                      fmi2##type *value)                                             \
     {                                                                                               \
@@ -232,10 +241,23 @@ static bool are_own(er_component *c, const fmi2ValueReference references[], size
         return er_component_end(c, c->functions->fmi2Get##type##Status(c->inner, kind, value));     \
     }
 
-VALUES(Real, are_own(c, references, count))
-VALUES(Integer, true)
-VALUES(Boolean, true)
-VALUES(String, are_texts(c, values, count))
+STATUS(Integer)
+STATUS(Boolean)
+STATUS(String)
+
+/* PythonFMU does not know of states that are set, nor of the start. */
+fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
+{
+    static const fmi2ValueReference last_time = LAST_TIME;
+    er_component *c = instance;
+    if (!er_component_begin(c))
+        return er_component_none(c);
+    if (!er_component_given(c, 1, value, value))
+        return fmi2Error;
+    if (kind != fmi2LastSuccessfulTime)
+        return er_component_end(c, c->functions->fmi2GetRealStatus(c->inner, kind, value));
+    return er_component_end(c, c->functions->fmi2GetReal(c->inner, &last_time, 1, value));
+}
 
 fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value)
 {

@@ -53,6 +53,7 @@ def _expected_names() -> dict[str, list[str]]:
             *[f"{name}.stiffness" for name in elastic],
             *[f"{name}.damping" for name in elastic],
             *[f"joint[{i}].backlash" for i in range(1, 6)],
+            "tcp_tolerance",
             *["trajectory", "torque_curve", "mode", "initial_state"],
         ],
     }
@@ -76,6 +77,7 @@ def test_every_variable_of_the_contract_is_there(example_fmu, example):
         example.joints[1].stiffness, rel=1e-15
     )
     assert float(kinds["gravity.z"][1]) == -9.81
+    assert (kinds["tcp_tolerance"][0], float(kinds["tcp_tolerance"][1])) == ("fixed", 0.0)
 
 
 def test_arrays_follow_the_robot(build, tmp_path, run_fmu):
@@ -227,7 +229,8 @@ def test_outputs_follow_what_the_model_structure_says(
     rest |= {"anchor.x": 1.5, "anchor.z": 0.9, "anchor.vy": 0.1}
     rest |= {f"anchor.k{c}{c}": 1e5 for c in "xyz"}
     time = [0.0, 0.01] if element == "Outputs" else [0.0]
-    changed = [n for n in rest if element != "Outputs" or not n.startswith(("gravity", "joint"))]
+    parameters = ("gravity", "joint", "tcp_tolerance")
+    changed = [n for n in rest if element != "Outputs" or not n.startswith(parameters)]
     modes = ("dynamic", "quasistatic")
 
     def job(values, mode):

@@ -125,7 +125,7 @@ def ranges_are_given_where_they_mean_something(fmu):
     ranges = {v.get("name"): v.find("Real") for v in fmu.variables if v.find("Real") is not None}
     assert float(ranges["joint[2].stiffness"].get("min")) == 0.0
     assert (float(ranges["tcp.qx"].get("min")), float(ranges["tcp.qx"].get("max"))) == (-1.0, 1.0)
-    assert float(ranges["tcp.qw"].get("min")) == 0.0
+    assert float(ranges["tcp.qw"].get("min")) == -1.0
     assert float(ranges["compliance.xx"].get("nominal")) < 1e-3
 
 
@@ -267,3 +267,17 @@ def test_a_wrong_date_is_refused(example, tmp_path, monkeypatch, capsys):
         "SOURCE_DATE_EPOCH: expected a whole number of seconds since 1970, got 'yesterday'"
         in capsys.readouterr().err
     )
+
+
+def test_descriptions_tell_the_names_of_joints(example, tmp_path):
+    joints = [replace(joint, name=f"axis_{k}") for k, joint in enumerate(example.joints)]
+    named = replace(example, joints=tuple(joints))
+    fmu = Fmu.read(build_fmu(named, tmp_path / "R.fmu", BuildOptions("native")))
+    texts = {v.get("name"): v.get("description") for v in fmu.variables}
+    for name, wanted in (
+        ("joint[2].stiffness", "joint[2] (axis_1)"),
+        ("joint[1].tilt[2].damping", "joint[1].tilt[2] (axis_0)"),
+        ("q_cmd[6]", "drive 6 (axis_5)"),
+        ("joint[3].bend.below", "joint[3] (axis_2)"),
+    ):
+        assert wanted in texts[name]

@@ -43,8 +43,8 @@ FMI3 = {
     "GetString": EVER,
 }
 del FMI3["SetupExperiment"], FMI3["GetRealStatus"]
-# PythonFMU answers these two by itself: it has no derivatives, and a time whenever it is asked.
-PYTHON = {**FMI2, "GetDirectionalDerivative": [], "GetRealStatus": EVER}
+# PythonFMU has no derivatives.
+PYTHON = {**FMI2, "GetDirectionalDerivative": []}
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,13 @@ def _poses() -> dict[str, list[float]]:
     return {f"q_cmd[{i + 1}]": angles[:, i].tolist() for i in range(6)}
 
 
+def _upright(values: np.ndarray) -> np.ndarray:
+    """Poses with qw >= 0, as the references have them; along a run the FMU's do not change sides."""
+    values = values.copy()
+    values[values[:, 6] < 0.0, 3:7] *= -1.0
+    return values
+
+
 def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
     """Without gravity the elastic robot is the rigid one: 1e-9 m, 1e-9 in the quaternion."""
     job = {
@@ -33,7 +40,8 @@ def test_forward_kinematics_of_ten_poses(example_fmu, run_fmu):
         "outputs": [*POSE, *DEFLECTION],
     }
     (answer,) = run_fmu(example_fmu, job)
-    np.testing.assert_allclose(answer["values"], reference("a_fk")[:, 1:], rtol=0, atol=1e-9)
+    found = _upright(answer["values"])
+    np.testing.assert_allclose(found, reference("a_fk")[:, 1:], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("curve", CURVES)
@@ -51,7 +59,7 @@ def test_static_equilibrium_of_ten_poses(example_fmu, run_fmu, load, curve):
     }
     (answer,) = run_fmu(example_fmu, job)
     expected = reference(f"b_static_{load}_{curve}")[:, 1:]
-    np.testing.assert_allclose(answer["values"], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(_upright(answer["values"]), expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("curve", CURVES)

@@ -115,7 +115,8 @@ def instance_of(
         for name, block in blocks(case.robot).items()
     }
     slave = fmu.slave()
-    slave.setupExperiment(startTime=0.0, tolerance=case.tolerance)
+    slave.setupExperiment(startTime=0.0)
+    slave.setReal(references["tolerance"], [case.tolerance])
     texts = [trajectory, case.curve, case.mode, case.initial_state]
     slave.setString(references["strings"], texts)
     slave.enterInitializationMode()

@@ -65,7 +65,9 @@ class NativeFmu:
 
     def start(self, slave: FMU2Slave, q=POSTURE, tolerance: float | None = None, **strings: str):
         """Initialise an instance; returns it."""
-        slave.setupExperiment(startTime=0.0, tolerance=tolerance)
+        slave.setupExperiment(startTime=0.0)
+        if tolerance is not None:
+            self.set(slave, {"tcp_tolerance": tolerance})
         for name, value in strings.items():
             slave.setString([self.references[name]], [value])
         slave.enterInitializationMode()

@@ -77,9 +77,10 @@ class Robot:
         """
         slave = self._slave
         slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-        slave.setupExperiment(tolerance=settings.tolerance, startTime=time[0])
+        slave.setupExperiment(startTime=time[0])
         start: dict[str, object] = {"trajectory": str(command.resolve()), "mode": "dynamic"}
         start["initial_state"] = "equilibrium"
+        start["tcp_tolerance"] = settings.tolerance
         if settings.curve:
             start["torque_curve"] = settings.curve
         apply_start_values(slave, self._description, start | self._parameters(settings))

@@ -10,12 +10,13 @@ typedef fmi3FMUState saved;
 typedef fmi3Status status_of_call;
 #define GOOD fmi3OK
 #define REFUSED fmi3Error
+#define DISCARDED fmi3Discard
 
 static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
                         fmi3String message)
 {
     (void)environment;
-    CHECK(status == fmi3Error && category != NULL && strlen(message) > 10);
+    CHECK((status == fmi3Error || status == fmi3Discard) && category != NULL && strlen(message) > 10);
 }
 
 static instance create(const char *token, const char *resources)

@@ -189,8 +189,8 @@ int main(int count, char **arguments)
         /* Before every tenth call only, as it costs more than most. */
         size_t size = draw(10) == 0 ? snapshot(s.c, &before) : 0;
         status_of_call status = call_once(&s);
-        s.refused += status == REFUSED;
-        if (before != NULL && status == REFUSED)
+        s.refused += status == REFUSED || status == DISCARDED;
+        if (before != NULL && (status == REFUSED || status == DISCARDED))
             CHECK(snapshot(s.c, &after) == size && memcmp(before, after, size) == 0);
         free(before);
         free(after);

@@ -111,10 +111,15 @@ def test_fmi_3_is_valid_and_documented_with_scalars_and_arrays(example, tmp_path
 
 @pytest.fixture(scope="module")
 def own(packed, tmp_path_factory) -> Path:
-    """The packed sources' library as a master makes it: listed files, all warnings, no flags of ours."""
+    """The packed sources' library as a master makes it: listed files, all warnings, no flags of ours.
+
+    FMI 2.0.5, 2.1.1, FMI 3.0.2, 2.2.2: functions of a shared library have no prefix, "defining the
+    FMI2_OVERRIDE_FUNCTION_PREFIX precompiler macro", and its like.
+    """
     library = tmp_path_factory.mktemp("own") / "own.so"
     files = [str(packed.folder / "sources" / name) for name in packed.listed]
-    subprocess.run([compiler(), *C99, "-o", str(library), *files, "-lm"], check=True)
+    plain = f"-DFMI{packed.fmi}_OVERRIDE_FUNCTION_PREFIX"
+    subprocess.run([compiler(), *C99, plain, "-o", str(library), *files, "-lm"], check=True)
     return library
 
 

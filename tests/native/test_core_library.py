@@ -157,3 +157,12 @@ def test_the_command_says_which_platforms_are_inside(tmp_path, capsys):
         file = tmp_path / f"{kind}.fmu"
         assert main(["-o", str(file), "--kind", kind, "--platforms", here]) == 0
         assert f"{file}: built for {platforms}\n" in capsys.readouterr().out
+
+
+def test_the_compiler_of_a_wheel_needs_no_package(slow, tmp_path):
+    """As in an environment that has hatchling alone: filelock cannot be imported."""
+    hidden = "import sys; sys.modules['filelock'] = None\n" + ASK
+    said = subprocess.run(
+        [sys.executable, "-c", hidden, str(tmp_path)], cwd=ROOT, capture_output=True, text=True
+    )
+    assert said.stdout.strip() == "whole", said.stderr

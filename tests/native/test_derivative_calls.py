@@ -99,8 +99,8 @@ def test_derivatives_leave_the_instance_as_it_was(native):
 @pytest.mark.parametrize(
     ("unknown", "known", "message"),
     [
-        ("force.z", "tcp.x", "expected an output"),
-        ("tcp.x", "tcp.x", "expected an input"),
+        ("force.z", "tcp.x", "expected an output to differentiate, got force.z"),
+        ("tcp.x", "tcp.x", "behind initialisation, a state to differentiate by, got tcp.x"),
     ],
 )
 def test_derivatives_of_other_variables_are_refused(native, capfd, unknown, known, message):

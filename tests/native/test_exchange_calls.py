@@ -37,8 +37,9 @@ def _derivatives(model: Model) -> Any:
     return getter(_vector(STATES), STATES)
 
 
-# The modes in which the standards allow each call (FMI 2.0.4, 3.2.3; FMI 3.0, 3.2); more masters than
-# one read nominals in initialisation mode, which changes nothing.
+# The modes in which the standards allow each call (FMI 2.0.5, 3.2.3; FMI 3.0.2, 3.2); more masters than
+# one read nominals in initialisation mode, which changes nothing.  FMI 2 has event mode entered from
+# event mode as well, FMI 3 from continuous-time mode alone.
 AFTER, SHOWN = {"event", "continuous"}, {"initialising", "event", "continuous", "terminated"}
 ALL = SHOWN | {"instantiated"}
 CALLS: dict[str, tuple[Call, set[str]]] = {
@@ -100,7 +101,7 @@ def test_calls_are_allowed_where_the_standard_says_so(pair, capfd, fmi, mode):
         model = _model(pair, fmi)
         for step in MODES[mode]:
             step(model)
-        if mode in modes:
+        if mode in modes - ({"event"} if (fmi, name) == ("3", "enter event mode") else set()):
             call(model)
         else:
             before = _bytes(model)
@@ -175,8 +176,8 @@ def test_what_cannot_be_is_refused_and_changes_nothing(exchange, capfd):
         ),
         ("force.x: expected a finite number", lambda: exchange.set("wrench", [np.nan] * 6)),
         (
-            "derivative: expected an input to differentiate by, got variable",
-            lambda: exchange.jacobian(["tcp"], "gravity"),
+            "derivative: expected an input, a tunable parameter, time or, behind initialisation, a",
+            lambda: exchange.jacobian(["tcp"], "tcp"),
         ),
     ):
         _refused(capfd, sentence, call)
@@ -206,9 +207,12 @@ def test_parameters_change_at_events_and_act_at_once(exchange, capfd):
     exchange.set("gravity", [0.0, 0.0, -9.81])
     assert np.abs(exchange.derivatives()).max() < 1e-6
     stiffness = exchange.get("stiffness")
-    exchange.set("stiffness", [0.0, *stiffness[1:]])
-    _refused(capfd, "joint[1].stiffness: expected a number > 0", exchange.derivatives)
-    exchange.set("stiffness", stiffness)
+    _refused(
+        capfd,
+        "joint[1].stiffness: expected a number > 0",
+        lambda: exchange.set("stiffness", [0.0, *stiffness[1:]]),
+    )
+    np.testing.assert_array_equal(exchange.get("stiffness"), stiffness)
     assert np.abs(exchange.derivatives()).max() < 1e-6
 
 

@@ -234,7 +234,8 @@ def test_rates_accelerations_and_ways_to_bends_are_those_of_python(tmp_path, cur
         instanceName="robot",
     )
     slave.instantiate()
-    slave.setupExperiment(tolerance=1e-10)
+    slave.setupExperiment()
+    slave.setReal(exchange.references["tolerance"], [1e-10])
     slave.setString([exchange.strings["torque_curve"]], [curve])
     slave.enterInitializationMode()
     slave.exitInitializationMode()

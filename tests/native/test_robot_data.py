@@ -79,7 +79,7 @@ LINES = {
         "a setting, got 'slackness'",
     ),
     "zero": ("setting slack 0.01", "setting slack 0", "expected a setting above zero"),
-    "tolerance": ("tolerance 1e-06", "tolerance -1", "expected a tolerance > 0, got -1 m"),
+    "tolerance": ("tolerance 1e-06", "tolerance -1", "expected tolerances > 0, got -1: build"),
     "block": ("reals velocity", "reals speed", "expected the name of a block .*, got 'speed'"),
     "fewer reals": (" tcp.vz", "", "expected 3 variables of the block velocity, got 2"),
     "more reals": (" tcp.vz", " tcp.vz x", "expected 3 variables of the block velocity, got 4"),

@@ -131,7 +131,8 @@ def test_kinds_agree_on_random_robots(tmp_path):
         python.parameters = replace(python.parameters, stiffness=stiffness)
         python.reset(0.0, drives, Load())
         slave = fmu.slave()
-        slave.setupExperiment(startTime=0.0, tolerance=1e-8)
+        slave.setupExperiment(startTime=0.0)
+        slave.setReal(fmu.of(["tcp_tolerance"]), [1e-8])
         slave.setString(fmu.of(["trajectory"]), [str(tmp_path / "t.npz")])
         slave.enterInitializationMode()
         names = [v.name for v in table["stiffness"].variables]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.outputs import HELD, REST, STATES
+from elastic_robot.fmi.outputs import HELD, REST, STATES, TUNABLE
 from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, RATE
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 
@@ -15,7 +15,13 @@ def exchange(chain: Chain) -> dict[str, Block]:
     bend = "of the torque curve of"
 
     def derivatives(
-        state: str, unit: str, nominal: float, starts_from: Names, exchanged: Names, own: Names = ()
+        state: str,
+        unit: str,
+        nominal: float,
+        starts_from: Names,
+        exchanged: Names,
+        own: Names = (),
+        tuned: Names = (),
     ) -> Block:
         text = {"deflection": "Rate", "deflection_rate": "Acceleration"}[state]
         return Block(
@@ -35,6 +41,7 @@ def exchange(chain: Chain) -> dict[str, Block]:
             exchanged=exchanged,
             own=own,
             derivative_of=state,
+            tuned=tuned,
         )
 
     return {
@@ -47,6 +54,7 @@ def exchange(chain: Chain) -> dict[str, Block]:
             ACCELERATION,
             (*REST, "qd_cmd", "qdd_cmd"),
             moving,
+            tuned=TUNABLE,
         ),
         "bend": Block(
             "local",
@@ -63,5 +71,6 @@ def exchange(chain: Chain) -> dict[str, Block]:
             ),
             exchanged=("deflection",),
             is_event_indicator=True,
+            tuned=("backlash",),
         ),
     }

@@ -19,7 +19,7 @@ from elastic_robot.parameters import Parameters
 from elastic_robot.snapshot import Snapshot
 from elastic_robot.trajectory import Trajectory
 
-_HEADER = b"elastic-robot FMU state 2\n"
+_HEADER = b"elastic-robot FMU state 3\n"
 _DIGEST = hashlib.sha256().digest_size
 _MODEL = "model."
 _PAST = "past."
@@ -33,7 +33,8 @@ class FmuState:
         fingerprint: Fingerprint of the FMU that it belongs to.
         start: Start of the experiment [s]; the model's time is that since then.
         time: Start of the next step [s].
-        tolerance: Error allowed at the TCP over a path [m].
+        stop: Stop of the experiment [s], infinite if there is none.
+        tolerance: Relative tolerance of the experiment; 0 where it is not told.
         phase: Where the instance is in its life.
         parameters_changed: `values` has parameters that the model takes with the next step.
         values: Values of all real variables.
@@ -49,6 +50,7 @@ class FmuState:
     fingerprint: str
     start: float
     time: float
+    stop: float
     tolerance: float
     phase: Phase
     parameters_changed: bool
@@ -64,7 +66,7 @@ class FmuState:
         """Return the state as bytes; equal states give equal bytes."""
         arrays = {
             "fingerprint": np.array(self.fingerprint),
-            "clock": np.array([self.start, self.time, self.tolerance]),
+            "clock": np.array([self.start, self.time, self.stop, self.tolerance]),
             "flags": np.array([self.phase, self.parameters_changed]),
             "values": self.values,
             "jerk": self.jerk,
@@ -124,12 +126,13 @@ class PackedState:
         found = str(arrays["fingerprint"])
         require_own(found, fingerprint)
         of_model, of_past = (_beginning(arrays, prefix) for prefix in (_MODEL, _PAST))
-        start, time, tolerance = arrays["clock"].tolist()
+        start, time, stop, tolerance = arrays["clock"].tolist()
         phase, parameters_changed = arrays["flags"].tolist()
         return FmuState(
             fingerprint=found,
             start=start,
             time=time,
+            stop=stop,
             tolerance=tolerance,
             phase=Phase(phase),
             parameters_changed=bool(parameters_changed),

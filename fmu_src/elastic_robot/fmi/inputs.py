@@ -7,8 +7,9 @@ from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
 
 # Blocks of inputs that are the first derivatives of others.
 DERIVATIVES = {"wrench": "wrench_rate", "anchor": "anchor_velocity"}
-# python_host adds this to the value references of inputs whose derivatives it sets.
-OF_DERIVATIVES = 1 << 30
+# python_host adds this to the value references of inputs whose derivatives it sets, and reads the end of
+# the last step by it.
+OF_DERIVATIVES = LAST_TIME = 1 << 30
 
 
 def inputs(joints: int) -> dict[str, Block]:

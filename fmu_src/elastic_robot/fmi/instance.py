@@ -6,7 +6,7 @@ Whoever calls knows when a call may be made (`lifecycle.py`).  `native/fmi/insta
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,9 @@ from elastic_robot.commands import CommandedMotion, Past
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError, ParameterError, StateError
 from elastic_robot.fmi.fmu_state import FmuState, PackedState, require_own
-from elastic_robot.fmi.interface import TOLERANCE
 from elastic_robot.fmi.lifecycle import Phase
 from elastic_robot.fmi.master_values import MasterValues
+from elastic_robot.fmi.tolerance import TOLERANCE, allowed_error
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
 from elastic_robot.robot import ElasticRobot
@@ -51,22 +51,33 @@ class Instance:
         self._past: Past | None = None
         # The model's own time is that since the start: late times have few digits for seconds.
         self._start = self._time = 0.0
-        self._tolerance = TOLERANCE
+        self._stop = inf
+        self._told_tolerance = 0.0
         self._parameters_changed = False
         # Blocks of outputs whose values are those of the present state.
         self._computed: set[str] = set()
 
-    def set_up(self, start: float, tolerance: float | None) -> None:
-        """Take the start time [s], and the error allowed at the TCP [m]."""
+    @property
+    def time(self) -> float:
+        """End of the last step, or the start [s]."""
+        return self._time
+
+    def set_up(self, start: float, stop: float | None, tolerance: float | None) -> None:
+        """Take start and stop time [s], and the relative tolerance."""
         if not isfinite(start):
             raise ParameterError(f"start time: expected a finite number, got {start} s")
+        stop = inf if stop is None else stop
+        if not stop >= start:
+            raise ParameterError(
+                f"stop time: expected the start time, {start} s, or a later one, got {stop} s"
+            )
         if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
             raise ParameterError(
-                f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m, got {tolerance} m"
+                f"tolerance: expected a number > 0, or 0 for {TOLERANCE:g} m at the TCP, got {tolerance}"
             )
         self._start = self._time = start
-        if tolerance:
-            self._tolerance = tolerance
+        self._stop = stop
+        self._told_tolerance = tolerance or 0.0
         self._forget()
 
     def initialised(self) -> ElasticRobot:
@@ -74,7 +85,7 @@ class Instance:
         if self._model is not None:
             return self._model
         strings = self._values.strings.values
-        model = self._values.new_model(strings, self._tolerance)
+        model = self._values.new_model(strings, self._allowed_error())
         model.parameters = self._values.parameters()
         self._trajectory = self._values.read_trajectory(strings)
         undeflected = strings["initial_state"] == "undeflected"
@@ -90,10 +101,15 @@ class Instance:
         self._require_step(time, length)
         if length == 0.0:
             return
+        self._require_before_stop(time + length)
         model = self.initialised()
         end = self._end(model, time, length)
         drives = self._drives(model.time, end)
-        self._move(model, end, drives)
+        try:
+            self._move(model, end, drives)
+        except ElasticRobotError as error:
+            error.may_retry = True
+            raise
         if isinstance(drives, CommandedMotion) and self._values.strings["mode"] == "dynamic":
             self._past = drives.past(end, self._past)
         self._time = time + length
@@ -115,14 +131,17 @@ class Instance:
         """Set inputs and parameters."""
         if not references:
             return
+        if self.phase >= Phase.RUNNING:
+            self._values.reals.require_unfixed(references)
         if self._values.reals.set(references, values).has_parameters:
             self._parameters_changed = True
         self._forget_initial()
 
-    def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> None:
-        """Take first derivatives of inputs."""
-        self._values.set_derivatives(references, values)
+    def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
+        """Take first derivatives of inputs; return the name of the first that has no effect, or ""."""
+        ignored = self._values.set_derivatives(references, values)
         self._forget_initial()
+        return ignored
 
     def set_strings(self, references: Sequence[int], values: Sequence[str | None]) -> None:
         """Set the fixed parameters."""
@@ -141,7 +160,8 @@ class Instance:
             fingerprint=self._fingerprint,
             start=self._start,
             time=self._time,
-            tolerance=self._tolerance,
+            stop=self._stop,
+            tolerance=self._told_tolerance,
             phase=self.phase,
             parameters_changed=self._parameters_changed,
             values=values.reals.values.copy(),
@@ -162,15 +182,18 @@ class Instance:
         strings = values.strings.of(state.strings)
         model, trajectory = None, None
         if state.model is not None:
-            same = (strings, state.tolerance) == (values.strings.values, self._tolerance)
+            own = values.reals.slice_of("tolerance")
+            error = allowed_error(float(state.values[own][0]), state.tolerance)
+            same = (strings, error) == (values.strings.values, self._allowed_error())
             model = self._model if same else None
-            model = model or values.new_model(strings, state.tolerance)
+            model = model or values.new_model(strings, error)
             trajectory = state.trajectory
             if trajectory is None and state.trajectory_digest:
                 trajectory = self._read_again(strings, state.trajectory_digest)
             model.snapshot = state.model
         self._model, self._trajectory, values.strings.values = model, trajectory, strings
-        self._start, self._time, self._tolerance = state.start, state.time, state.tolerance
+        self._start, self._time, self._stop = state.start, state.time, state.stop
+        self._told_tolerance = state.tolerance
         self.phase, self._parameters_changed = state.phase, state.parameters_changed
         values.reals.values[:] = state.values
         self._past, values.jerk = state.past, state.jerk.copy()
@@ -201,6 +224,17 @@ class Instance:
             raise ParameterError(
                 f"step start: expected the last step's end, {self._time} s, got {time} s"
             )
+
+    def _allowed_error(self) -> float:
+        return allowed_error(float(self._values.reals.block("tolerance")[0]), self._told_tolerance)
+
+    def _require_before_stop(self, end: float) -> None:
+        stop = self._stop
+        if end <= stop:
+            return
+        rounding = SETTINGS.slack_at(stop) + SETTINGS.stop_slack * (stop - self._start)
+        if not end - stop <= rounding:
+            raise ParameterError(f"time: expected at most the stop time, {stop} s, got {end} s")
 
     def _end(self, model: ElasticRobot, time: float, length: float) -> float:
         """Return a step's end since the start: in the model's time while the master's cannot tell."""

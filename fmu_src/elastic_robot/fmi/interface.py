@@ -7,6 +7,8 @@ fmi/interface.h.
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,18 +18,20 @@ from elastic_robot.description import Robot
 from elastic_robot.fmi.exchange import exchange
 from elastic_robot.fmi.inputs import inputs
 from elastic_robot.fmi.outputs import outputs
+from elastic_robot.fmi.tolerance import TOLERANCE
 from elastic_robot.fmi.variables import AXES, Array, Block, Names, Variable
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 MODEL_NAME = "ElasticRobot"
-# To begin with: communication step [s], and error allowed at the TCP over a path [m].
+# Communication step to begin with [s].
 STEP_SIZE = 0.01
-TOLERANCE = 1e-6
 TORQUE_CURVE_DEFAULT = "backlash"
 Mode = Literal["dynamic", "quasistatic"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 INITIAL_STATES = ("equilibrium", "undeflected")
+# A joint by its number in a description; of an elastic coordinate, what is behind it as well.
+_OF_JOINT = re.compile(r"(?:joint\[|drive )(\d+)\]?(?:\.tilt\[\d+\])?")
 LONGEST_TEXT = 1024  # bytes of a string variable, its end included; ER_MAX_PATH in C
 
 
@@ -36,13 +40,27 @@ def blocks(robot: Robot) -> dict[str, Block]:
     chain = build_chain(robot)
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
-    return {
+    table = {
         **inputs(len(robot.joints)),
         **outputs(chain),
         **parameters,
         **exchange(chain),
         "strings": strings,
     }
+    return {key: _with_joints(block, robot) for key, block in table.items()}
+
+
+def _with_joints(block: Block, robot: Robot) -> Block:
+    """Return a block whose descriptions have the names of the joints beside their numbers."""
+
+    def named(found: re.Match[str]) -> str:
+        name = robot.joints[int(found[1]) - 1].name
+        return f"{found[0]} ({name})" if name else found[0]
+
+    def described(variable: Variable) -> Variable:
+        return replace(variable, text=_OF_JOINT.sub(named, variable.text))
+
+    return replace(block, variables=tuple(map(described, block.variables)))
 
 
 def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
@@ -84,6 +102,20 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
         ),
         "damping": tunable(elastic("damping", "N.m.s/rad", "Damping", parameters.damping)),
         "backlash": tunable([backlash[k] for k in chain.torsions]),
+        "tolerance": Block(
+            "parameter",
+            "fixed",
+            (
+                Variable(
+                    "tcp_tolerance",
+                    "m",
+                    "Error allowed at the TCP over a path; 0: by the experiment's tolerance",
+                    0.0,
+                    minimum=0.0,
+                    nominal=TOLERANCE,
+                ),
+            ),
+        ),
         "strings": Block(
             "parameter",
             "fixed",

@@ -76,4 +76,8 @@ GET = Call(
     _ALWAYS - {Phase.INSTANTIATED},
     "expected initialisation to be entered before values are read, got it after",
 )
+RESULT = Call(
+    frozenset({Phase.RUNNING, Phase.TERMINATED}),
+    "expected initialisation's end before a step is asked about, got it after",
+)
 ANY = Call(_ALWAYS)

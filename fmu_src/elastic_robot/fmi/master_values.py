@@ -47,17 +47,22 @@ class MasterValues:
         self._anchor = tuple(self.reals.block(key) for key in anchor)
         self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
-    def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> None:
-        """Take first derivatives of inputs; those without a place here have no effect.
+    def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
+        """Take first derivatives of inputs; return the name of the first that has no effect, or "".
 
         Raises:
             ParameterError: If a variable is no input, or a derivative not finite.
         """
-        for (key, k), value in zip(self.reals.inputs(references, values), values, strict=True):
+        ignored = ""
+        inputs = self.reals.inputs(references, values)
+        for reference, (key, k), value in zip(references, inputs, values, strict=True):
             if key == "qdd_cmd":
                 self.jerk[k] = value
             elif key in DERIVATIVES:
                 self.reals.block(DERIVATIVES[key])[k] = value
+            else:
+                ignored = ignored or self.reals.name(reference)
+        return ignored
 
     def command(self) -> Command:
         """Return the drives' command."""
@@ -76,14 +81,8 @@ class MasterValues:
         return Load(wrench, spring, rate)
 
     def parameters(self) -> Parameters:
-        """Return the tunable parameters.
-
-        Raises:
-            ParameterError: If one cannot be that of a robot.
-        """
+        """Return the tunable parameters."""
         reals = self.reals
-        for key, above in (("stiffness", True), ("damping", False), ("backlash", False)):
-            reals.require_at_least_zero(key, above)
         own = Parameters.of(self._robot)
         backlash = np.zeros_like(own.backlash)
         backlash[self._torsions] = reals.block("backlash")

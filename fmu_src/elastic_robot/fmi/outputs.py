@@ -19,6 +19,7 @@ STEP = (
     "anchor_stiffness",
     "wrench_rate",
 )
+TUNABLE = ("gravity", "stiffness", "damping", "backlash")
 HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness")
 REST = (
     "wrench",
@@ -29,6 +30,7 @@ REST = (
     "stiffness",
     "backlash",
     "strings",
+    TIME,
 )
 
 
@@ -42,6 +44,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
         starts_from: Names = REST,
         exchanged: Names = (*HELD, TIME, "deflection"),
         own: Names = (),
+        tuned: Names = TUNABLE,
     ) -> Block:
         return Block(
             "output",
@@ -52,6 +55,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
             arrays,
             exchanged,
             own,
+            tuned=tuned,
         )
 
     def pose(
@@ -60,6 +64,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
         follows: Names = STEP,
         starts_from: Names = REST,
         exchanged: Names = ("q_cmd", TIME, "deflection"),
+        tuned: Names = TUNABLE,
     ) -> Block:
         position = [
             Variable(f"{group}.{c}", "m", f"Position {c} of {text}, base axes") for c in AXES
@@ -69,7 +74,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
                 f"{group}.{c}",
                 "1",
                 f"Unit quaternion of {text}, component {c[1]}: tool axes to base axes",
-                minimum=0.0 if c == "qw" else -1.0,
+                minimum=-1.0,
                 maximum=1.0,
             )
             for c in POSE[3:]
@@ -85,6 +90,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
             follows=follows,
             starts_from=starts_from,
             exchanged=exchanged,
+            tuned=tuned,
         )
 
     apart = "TCP minus rigid TCP"
@@ -103,8 +109,9 @@ def outputs(chain: Chain) -> dict[str, Block]:
             "rigid",
             "the TCP with undeflected joints",
             follows=("q_cmd", "qd_cmd", "qdd_cmd"),
-            starts_from=("q_cmd", "strings"),
+            starts_from=("q_cmd", "strings", TIME),
             exchanged=("q_cmd", TIME),
+            tuned=(),
         ),
         "deviation": block(
             [

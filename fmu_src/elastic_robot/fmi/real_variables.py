@@ -8,9 +8,11 @@ from math import isfinite
 
 import numpy as np
 
-from elastic_robot.errors import ParameterError
+from elastic_robot.errors import ParameterError, RangeError
 from elastic_robot.fmi.variables import Block
 
+# Blocks of parameters without numbers below zero.
+_AT_LEAST_ZERO = ("stiffness", "damping", "backlash", "tolerance")
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100
 
@@ -23,11 +25,13 @@ class Places:
         rows: Their index in the array of values; a slice where they follow one another.
         outputs: The blocks of what is computed among them: outputs and local variables.
         has_parameters: Whether there are parameters among them.
+        fixed: Value references of the fixed ones.
     """
 
     rows: slice | list[int]
     outputs: frozenset[str]
     has_parameters: bool
+    fixed: tuple[int, ...]
 
 
 class RealVariables:
@@ -58,9 +62,22 @@ class RealVariables:
         """Return the number of variables."""
         return len(self._names)
 
+    def name(self, reference: int) -> str:
+        """Return the name of a variable."""
+        return self._names[reference]
+
+    def slice_of(self, key: str) -> slice:
+        """Return where the values of a block are."""
+        return self._slices[key]
+
     def block(self, key: str) -> np.ndarray:
         """Return the values of a block, a view."""
         return self.values[self._slices[key]]
+
+    def require_unfixed(self, references: Sequence[int]) -> None:
+        """Raise a ParameterError for the first fixed parameter."""
+        for k in self.places(references).fixed:
+            raise ParameterError(f"{self._names[k]} is fixed; set it before initialisation ends")
 
     def places(self, references: Sequence[int]) -> Places:
         """Return where variables are; masters ask for the same few lists over and over.
@@ -80,14 +97,17 @@ class RealVariables:
         """Set inputs and parameters; return where they are.
 
         Raises:
-            ParameterError: If a variable is an output, or a value not finite; nothing is set then.
+            ParameterError: If a variable is an output; nothing is set then.
+            RangeError: If a value is not finite or out of a parameter's range; nor then.
         """
         places = self.places(references)
-        self._require_finite(references, values)
+        self._require_finite(references, values, "", RangeError)
         if places.outputs:
             output = next(k for k in references if self._block_of[k] in places.outputs)
             kind = "an output" if self._kind(output) == "output" else "computed"
             raise ParameterError(f"{self._names[output]} is {kind} and cannot be set")
+        if places.has_parameters:
+            self._require_ranges(references, values)
         self.values[places.rows] = values
         return places
 
@@ -120,16 +140,14 @@ class RealVariables:
         self._require_finite(references, values, ": give inputs and parameters of physical size")
         return values
 
-    def require_at_least_zero(self, key: str, above: bool) -> None:
-        """Raise a ParameterError for the first value of a block below zero, or not above it."""
-        values = self.block(key)
-        bad = np.flatnonzero(values <= 0.0 if above else values < 0.0)
-        if len(bad):
-            k = self._slices[key].start + bad[0]
-            raise ParameterError(
-                f"{self._names[k]}: expected a number {'>' if above else '>='} 0, got"
-                f" {self.values[k]} {self._units[k]}"
-            )
+    def _require_ranges(self, references: Sequence[int], values: Sequence[float]) -> None:
+        for k, value in zip(references, values, strict=True):
+            key, above = self._block_of[k], self._block_of[k] == "stiffness"
+            if key in _AT_LEAST_ZERO and not (value > 0.0 if above else value >= 0.0):
+                raise RangeError(
+                    f"{self._names[k]}: expected a number {'>' if above else '>='} 0, got"
+                    f" {value} {self._units[k]}"
+                )
 
     def _kind(self, reference: int) -> str:
         return self._table[self._block_of[reference]].causality
@@ -148,14 +166,21 @@ class RealVariables:
             rows=slice(first, first + len(references)) if follow else list(references),
             outputs=frozenset(key for key in blocks if kinds[key] in ("output", "local")),
             has_parameters="parameter" in kinds.values(),
+            fixed=tuple(
+                k for k in references if self._table[self._block_of[k]].variability == "fixed"
+            ),
         )
 
     def _require_finite(
-        self, references: Sequence[int], values: Sequence[float], advice: str = ""
+        self,
+        references: Sequence[int],
+        values: Sequence[float],
+        advice: str,
+        error: type[ParameterError] = ParameterError,
     ) -> None:
         if all(map(isfinite, values)):
             return
         k, value = next((k, v) for k, v in zip(references, values, strict=True) if not isfinite(v))
-        raise ParameterError(
+        raise error(
             f"{self._names[k]}: expected a finite number, got {value} {self._units[k]}{advice}"
         )

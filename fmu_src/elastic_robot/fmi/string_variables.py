@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from elastic_robot.errors import ParameterError
+from elastic_robot.errors import ParameterError, RangeError
 from elastic_robot.fmi.interface import LONGEST_TEXT
 from elastic_robot.fmi.variables import Variable
 
@@ -66,11 +66,11 @@ def _checked(variable: Variable, value: str | None) -> str:
     if value is None:
         raise ParameterError(f"{variable.name}: expected a text, got NULL")
     if variable.choices and value not in variable.choices:
-        raise ParameterError(
+        raise RangeError(
             f"{variable.name}: expected one of {', '.join(variable.choices)}, got {value[:200]!r}"
         )
     if len(value.encode()) >= LONGEST_TEXT:
-        raise ParameterError(
+        raise RangeError(
             f"{variable.name}: expected less than {LONGEST_TEXT} characters, got {len(value.encode())}"
         )
     return value

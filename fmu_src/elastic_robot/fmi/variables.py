@@ -69,6 +69,8 @@ class Block:
         own: Those of them of which it is the element at the same place only.
         derivative_of: The block of states whose derivatives by time these are.
         is_event_indicator: Whether a change of their sign is an event of model exchange.
+        tuned: Of outputs, derivatives and event indicators: the blocks of tunable parameters that their
+            value depends on, which are knowns in FMI 3.
     """
 
     causality: str
@@ -81,3 +83,4 @@ class Block:
     own: Names = ()
     derivative_of: str = ""
     is_event_indicator: bool = False
+    tuned: Names = ()

@@ -41,7 +41,7 @@ void er_static_torque(const er_robot *robot, const er_placement *placement, cons
 void er_static_torque_gradient(const er_robot *robot, const er_placement *placement,
                                const double gravity[3], const double wrench[6], double *gradient);
 
-/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0. */
+/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0: turns.h has the other quaternion. */
 void er_pose(const double position[3], const double rotation[9], double pose[7]);
 
 /* Rotation vector r [rad] with R = exp(r) R_reference, base axes. */

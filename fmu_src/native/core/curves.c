@@ -147,6 +147,33 @@ double er_curve_flank_curvature(const er_curve *curve, int k, double x)
     return 2.0 * s->cubic[piece][2] + 6.0 * s->cubic[piece][3] * (x - s->start[piece]);
 }
 
+/* Of the rounded dead band S is k B times a function of x / B. */
+double er_curve_along(const er_curve *curve, int k, int region, double x, double stiffness,
+                      double backlash)
+{
+    double torque = er_curve_torque(curve, k, region, x), flank = curve->stiffness[k], of_backlash;
+    if (region == 0 || (curve->spline[k].points > 0 && !er_curve_switches(curve, k)))
+        return 0.0;
+    if (curve->spline[k].points > 0)
+        of_backlash = (torque - x * er_spline_slope(curve, k, x)) / curve->backlash[k];
+    else if (curve->kind == ER_LINEAR || (curve->backlash[k] == 0.0 && x == 0.0))
+        of_backlash = 0.0;
+    else /* without play the region is 1: one that opens */
+        of_backlash = -copysign(flank, curve->backlash[k] > 0.0 ? region : x);
+    return torque / flank * stiffness + of_backlash * backlash;
+}
+
+double er_curve_flank_slope_along(const er_curve *curve, int k, double x, double stiffness,
+                                  double backlash)
+{
+    if (curve->spline[k].points == 0)
+        return stiffness;
+    if (!er_curve_switches(curve, k))
+        return 0.0;
+    return er_curve_flank_slope(curve, k, x) / curve->stiffness[k] * stiffness -
+           er_curve_flank_curvature(curve, k, x) * x / curve->backlash[k] * backlash;
+}
+
 static double spline_deflection(const er_spline *s, double torque)
 {
     int piece = 0;

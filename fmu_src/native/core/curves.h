@@ -70,6 +70,13 @@ static inline double er_curve_slope(const er_curve *curve, int k, int region, do
     return curve->spline[k].points > 0 ? er_spline_slope(curve, k, x) : curve->stiffness[k];
 }
 
+/* Changes of S(x) [N m] on the branch of a region, and of the slope below [N m/rad], along changes of the
+ * stiffness and the backlash of coordinate k; a table of its own takes the place of both. */
+double er_curve_along(const er_curve *curve, int k, int region, double x, double stiffness,
+                      double backlash);
+double er_curve_flank_slope_along(const er_curve *curve, int k, double x, double stiffness,
+                                  double backlash);
+
 /* dS/dx [N m/rad], of the nearest flank where the gear is inside its play. */
 double er_curve_flank_slope(const er_curve *curve, int k, double x);
 

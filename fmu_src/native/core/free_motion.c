@@ -67,12 +67,29 @@ static void prepare_tangent(er_model *model)
     free->linked = true;
 }
 
+/* What the parameters themselves change in the equation [N m]. */
+static void add_parameters(const er_model *model, const er_parameters *change, double *torque)
+{
+    const er_memory *memory = &model->memory;
+    ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
+    er_motion still = model->free.motion;
+    memset(still.rate, 0, sizeof still.rate);
+    memset(still.acceleration, 0, sizeof still.acceleration);
+    model->kernel.loads(&model->robot, &still, 1, change->gravity, NULL, NULL, load);
+    for (int k = 0; k < model->robot.elastics; k++) {
+        double x = memory->state.x[k];
+        torque[k] += load[k][0] + change->damping[k] * memory->state.v[k] +
+                     er_curve_along(&model->curve, k, er_curve_region(&model->curve, k, x), x,
+                                    change->stiffness[k], change->backlash[k]);
+    }
+}
+
 void er_free_motion_along(er_model *model, const er_change *change, double *acceleration)
 {
     er_free_motion *free = &model->free;
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3];
+    double values[ER_MAX_ANGLES], wrench[6], moved[3], pull[3], own[ER_MAX_ANGLES] = {0.0};
     ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
     ER_ALIGNED er_vector shift;
     er_direction direction;
@@ -93,8 +110,9 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
         wrench[c] += pull[c];
     memset(load, 0, sizeof load);
     model->kernel.tangent(robot, &free->links, &direction, wrench, NULL, load);
+    add_parameters(model, &change->parameters, own);
     for (int k = 0; k < robot->elastics; k++)
-        acceleration[k] = -(load[k][0] + free->slope[k] * change->x[k] +
+        acceleration[k] = -(load[k][0] + own[k] + free->slope[k] * change->x[k] +
                             memory->parameters.damping[k] * change->v[k]);
     er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
 }

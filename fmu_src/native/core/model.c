@@ -74,6 +74,7 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
                         load, memory->state.x, failure))
         return false;
     er_state_start(&memory->state, &model->robot, &model->curve, 0.0);
+    er_model_orient(model);
     return true;
 }
 

@@ -10,6 +10,7 @@
 #include "sensitivity.h"
 #include "statics.h"
 #include "stepper.h"
+#include "turns.h"
 
 #define ER_MAX_PATH 1024
 
@@ -37,11 +38,13 @@ typedef struct {
     er_held held;
     er_past past; /* what the last step leaves to a moving robot without a trajectory */
     er_state state;
+    bool opposite[2]; /* quaternions of the elastic and the rigid tool: w was below 0 at the start */
 } er_memory;
 
 /* A posture of the elastic or the rigid robot, kept for the next that asks. */
 typedef struct {
     double theta[ER_MAX_ANGLES];
+    bool opposite;
     er_placement at; /* without bodies */
     double pose[7];
 } er_posture;
@@ -76,6 +79,7 @@ typedef struct {
     er_workspace work;
     er_state began;             /* where the last step that was asked for began */
     er_sensitivity sensitivity; /* of the present state, for derivatives */
+    er_turns turns;
     er_posture posture[2];      /* elastic and rigid, that were asked for last */
     er_free_motion free;        /* of the present state, for model exchange */
 } er_model;
@@ -117,9 +121,13 @@ bool er_model_restore(er_model *model, const er_memory *memory, bool computed, e
 bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
                      const er_command *command, const er_load *load, er_failure *failure);
 
-/* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw, qw >= 0. */
-void er_model_tcp(const er_model *model, double pose[7]);
-void er_model_rigid(const er_model *model, double pose[7]);
+/* Pose of the elastic and of the rigid TCP: x, y, z, qx, qy, qz, qw; qw >= 0 where the model's time begins,
+ * continuous from there on. */
+void er_model_tcp(er_model *model, double pose[7]);
+void er_model_rigid(er_model *model, double pose[7]);
+
+/* Begins with qw >= 0 in the present posture. */
+void er_model_orient(er_model *model);
 
 /* The present posture with levers and axes, and its pose as above. */
 const er_posture *er_model_posture(er_model *model, bool rigid);

@@ -16,21 +16,44 @@ static void place_tool(const er_model *model, const double *x, double position[3
     er_place_tool(&model->robot, theta, position, rotation);
 }
 
-static void pose_at(const er_model *model, const double *x, double pose[7])
+/* Takes the one of both quaternions that the turns lead to. */
+static void orient(er_model *model, bool rigid, const double *theta, double pose[7])
 {
-    double position[3], rotation[9];
-    place_tool(model, x, position, rotation);
+    double sign = er_turns_sign(&model->turns, &model->robot, theta, pose + 3);
+    if ((sign < 0.0) == model->memory.opposite[rigid])
+        return;
+    for (int c = 3; c < 7; c++)
+        pose[c] = -pose[c];
+}
+
+static void pose_at(er_model *model, bool rigid, double pose[7])
+{
+    double theta[ER_MAX_ANGLES], position[3], rotation[9];
+    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    er_place_tool(&model->robot, theta, position, rotation);
     er_pose(position, rotation, pose);
+    orient(model, rigid, theta, pose);
 }
 
-void er_model_tcp(const er_model *model, double pose[7])
+void er_model_tcp(er_model *model, double pose[7])
 {
-    pose_at(model, model->memory.state.x, pose);
+    pose_at(model, false, pose);
 }
 
-void er_model_rigid(const er_model *model, double pose[7])
+void er_model_rigid(er_model *model, double pose[7])
 {
-    pose_at(model, NULL, pose);
+    pose_at(model, true, pose);
+}
+
+void er_model_orient(er_model *model)
+{
+    bool *opposite = model->memory.opposite;
+    opposite[false] = opposite[true] = false;
+    for (int rigid = 0; rigid < 2; rigid++) {
+        double pose[7];
+        pose_at(model, rigid, pose);
+        opposite[rigid] = pose[6] < 0.0;
+    }
 }
 
 const er_posture *er_model_posture(er_model *model, bool rigid)
@@ -39,10 +62,13 @@ const er_posture *er_model_posture(er_model *model, bool rigid)
     double theta[ER_MAX_ANGLES];
     size_t bytes = (size_t)model->robot.angles * sizeof *theta;
     er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
-    if (posture->pose[6] == 0.0 || memcmp(theta, posture->theta, bytes) != 0) {
+    if (posture->pose[6] == 0.0 || posture->opposite != model->memory.opposite[rigid] ||
+        memcmp(theta, posture->theta, bytes) != 0) {
+        posture->opposite = model->memory.opposite[rigid];
         memcpy(posture->theta, theta, bytes);
         er_place(&model->robot, theta, &posture->at);
         er_pose(posture->at.tool_position, posture->at.tool_rotation, posture->pose);
+        orient(model, rigid, theta, posture->pose);
     }
     return posture;
 }

@@ -46,19 +46,22 @@ static void wrench_along(const er_model *model, const er_change *change, const m
         wrench_change[c] += pull[c];
 }
 
-bool er_equilibrium_along(const er_model *model, const er_held *held, double *x)
+bool er_equilibrium_along(const er_model *model, const er_change *acting, double *x)
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
     const er_curve *curve = &model->curve;
-    er_change change = {*held, {0.0}, {0.0}};
-    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, wrench[6], wrench_change[6];
+    static const double no_wrench[6] = {0.0};
+    er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
+    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0};
+    double of_gravity[MOST], wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     motion p;
     move(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
     er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
                            x);
+    er_static_torque(robot, &p.at, change.parameters.gravity, no_wrench, of_gravity);
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
     er_add_anchor(robot, &p.at, &memory->held.load.anchor, support);
     for (int k = 0; k < m; k++) {
@@ -69,7 +72,11 @@ bool er_equilibrium_along(const er_model *model, const er_held *held, double *x)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
             neutral ? 1.0 : er_curve_slope(curve, k, er_curve_region(curve, k, at), at);
-        x[k] = neutral ? 0.0 : x[k];
+        x[k] = neutral ? 0.0
+                       : x[k] + of_gravity[k] -
+                             er_curve_along(curve, k, er_curve_region(curve, k, at), at,
+                                            change.parameters.stiffness[k],
+                                            change.parameters.backlash[k]);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
@@ -191,7 +198,9 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     const double *gravity = memory->parameters.gravity;
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
-    double stiffness[MOST * MOST], softening[MOST * MOST], moved[3][MOST], moved_change[3][MOST];
+    double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
+    double moved[3][MOST], moved_change[3][MOST];
+    static const double no_wrench[6] = {0.0};
     motion p;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
@@ -200,14 +209,20 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     wrench_along(model, change, &p, wrench, wrench_change);
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
     er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
+    er_static_torque_gradient(robot, &p.at, change->parameters.gravity, no_wrench, of_gravity);
     take_off_support(model, change, &p, softening);
-    for (int i = 0; i < m * m; i++)
+    for (int i = 0; i < m * m; i++) {
         stiffness[i] = -stiffness[i];
+        softening[i] += of_gravity[i];
+    }
     er_add_anchor(robot, &p.at, &memory->held.load.anchor, stiffness);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
         stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);
-        softening[k * m + k] -= er_curve_flank_curvature(&model->curve, k, x) * change->x[k];
+        softening[k * m + k] -= er_curve_flank_curvature(&model->curve, k, x) * change->x[k] +
+                                er_curve_flank_slope_along(&model->curve, k, x,
+                                                           change->parameters.stiffness[k],
+                                                           change->parameters.backlash[k]);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;

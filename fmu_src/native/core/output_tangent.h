@@ -5,15 +5,16 @@
 #include "model.h"
 #include "placement_tangent.h"
 
-/* A change of drives, wrench and state; entries as in er_held and er_state. */
+/* A change of drives, wrench, state and parameters; entries as in er_held, er_state and er_parameters. */
 typedef struct {
     er_held held;
     double x[ER_MAX_ANGLES], v[ER_MAX_ANGLES];
+    er_parameters parameters;
 } er_change;
 
-/* Change of x that keeps the model's state an equilibrium along a change of drives and wrench; each
- * coordinate stays on its branch.  False if there is none. */
-bool er_equilibrium_along(const er_model *model, const er_held *held, double *x);
+/* Change of x that keeps the model's state an equilibrium along a change of drives, wrench and parameters;
+ * each coordinate stays on its branch.  False if there is none. */
+bool er_equilibrium_along(const er_model *model, const er_change *acting, double *x);
 
 /* Derivatives of the model's outputs along a change; arrays as those of er_model_tcp and so on. */
 void er_tcp_along(er_model *model, const er_change *change, double pose[7]);

@@ -15,6 +15,18 @@
 /* Most columns are done by then, without asking what is negligible. */
 #define USUAL_PASSES 3
 
+void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change)
+{
+    int k = column - er_elastic_column(robot, 0), m = robot->elastics;
+    double *of[] = {change->stiffness, change->damping, change->backlash};
+    if (column < er_gravity_column(robot))
+        return;
+    if (k < 0)
+        change->gravity[k + 3] += factor;
+    else
+        of[k / m][k % m] += factor;
+}
+
 er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column, double elapsed)
 {
     int n = robot->joints, command = column - ER_WRENCH_COLUMNS, anchor = command - 3 * n;
@@ -34,7 +46,7 @@ er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column,
         share.load.anchor.velocity[anchor - 3] = 1.0;
     } else if (column < er_rate_column(robot)) {
         share.load.anchor.stiffness[anchor - ER_ANCHOR_COLUMNS] = 1.0;
-    } else {
+    } else if (column < er_gravity_column(robot)) {
         share.load.wrench[column - er_rate_column(robot)] = elapsed;
     }
     return share;
@@ -62,7 +74,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
-    if (system->anchored || s->first + s->count > er_stiffness_column(system->robot))
+    if (system->anchored || (s->first + s->count > er_stiffness_column(system->robot) &&
+                             s->first < er_gravity_column(system->robot)))
         er_stage_gap(r, &w->stages, ER_STAGES);
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
@@ -81,7 +94,8 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     const er_system *system = r->system;
     const er_workspace *w = r->work;
     ER_ALIGNED er_vector shift;
-    if (!system->anchored && column < er_stiffness_column(system->robot))
+    if (!system->anchored && (column < er_stiffness_column(system->robot) ||
+                              column >= er_gravity_column(system->robot)))
         return NULL;
     r->means->kernel.shift(system->robot, &s->links, direction, shift);
     for (int l = 0; l < ER_STAGES; l++) {
@@ -147,6 +161,33 @@ static double negligible(er_sensitivity *s, const er_run *r, int column, const e
     return force * NEGLIGIBLE * response(s, r);
 }
 
+/* What a parameter itself changes in the residuals of the stages [N m]; false where the column is none. */
+static bool find_parameter(const er_run *r, const er_state *state, int column, er_lanes *load)
+{
+    const er_robot *robot = r->system->robot;
+    const er_workspace *w = r->work;
+    er_parameters change;
+    er_motion still;
+    if (column < er_gravity_column(robot))
+        return false;
+    memset(&change, 0, sizeof change);
+    er_parameter_along(robot, column, 1.0, &change);
+    memset(load, 0, (size_t)r->m * sizeof *load);
+    if (column < er_elastic_column(robot, 0)) {
+        still = w->motion;
+        memset(still.rate, 0, sizeof still.rate);
+        memset(still.acceleration, 0, sizeof still.acceleration);
+        r->means->kernel.loads(robot, &still, ER_STAGES, change.gravity, NULL, NULL, load);
+        return true;
+    }
+    for (int k = 0; k < r->m; k++)
+        for (int l = 0; l < ER_STAGES; l++)
+            load[k][l] = change.damping[k] * w->v[k][l] +
+                         er_curve_along(r->system->curve, k, state->region[k], w->x[k][l],
+                                        change.stiffness[k], change.backlash[k]);
+    return true;
+}
+
 /* Solves the linearised collocation equations
  *
  *     M_i da_i + D_i dv_i + K_i dx_i + dr_i/du = 0,
@@ -158,8 +199,9 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
                   er_lanes *acceleration)
 {
     const er_kernel *kernel = &r->means->kernel;
-    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES];
+    ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], own[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
+    bool has_own = find_parameter(r, state, column, own);
     int shares = column < ER_WRENCH_COLUMNS ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
@@ -173,6 +215,9 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
             find_tangent(s, r, h, column, share, (const er_lanes *)acceleration, tangent);
+            for (int k = 0; has_own && k < r->m; k++)
+                for (int l = 0; l < ER_STAGES; l++)
+                    tangent[k][l] += own[k][l];
         }
         size = kernel->improve(r->m, r->work->inverse, (const er_lanes *)tangent, acceleration);
         if (pass == 1) /* the length of the first solution is nearly that of the last */
@@ -243,7 +288,10 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     }
     response[k] = jump * per_beyond * crossing->outward;
     er_lu_solve(m, mass, pivot, response);
-    for (int column = s->first; column < s->first + s->count; column++)
+    for (int column = s->first; column < s->first + s->count; column++) {
+        bool moves = column == er_elastic_column(system->robot, 2) + k; /* the edge, with the backlash */
+        double beyond_change = s->x[column][k] - (moves ? edge / system->curve->backlash[k] : 0.0);
         for (int i = 0; i < m; i++)
-            s->v[column][i] -= response[i] * s->x[column][k];
+            s->v[column][i] -= response[i] * beyond_change;
+    }
 }

@@ -2,7 +2,9 @@
  * to step of the integration, whose lengths are held.
  *
  * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
- * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench.  elastic_robot/path_sensitivity.py does the same for the parameters.
+ * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench;
+ * behind them gravity, and stiffness, damping and backlash of each entry of x, by which
+ * elastic_robot/path_sensitivity.py does the same.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
@@ -12,7 +14,8 @@
 enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6 };
 enum {
     ER_MAX_DIRECTIONS =
-        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC
+        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC + 3 +
+        3 * ER_MAX_ANGLES
 };
 
 /* The first of the anchor's columns, of the stiffness of its spring, and of the rate of the wrench. */
@@ -30,6 +33,20 @@ static inline int er_rate_column(const er_robot *robot)
 {
     return er_stiffness_column(robot) + ER_SYMMETRIC;
 }
+
+/* The first of gravity, stiffness, damping and backlash. */
+static inline int er_gravity_column(const er_robot *robot)
+{
+    return er_rate_column(robot) + ER_WRENCH_COLUMNS;
+}
+
+static inline int er_elastic_column(const er_robot *robot, int which)
+{
+    return er_gravity_column(robot) + 3 + which * robot->elastics;
+}
+
+/* A unit change of a column's parameter, times a factor, is added; nothing of other columns. */
+void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change);
 
 /* Columns `first` to `first + count - 1`; of each, the derivatives of x and x'. */
 typedef struct er_sensitivity {

@@ -45,6 +45,7 @@
     DO(tries_per_sample)                                                                            \
     DO(time_slack)                                                                                  \
     DO(time_slack_of_time)                                                                          \
+    DO(stop_slack)                                                                                  \
     DO(neighbour_ratio)
 
 #define ER_DECLARE_SETTING(name) double name;

@@ -8,6 +8,17 @@
 #include "instance_variables.h"
 #include "log_categories.h"
 
+/* Without the master's log, stderr. */
+static void tell(const er_component *c, unsigned category, const char *text)
+{
+    if ((c->log.categories & category) != 0 && c->log.function != NULL) {
+        c->log.tell(c, category, text);
+    } else {
+        fprintf(stderr, "%s: %s\n", c->name, text);
+        fflush(stderr);
+    }
+}
+
 er_component *er_component_create(const char *name, er_log log, er_instance *robot,
                                   const er_failure *failure)
 {
@@ -23,7 +34,10 @@ er_component *er_component_create(const char *name, er_log log, er_instance *rob
     c->robot = robot;
     if (robot != NULL)
         return c;
-    er_component_refuse(c, failure->text);
+    tell(c, ER_LOG_ERROR, failure->text);
+    /* The master's log is told in any case: fmi2Instantiate and fmi3Instantiate.. ask for it. */
+    if (log.function != NULL && (log.categories & ER_LOG_ERROR) == 0)
+        log.tell(c, ER_LOG_ERROR, failure->text);
     er_component_free(c);
     return NULL;
 }
@@ -36,26 +50,36 @@ void er_component_free(er_component *c)
     free(c);
 }
 
-/* Without the master's log, stderr. */
-bool er_component_refuse(const er_component *c, const char *text)
+bool er_component_refuse(er_component *c, const char *text)
 {
     if (c == NULL)
         return false;
-    if (c->log.on && c->log.function != NULL) {
-        c->log.tell(c, text);
-    } else {
-        fprintf(stderr, "%s: %s\n", c->name, text);
-        fflush(stderr);
-    }
+    c->discards = false;
+    tell(c, ER_LOG_ERROR, text);
     return false;
 }
 
-bool er_component_told(const er_component *c, bool good)
+void er_component_warn(er_component *c, const char *text)
+{
+    if ((c->log.categories & ER_LOG_WARNING) != 0 && c->log.function != NULL)
+        c->log.tell(c, ER_LOG_WARNING, text);
+}
+
+bool er_component_told(er_component *c, bool good)
 {
     return good || er_component_refuse(c, c->robot->failure.text);
 }
 
-bool er_component_may(const er_component *c, er_call call)
+bool er_component_tried(er_component *c, bool good)
+{
+    if (good)
+        return true;
+    c->discards = c->robot->failure.may_retry;
+    tell(c, c->discards ? ER_LOG_DISCARD : ER_LOG_ERROR, c->robot->failure.text);
+    return false;
+}
+
+bool er_component_may(er_component *c, er_call call)
 {
     const char *refusal = c == NULL ? NULL : er_refusal(c->robot->progress.phase, call);
     return c != NULL && (refusal == NULL || er_component_refuse(c, refusal));
@@ -67,22 +91,23 @@ bool er_component_given(er_component *c, size_t count, const void *first, const 
            er_component_refuse(c, "expected the address of every array and result, got NULL");
 }
 
-bool er_component_log(er_component *c, bool on, bool unnamed, const char *const *categories,
+bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories,
                       size_t count)
 {
-    er_log_choice choice = er_log_chosen(categories, count);
+    unsigned chosen, others;
     if (!er_component_may(c, ER_CALL_ANY))
         return false;
-    if (choice == ER_LOG_UNKNOWN)
+    if (!er_log_chosen(categories, count, &chosen))
         return er_component_refuse(c, ER_LOG_REFUSAL);
-    c->log.on = choice == ER_LOG_OURS ? on : unnamed;
+    others = others_stay ? c->log.categories & ~chosen : 0;
+    c->log.categories = others | (on ? chosen : 0);
     return true;
 }
 
-bool er_component_setup(er_component *c, double start, double tolerance)
+bool er_component_setup(er_component *c, double start, double stop, double tolerance)
 {
     return er_component_may(c, ER_CALL_SETUP) &&
-           er_component_told(c, er_instance_setup(c->robot, start, tolerance));
+           er_component_told(c, er_instance_setup(c->robot, start, stop, tolerance));
 }
 
 static bool enter_phase(er_component *c, er_call call, er_phase phase)
@@ -109,7 +134,7 @@ bool er_component_step(er_component *c, double start, double size)
     if (c != NULL && c->robot->exchange.on)
         return er_component_refuse(c, "a step is asked for; this instance was made for model exchange");
     return er_component_may(c, ER_CALL_STEP) &&
-           er_component_told(c, er_instance_step(c->robot, start, size));
+           er_component_tried(c, er_instance_step(c->robot, start, size));
 }
 
 bool er_component_terminate(er_component *c)
@@ -139,7 +164,7 @@ bool er_component_set_strings(er_component *c, const unsigned *references, size_
 {
     return er_component_may(c, count > 0 ? ER_CALL_SET_FIXED : ER_CALL_SET) &&
            er_component_given(c, count, references, values) &&
-           er_component_told(c, er_instance_set_strings(c->robot, references, count, values));
+           er_component_tried(c, er_instance_set_strings(c->robot, references, count, values));
 }
 
 bool er_component_none_of(er_component *c, er_call call, const char *kind, const char *others,

@@ -15,15 +15,17 @@ typedef struct er_component er_component;
 
 /* The master's log. */
 typedef struct {
-    void (*tell)(const er_component *c, const char *text); /* calls the function below */
+    /* Calls the function below, with the status that belongs to the category. */
+    void (*tell)(const er_component *c, unsigned category, const char *text);
     void (*function)(void); /* of the version's own type; NULL: the master has none */
     void *environment;
-    bool on;
+    unsigned categories; /* that are on */
 } er_log;
 
 struct er_component {
     er_instance *robot;
     er_log log;
+    bool discards; /* the refusal that was told last leaves the master another try */
     char name[];
 };
 
@@ -33,21 +35,29 @@ er_component *er_component_create(const char *name, er_log log, er_instance *rob
 void er_component_free(er_component *c);
 
 /* Tells the master a sentence and returns false. */
-bool er_component_refuse(const er_component *c, const char *text);
+bool er_component_refuse(er_component *c, const char *text);
+
+/* Tells the master, where it wants to hear of it, what has no effect. */
+void er_component_warn(er_component *c, const char *text);
 
 /* Passes the success of a call on, or tells the instance's failure. */
-bool er_component_told(const er_component *c, bool good);
+bool er_component_told(er_component *c, bool good);
+
+/* The same for a call that may be tried again, differently, where its failure says so. */
+bool er_component_tried(er_component *c, bool good);
 
 /* Whether there is an instance that may be called so now. */
-bool er_component_may(const er_component *c, er_call call);
+bool er_component_may(er_component *c, er_call call);
 
 /* Refuses missing arrays where there is something to put into them. */
 bool er_component_given(er_component *c, size_t count, const void *first, const void *second);
 
-/* Turns the log on or off where the categories are those of its messages; else it becomes `unnamed`. */
-bool er_component_log(er_component *c, bool on, bool unnamed, const char *const *categories,
+/* Turns categories of the log on or off; the others stay as they are, or are off. */
+bool er_component_log(er_component *c, bool on, bool others_stay, const char *const *categories,
                       size_t count);
-bool er_component_setup(er_component *c, double start, double tolerance);
+
+/* Without a stop time it is infinite. */
+bool er_component_setup(er_component *c, double start, double stop, double tolerance);
 bool er_component_enter(er_component *c);
 bool er_component_exit(er_component *c);
 bool er_component_step(er_component *c, double start, double size);

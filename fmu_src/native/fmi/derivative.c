@@ -1,12 +1,13 @@
-/* Directional derivatives: how the outputs follow the inputs that the last step, or the initial
- * state, was computed from.
+/* Directional derivatives: how the outputs follow the inputs and parameters that the last step, or the
+ * initial state, was computed from; and how they are a function of state and time.
  *
  * A step is computed again from where it began, with the sensitivities of its state carried along,
- * for all entries of the wrench or of the command at once.  They serve until the state changes.
+ * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
  */
 #include "derivative.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "../core/free_motion.h"
@@ -14,28 +15,43 @@
 #include "instance_variables.h"
 
 /* Columns that are computed together. */
-typedef enum { OF_WRENCH, OF_COMMAND, OF_ANCHOR, OF_STIFFNESS, OF_RATE } column_group;
+typedef enum {
+    OF_WRENCH,
+    OF_COMMAND,
+    OF_ANCHOR,
+    OF_SPRING,
+    OF_RATE,
+    OF_GRAVITY,
+    OF_STIFFNESS, /* of the joints, as the next */
+    OF_DAMPING,
+    OF_BACKLASH,
+    GROUPS
+} column_group;
+
+/* The first column of a group, or behind the last one. */
+static int first_of(const er_robot *robot, column_group group)
+{
+    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot),
+                         er_rate_column(robot), er_gravity_column(robot), er_elastic_column(robot, 0),
+                         er_elastic_column(robot, 1), er_elastic_column(robot, 2),
+                         er_elastic_column(robot, 3)};
+    return first[group];
+}
 
 static column_group group_of(const er_robot *robot, int column)
 {
-    if (column < ER_WRENCH_COLUMNS)
-        return OF_WRENCH;
-    if (column < er_anchor_column(robot))
-        return OF_COMMAND;
-    if (column < er_stiffness_column(robot))
-        return OF_ANCHOR;
-    return column < er_rate_column(robot) ? OF_STIFFNESS : OF_RATE;
+    column_group group = OF_WRENCH;
+    while (column >= first_of(robot, group + 1))
+        group++;
+    return group;
 }
 
 static void start_group(er_model *model, column_group group, const er_step_start *start)
 {
     const er_robot *robot = &model->robot;
     double time = start->state.time;
-    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot),
-                         er_rate_column(robot)};
-    const int count[] = {ER_WRENCH_COLUMNS, 3 * robot->joints, ER_ANCHOR_COLUMNS, ER_SYMMETRIC,
-                         ER_WRENCH_COLUMNS};
-    er_sensitivity_start(&model->sensitivity, first[group], count[group], time);
+    int first = first_of(robot, group);
+    er_sensitivity_start(&model->sensitivity, first, first_of(robot, group + 1) - first, time);
     if (group == OF_COMMAND)
         er_command_along(robot, &start->past, &start->command,
                          start->stepped ? start->end - time : 0.0, model->sensitivity.commanded);
@@ -47,26 +63,39 @@ static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_
            kind((er_block)instance->interface.block[reference]);
 }
 
-/* Whether it is a state of model exchange, or the time. */
-static bool is_exchanged(const er_instance *instance, unsigned reference)
+/* In initialisation mode states are unknowns. */
+static bool is_known(const er_instance *instance, unsigned reference)
 {
-    return er_exchange_runs(instance) && (is(instance, reference, er_is_state) ||
-                                          reference == er_time_reference(&instance->interface));
+    return is(instance, reference, er_is_input) || is(instance, reference, er_is_tunable) ||
+           reference == er_time_reference(&instance->interface) ||
+           (instance->progress.phase >= ER_RUNNING && is(instance, reference, er_is_state));
+}
+
+/* A variable as sentences call it. */
+static const char *name_of(const er_instance *instance, unsigned reference, char text[ER_NAME])
+{
+    if (reference < (unsigned)instance->interface.reals)
+        return instance->interface.name[reference];
+    snprintf(text, ER_NAME, "value reference %u", reference);
+    return text;
 }
 
 static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
                           const unsigned *knowns, size_t known_count, const double *seed)
 {
+    char text[ER_NAME];
     for (size_t i = 0; i < unknown_count; i++)
         if (!is(instance, unknowns[i], er_is_computed))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
-                           " variable %u", unknowns[i]);
+                           " %s", name_of(instance, unknowns[i], text));
     for (size_t j = 0; j < known_count; j++) {
-        if (!is(instance, knowns[j], er_is_input) && !is_exchanged(instance, knowns[j]))
-            return er_fail(&instance->failure, "derivative: expected an input to differentiate by, got"
-                           " variable %u", knowns[j]);
+        if (!is_known(instance, knowns[j]))
+            return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or,"
+                           " behind initialisation, a state to differentiate by, got %s",
+                           name_of(instance, knowns[j], text));
         if (!isfinite(seed[j]))
-            return er_fail(&instance->failure, "the seed of variable %u is not finite", knowns[j]);
+            return er_fail(&instance->failure, "the seed of %s is not finite",
+                           name_of(instance, knowns[j], text));
     }
     return true;
 }
@@ -82,17 +111,23 @@ static int column_of(const er_instance *instance, unsigned reference)
     case ER_ANCHOR_VELOCITY: return er_anchor_column(robot) + 3 + k;
     case ER_ANCHOR_STIFFNESS: return er_stiffness_column(robot) + k;
     case ER_WRENCH_RATE: return er_rate_column(robot) + k;
+    case ER_GRAVITY: return er_gravity_column(robot) + k;
+    case ER_STIFFNESS: return er_elastic_column(robot, 0) + k;
+    case ER_DAMPING: return er_elastic_column(robot, 1) + k;
+    case ER_BACKLASH_WIDTH: return er_elastic_column(robot, 2) + interface->torsion[k];
     default: return ER_WRENCH_COLUMNS + (block - ER_Q_CMD) * robot->joints + k;
     }
 }
 
-/* The column's unit change of what is held at the present time. */
-static void held_along(const er_instance *instance, int column, double factor, er_held *held)
+/* The column's unit change of what is held at the present time, and of parameters. */
+static void known_along(const er_instance *instance, int column, double factor, er_change *change)
 {
     const er_model *model = instance->model;
+    er_held *held = &change->held;
     const er_step_start *start = &instance->step_start;
     double elapsed = start->stepped ? start->end - start->state.time : 0.0;
     er_share share = er_share_of(&model->sensitivity, &model->robot, column, elapsed);
+    er_parameter_along(&model->robot, column, factor, &change->parameters);
     for (int k = 0; k < 6; k++)
         held->load.wrench[k] += factor * share.load.wrench[k];
     for (int c = 0; c < 3; c++)
@@ -111,10 +146,10 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
 {
     for (int k = 0; k < sensitivity->count; k++) {
         int column = sensitivity->first + k;
-        er_held held;
-        memset(&held, 0, sizeof held);
-        held_along(instance, column, 1.0, &held);
-        if (!er_equilibrium_along(instance->model, &held, sensitivity->x[column]))
+        er_change change;
+        memset(&change, 0, sizeof change);
+        known_along(instance, column, 1.0, &change);
+        if (!er_equilibrium_along(instance->model, &change, sensitivity->x[column]))
             sensitivity->reason = "the stiffness is singular";
     }
 }
@@ -146,19 +181,53 @@ static bool require_columns(er_instance *instance, column_group group)
     return true;
 }
 
-/* The change of drives, wrench and state that a seed makes. */
+/* What the time alone changes: the drives of a trajectory, and with them a robot at rest. */
+static bool add_time(er_instance *instance, double seed, er_change *change)
+{
+    const er_options *options = &instance->model->memory.options;
+    bool stepped = instance->step_start.stepped;
+    double x[ER_MAX_ANGLES];
+    er_change by_time;
+    memset(&by_time, 0, sizeof by_time);
+    er_exchange_by_time(instance, 1.0, &by_time.held);
+    for (int i = 0; i < instance->model->robot.joints; i++) {
+        change->held.q[i] += seed * by_time.held.q[i];
+        change->held.qd[i] += seed * by_time.held.qd[i];
+        change->held.qdd[i] += seed * by_time.held.qdd[i];
+    }
+    if (stepped ? !options->quasistatic : options->undeflected)
+        return true;
+    if (!er_equilibrium_along(instance->model, &by_time, x))
+        return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: the stiffness is"
+                       " singular", instance->progress.time);
+    for (int k = 0; k < instance->model->robot.elastics; k++)
+        change->x[k] += seed * x[k];
+    return true;
+}
+
+/* The change of drives, wrench, state and parameters that a seed makes. */
 static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change)
 {
     const er_sensitivity *sensitivity = &instance->model->sensitivity;
     memset(change, 0, sizeof *change);
     for (size_t j = 0; j < count; j++) {
-        int column = column_of(instance, knowns[j]);
+        int column;
         if (seed[j] == 0.0)
             continue;
+        if (knowns[j] == er_time_reference(&instance->interface)) {
+            if (!add_time(instance, seed[j], change))
+                return false;
+            continue;
+        }
+        if (er_is_state((er_block)instance->interface.block[knowns[j]])) {
+            er_exchange_add(instance, knowns[j], seed[j], change);
+            continue;
+        }
+        column = column_of(instance, knowns[j]);
         if (!require_columns(instance, group_of(&instance->model->robot, column)))
             return false;
-        held_along(instance, column, seed[j], &change->held);
+        known_along(instance, column, seed[j], change);
         for (int k = 0; k < instance->model->robot.elastics; k++) {
             change->x[k] += seed[j] * sensitivity->x[column][k];
             change->v[k] += seed[j] * sensitivity->v[column][k];
@@ -196,7 +265,7 @@ static bool block_along(er_instance *instance, er_block block, const er_change *
     case ER_DEFLECTION_RATE:
     case ER_DEFLECTION_DERIVATIVE: memcpy(out, change->v, elastics); return true;
     case ER_RATE_DERIVATIVE: return acceleration_along(instance, change, out);
-    case ER_BEND: er_exchange_bends_along(instance, change->x, out); return true;
+    case ER_BEND: er_exchange_bends_along(instance, change, out); return true;
     default:
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
                        instance->interface.name[instance->interface.first[block]]);

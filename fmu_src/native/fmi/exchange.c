@@ -33,8 +33,7 @@ bool er_exchange_hold(er_instance *instance)
     er_model *model = instance->model;
     if (!er_exchange_runs(instance) || instance->exchange.held)
         return true;
-    if (!er_require_parameters(&instance->interface, &inputs->parameters, &instance->failure) ||
-        !er_anchor_require(&inputs->load.anchor, &instance->failure))
+    if (!er_anchor_require(&inputs->load.anchor, &instance->failure))
         return false;
     if (instance->progress.parameters_changed)
         er_model_take_parameters(model, &inputs->parameters);
@@ -76,21 +75,30 @@ void er_exchange_bends(const er_instance *instance, double *ways)
     }
 }
 
-void er_exchange_bends_along(const er_instance *instance, const double *x, double *ways)
+void er_exchange_bends_along(const er_instance *instance, const er_change *along, double *ways)
 {
+    const er_model *model = instance->model;
     for (int t = 0; 2 * t < er_exchange_indicators(instance); t++) {
         er_bends bends;
-        int piece;
-        double change = x[instance->interface.torsion[t]];
-        find_piece(instance, t, &bends, &piece);
-        ways[2 * t] = piece > 0 ? change : 0.0;
-        ways[2 * t + 1] = piece < bends.count ? -change : 0.0;
+        int piece, k = instance->interface.torsion[t];
+        double change = along->x[k], slack = find_piece(instance, t, &bends, &piece);
+        /* Bends lie at parts of the backlash but for those of a table. */
+        double wider = er_curve_switches(&model->curve, k)
+                           ? along->parameters.backlash[k] / model->curve.backlash[k] : 0.0;
+        if (slack < model->robot.settings.slack * model->means.tolerance)
+            slack *= wider;
+        else
+            slack = 0.0;
+        ways[2 * t] = piece > 0 ? change - wider * bends.angle[piece - 1] + slack : 0.0;
+        ways[2 * t + 1] = piece < bends.count ? wider * bends.angle[piece] - change + slack : 0.0;
     }
 }
 
+/* Whether trajectory and experiment reach as far; solvers look ahead and interpolate. */
 static bool is_covered(er_instance *instance)
 {
-    return er_model_covers(instance->model, instance->progress.time, &instance->failure);
+    return er_model_covers(instance->model, instance->progress.time, &instance->failure) &&
+           er_instance_require_before_stop(instance, instance->progress.time);
 }
 
 bool er_exchange_settle(er_instance *instance)
@@ -152,7 +160,8 @@ bool er_exchange_set_states(er_instance *instance, const double *states, size_t 
     for (size_t k = 0; k < count; k++)
         if (!isfinite(states[k]))
             return er_fail(&instance->failure, "continuous state %lu: expected a finite number, got %s",
-                           (unsigned long)k + 1, er_shown(states[k], number));
+                           (unsigned long)k + 1, er_shown(states[k], number)) ||
+                   er_let_retry(&instance->failure);
     memcpy(state->x, states, m * sizeof *states);
     memcpy(state->v, states + m, m * sizeof *states);
     instance->fresh = 0;
@@ -199,21 +208,25 @@ bool er_exchange_get_nominals(er_instance *instance, double *nominals, size_t co
     return true;
 }
 
-/* Adds what one input, state or the time does. */
-static void add_known(er_instance *instance, unsigned reference, double seed, er_change *change)
+void er_exchange_by_time(er_instance *instance, double seed, er_held *held)
+{
+    er_held by_time;
+    er_model_held_by_time(instance->model, &by_time);
+    for (int i = 0; i < instance->model->robot.joints; i++) {
+        held->q[i] += seed * by_time.q[i];
+        held->qd[i] += seed * by_time.qd[i];
+        held->qdd[i] += seed * by_time.qdd[i];
+    }
+}
+
+void er_exchange_add(er_instance *instance, unsigned reference, double seed, er_change *change)
 {
     const er_interface *interface = &instance->interface;
     bool commanded = instance->model->memory.options.trajectory[0] == '\0';
     er_held *held = &change->held;
     int block, k;
     if (reference == er_time_reference(interface)) {
-        er_held by_time;
-        er_model_held_by_time(instance->model, &by_time);
-        for (int i = 0; i < instance->model->robot.joints; i++) {
-            held->q[i] += seed * by_time.q[i];
-            held->qd[i] += seed * by_time.qd[i];
-            held->qdd[i] += seed * by_time.qdd[i];
-        }
+        er_exchange_by_time(instance, seed, held);
         return;
     }
     block = interface->block[reference];
@@ -227,6 +240,12 @@ static void add_known(er_instance *instance, unsigned reference, double seed, er
     case ER_ANCHOR_STIFFNESS: held->load.anchor.stiffness[k] += seed; break;
     case ER_DEFLECTION: change->x[k] += seed; break;
     case ER_DEFLECTION_RATE: change->v[k] += seed; break;
+    case ER_GRAVITY:
+    case ER_STIFFNESS:
+    case ER_DAMPING:
+    case ER_BACKLASH_WIDTH:
+        *er_parameter(interface, &change->parameters, (er_block)block, k) += seed;
+        break;
     default: break; /* the anchor's velocity: the master moves the anchor */
     }
 }
@@ -236,5 +255,5 @@ void er_exchange_change(er_instance *instance, const unsigned *knowns, size_t co
 {
     memset(change, 0, sizeof *change);
     for (size_t j = 0; j < count; j++)
-        add_known(instance, knowns[j], seed[j], change);
+        er_exchange_add(instance, knowns[j], seed[j], change);
 }

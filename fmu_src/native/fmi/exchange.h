@@ -28,8 +28,8 @@ void er_exchange_disturb(er_instance *instance);
  * master integrates, else to the nearest. */
 void er_exchange_bends(const er_instance *instance, double *ways);
 
-/* How they change with x. */
-void er_exchange_bends_along(const er_instance *instance, const double *x, double *ways);
+/* How they change with x and backlash. */
+void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
 
 /* Chooses the pieces anew, as events do.  Time must be one of the trajectory's. */
 bool er_exchange_settle(er_instance *instance);
@@ -50,7 +50,13 @@ bool er_exchange_get_derivatives(er_instance *instance, double *derivatives, siz
 bool er_exchange_get_indicators(er_instance *instance, double *indicators, size_t count);
 bool er_exchange_get_nominals(er_instance *instance, double *nominals, size_t count);
 
-/* The change of drives, load and state that a seed of inputs, states and time makes. */
+/* Adds what the time does to what is held. */
+void er_exchange_by_time(er_instance *instance, double seed, er_held *held);
+
+/* Adds what one input, state, parameter or the time does, all else as it is. */
+void er_exchange_add(er_instance *instance, unsigned reference, double seed, er_change *change);
+
+/* The change of drives, load, state and parameters that a seed of these and of time makes. */
 void er_exchange_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change);
 

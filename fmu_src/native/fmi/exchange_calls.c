@@ -4,7 +4,7 @@
 
 #include "exchange.h"
 
-static bool may_exchange(const er_component *c, er_call call)
+static bool may_exchange(er_component *c, er_call call)
 {
     if (c != NULL && !c->robot->exchange.on)
         return er_component_refuse(c, "model exchange is asked for; this instance was made for"
@@ -20,9 +20,9 @@ static bool enter(er_component *c, er_call call, er_phase phase)
     return true;
 }
 
-bool er_component_enter_event(er_component *c)
+bool er_component_enter_event(er_component *c, er_call call)
 {
-    return enter(c, ER_CALL_EVENT_MODE, ER_EVENT_MODE);
+    return enter(c, call, ER_EVENT_MODE);
 }
 
 bool er_component_enter_continuous(er_component *c)
@@ -54,7 +54,7 @@ bool er_component_set_time(er_component *c, double time)
 bool er_component_set_states(er_component *c, const double *states, size_t count)
 {
     return may_exchange(c, ER_CALL_SET_STATES) && er_component_given(c, count, states, states) &&
-           er_component_told(c, er_exchange_set_states(c->robot, states, count));
+           er_component_tried(c, er_exchange_set_states(c->robot, states, count));
 }
 
 bool er_component_get_nominals(er_component *c, double *nominals, size_t count)
@@ -67,12 +67,12 @@ bool er_component_get_exchanged(er_component *c, er_exchange_getter *getter, dou
                                 size_t count)
 {
     return may_exchange(c, ER_CALL_GET_STATES) && er_component_given(c, count, values, values) &&
-           er_component_told(c, getter(c->robot, values, count));
+           er_component_tried(c, getter(c->robot, values, count));
 }
 
 bool er_component_count_exchanged(er_component *c, er_exchange_counter *counter, size_t *count)
 {
-    if (!may_exchange(c, ER_CALL_ANY))
+    if (!may_exchange(c, ER_CALL_ANY) || !er_component_given(c, 1, count, count))
         return false;
     *count = (size_t)counter(c->robot);
     return true;

@@ -10,7 +10,7 @@ typedef struct {
     double next_time; /* [s] */
 } er_event_update;
 
-bool er_component_enter_event(er_component *c);
+bool er_component_enter_event(er_component *c, er_call call);
 bool er_component_enter_continuous(er_component *c);
 bool er_component_update(er_component *c, er_event_update *update);
 bool er_component_completed(er_component *c, bool *has_event);

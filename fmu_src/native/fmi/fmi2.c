@@ -1,16 +1,24 @@
 /* The functions of FMI 2.0 but for model exchange. */
 #include "fmi2Functions.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "../io/uri.h"
 #include "component.h"
 #include "derivative.h"
 #include "instance_variables.h"
+#include "log_categories.h"
 
 static fmi2Status status(bool good)
 {
     return good ? fmi2OK : fmi2Error;
+}
+
+/* Of a call that may be tried again. */
+static fmi2Status tried(const er_component *c, bool good)
+{
+    return !good && c != NULL && c->discards ? fmi2Discard : status(good);
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -23,13 +31,16 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-/* Masters format messages like printf. */
-static void tell(const er_component *c, const char *text)
+/* Masters format messages like printf, and # begins the reference of a variable. */
+static void tell(const er_component *c, unsigned category, const char *text)
 {
     char escaped[ER_ESCAPED_TEXT];
-    er_escape(text, escaped);
-    ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name, fmi2Error, "logStatusError",
-                                          escaped);
+    er_escape(text, "%#", escaped);
+    ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name,
+                                          category == ER_LOG_WARNING   ? fmi2Warning
+                                          : category == ER_LOG_DISCARD ? fmi2Discard
+                                                                       : fmi2Error,
+                                          er_log_name(category), escaped);
 }
 
 static er_instance *create(fmi2Type type, fmi2String guid, fmi2String location, er_failure *failure)
@@ -53,7 +64,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    er_log log = {tell, NULL, NULL, logging != fmi2False};
+    er_log log = {tell, NULL, NULL, logging != fmi2False ? ER_LOG_ALL : 0};
     er_failure failure;
     (void)visible;
     if (functions != NULL) {
@@ -77,9 +88,8 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging, size_t coun
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
-    (void)has_stop;
-    (void)stop;
-    return status(er_component_setup(c, start, has_tolerance ? tolerance : 0.0));
+    return status(er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                     has_tolerance ? tolerance : 0.0));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -106,18 +116,20 @@ fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference referenc
                        fmi2Real values[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_GET) &&
-                  er_component_given(c, count, references, values) &&
-                  er_component_told(c, er_instance_get_reals(c->robot, references, count, values)));
+    return tried(c, er_component_may(c, ER_CALL_GET) &&
+                        er_component_given(c, count, references, values) &&
+                        er_component_tried(c, er_instance_get_reals(c->robot, references, count,
+                                                                    values)));
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        const fmi2Real values[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_SET) &&
-                  er_component_given(c, count, references, values) &&
-                  er_component_told(c, er_instance_set_reals(c->robot, references, count, values)));
+    return tried(c, er_component_may(c, ER_CALL_SET) &&
+                        er_component_given(c, count, references, values) &&
+                        er_component_tried(c, er_instance_set_reals(c->robot, references, count,
+                                                                    values)));
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
@@ -129,7 +141,7 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[],
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[], size_t count,
                          const fmi2String values[])
 {
-    return status(er_component_set_strings(c, references, count, values));
+    return tried(c, er_component_set_strings(c, references, count, values));
 }
 
 #define NO_VARIABLES(Type, kind)                                                                    \
@@ -201,11 +213,19 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
                                        const fmi2Integer order[], const fmi2Real values[])
 {
     er_component *c = instance;
-    return status(er_component_may(c, ER_CALL_SET) &&
-                  er_component_given(c, count, references, values) &&
-                  er_component_given(c, count, order, order) &&
-                  er_component_told(c, er_instance_set_derivatives(c->robot, references, count,
-                                                                   order, values)));
+    const char *ignored = NULL;
+    er_failure message;
+    if (!er_component_may(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
+        !er_component_given(c, count, order, order) ||
+        !er_component_told(c, er_instance_set_derivatives(c->robot, references, count, order, values,
+                                                          &ignored)))
+        return fmi2Error;
+    if (ignored == NULL)
+        return fmi2OK;
+    er_fail(&message, "derivative of %s: expected that of force, moment, qdd_cmd or the anchor's position,"
+            " got one without effect", ignored);
+    er_component_warn(c, message.text);
+    return fmi2Warning;
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference references[],
@@ -222,7 +242,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fmi2Boolean no_set_state)
 {
     (void)no_set_state;
-    return status(er_component_step(c, time, size));
+    return tried(c, er_component_step(c, time, size));
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
@@ -231,16 +251,17 @@ fmi2Status fmi2CancelStep(fmi2Component c)
         er_component_refuse(c, "a step is cancelled; steps of this FMU are not asynchronous"));
 }
 
-/* What only a step that is still under way would answer. */
-static fmi2Status pending(er_component *c, const void *value)
+/* Whether a status is one that is there; the others are those of steps that are still under way. */
+static fmi2Status known(er_component *c, bool there, const void *value)
 {
-    return er_component_may(c, ER_CALL_RESULT) && er_component_given(c, 1, value, value)
-               ? fmi2Discard : fmi2Error;
+    if (!er_component_may(c, ER_CALL_RESULT) || !er_component_given(c, 1, value, value))
+        return fmi2Error;
+    return there ? fmi2OK : fmi2Discard;
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
-    fmi2Status answer = pending(c, value);
+    fmi2Status answer = known(c, false, value);
     (void)kind;
     if (answer == fmi2Discard)
         *value = fmi2OK;
@@ -249,25 +270,23 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value)
 {
-    const er_component *c = instance;
-    fmi2Status answer = pending(instance, value);
-    if (answer != fmi2Discard || kind != fmi2LastSuccessfulTime)
-        return answer;
-    *value = c->robot->progress.time;
-    return fmi2OK;
+    er_component *c = instance;
+    fmi2Status answer = known(c, kind == fmi2LastSuccessfulTime, value);
+    if (answer == fmi2OK)
+        *value = c->robot->progress.time;
+    return answer;
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
 {
     (void)kind;
-    return pending(c, value);
+    return known(c, false, value);
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    fmi2Status answer = pending(c, value);
-    (void)kind;
-    if (answer == fmi2Discard)
+    fmi2Status answer = known(c, kind == fmi2Terminated, value);
+    if (answer != fmi2Error)
         *value = fmi2False;
     return answer;
 }
@@ -275,5 +294,5 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)kind;
-    return pending(c, value);
+    return known(c, false, value);
 }

@@ -9,15 +9,21 @@ static fmi2Status status(bool good)
     return good ? fmi2OK : fmi2Error;
 }
 
+/* Of a trial state: an integrator may take a shorter step. */
+static fmi2Status tried(const er_component *c, bool good)
+{
+    return !good && c != NULL && c->discards ? fmi2Discard : status(good);
+}
+
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
-    return status(er_component_enter_event(c));
+    return status(er_component_enter_event(c, ER_CALL_EVENT_MODE));
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     er_event_update update;
-    if (!er_component_update(c, &update))
+    if (!er_component_given(c, 1, info, info) || !er_component_update(c, &update))
         return fmi2Error;
     info->newDiscreteStatesNeeded = fmi2False;
     info->terminateSimulation = fmi2False;
@@ -38,7 +44,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
 {
     bool has_event;
     (void)no_set_state;
-    if (!er_component_completed(c, &has_event))
+    if (!er_component_given(c, 1, enter_event_mode, terminate) ||
+        !er_component_completed(c, &has_event))
         return fmi2Error;
     *enter_event_mode = has_event ? fmi2True : fmi2False;
     *terminate = fmi2False;
@@ -52,22 +59,22 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], size_t count)
 {
-    return status(er_component_set_states(c, states, count));
+    return tried(c, er_component_set_states(c, states, count));
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
+    return tried(c, er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
+    return tried(c, er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_states, states, count));
+    return tried(c, er_component_get_exchanged(c, er_exchange_get_states, states, count));
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t count)

@@ -5,11 +5,13 @@
  */
 #include "fmi3.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "../io/uri.h"
 #include "derivative.h"
 #include "instance_variables.h"
+#include "log_categories.h"
 
 static fmi3Status status(bool good)
 {
@@ -21,14 +23,19 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-static void tell(const er_component *c, const char *text)
+/* # begins the reference of a variable. */
+static void tell(const er_component *c, unsigned category, const char *text)
 {
-    ((fmi3LogMessageCallback)c->log.function)(c->log.environment, fmi3Error, "logStatusError", text);
+    char escaped[ER_ESCAPED_TEXT];
+    er_escape(text, "#", escaped);
+    ((fmi3LogMessageCallback)c->log.function)(c->log.environment,
+                                              category == ER_LOG_DISCARD ? fmi3Discard : fmi3Error,
+                                              er_log_name(category), escaped);
 }
 
 er_log er_fmi3_log(bool on, fmi3LogMessageCallback function, fmi3InstanceEnvironment environment)
 {
-    return (er_log){tell, (void (*)(void))function, environment, on};
+    return (er_log){tell, (void (*)(void))function, environment, on ? ER_LOG_ALL : 0};
 }
 
 er_instance *er_fmi3_create(fmi3String token, fmi3String resources, er_failure *failure)
@@ -77,18 +84,16 @@ void fmi3FreeInstance(fmi3Instance c)
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging, size_t count,
                                const fmi3String categories[])
 {
-    return status(er_component_log(c, logging, c != NULL && ((er_component *)c)->log.on, categories,
-                                   count));
+    return status(er_component_log(c, logging, true, categories, count));
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
                                        fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean has_stop, fmi3Float64 stop)
 {
-    (void)has_stop;
-    (void)stop;
     return status(er_component_may(c, ER_CALL_ENTER) &&
-                  er_component_setup(c, start, has_tolerance ? tolerance : 0.0) &&
+                  er_component_setup(c, start, has_stop ? stop : INFINITY,
+                                     has_tolerance ? tolerance : 0.0) &&
                   er_component_enter(c));
 }
 
@@ -183,17 +188,19 @@ static bool set(er_component *c, const fmi3ValueReference references[], size_t c
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           fmi3Float64 values[], size_t value_count)
 {
-    return status(er_component_may(c, ER_CALL_GET_START) &&
-                  er_component_given(c, count, references, values) &&
-                  er_component_told(c, get(c, references, count, values, value_count)));
+    return er_fmi3_tried(c, er_component_may(c, ER_CALL_GET_START) &&
+                                er_component_given(c, count, references, values) &&
+                                er_component_tried(c, get(c, references, count, values,
+                                                          value_count)));
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
-    return status(er_component_may(c, ER_CALL_SET) &&
-                  er_component_given(c, count, references, values) &&
-                  er_component_told(c, set(c, references, count, values, value_count)));
+    return er_fmi3_tried(c, er_component_may(c, ER_CALL_SET) &&
+                                er_component_given(c, count, references, values) &&
+                                er_component_tried(c, set(c, references, count, values,
+                                                          value_count)));
 }
 
 /* A string variable has one value. */
@@ -215,8 +222,8 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                          const fmi3String values[], size_t value_count)
 {
-    return status(require_strings(c, count, value_count) &&
-                  er_component_set_strings(c, references, count, values));
+    return er_fmi3_tried(c, require_strings(c, count, value_count) &&
+                                er_component_set_strings(c, references, count, values));
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
@@ -284,10 +291,13 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 size,
     (void)no_set_state;
     if (!good)
         return fmi3Error;
-    good = er_component_step(c, time, size);
+    if (size == 0.0)
+        good = er_component_refuse(c, "step size: expected a number > 0, got 0.0 s");
+    else
+        good = er_component_step(c, time, size);
     *event = fmi3False;
     *terminate = fmi3False;
     *early = fmi3False;
     *last_time = c->robot->progress.time;
-    return status(good);
+    return er_fmi3_tried(c, good);
 }

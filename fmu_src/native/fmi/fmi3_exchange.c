@@ -23,7 +23,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
-    return status(er_component_enter_event(c));
+    return status(er_component_enter_event(c, ER_CALL_EVENT));
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
@@ -36,7 +36,9 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update, f
                                     fmi3Boolean *has_next, fmi3Float64 *next)
 {
     er_event_update update;
-    if (!er_component_update(c, &update))
+    if (!er_component_given(c, 1, needs_update, terminate) ||
+        !er_component_given(c, 1, nominals_changed, values_changed) ||
+        !er_component_given(c, 1, has_next, next) || !er_component_update(c, &update))
         return fmi3Error;
     *needs_update = *terminate = *nominals_changed = *values_changed = fmi3False;
     *has_next = update.has_next;
@@ -48,7 +50,8 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
                                        fmi3Boolean *enter_event_mode, fmi3Boolean *terminate)
 {
     (void)no_set_state;
-    if (!er_component_completed(c, enter_event_mode))
+    if (!er_component_given(c, 1, enter_event_mode, terminate) ||
+        !er_component_completed(c, enter_event_mode))
         return fmi3Error;
     *terminate = fmi3False;
     return fmi3OK;
@@ -61,22 +64,22 @@ fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time)
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t count)
 {
-    return status(er_component_set_states(c, states, count));
+    return er_fmi3_tried(c, er_component_set_states(c, states, count));
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t count)
 {
-    return status(er_component_get_exchanged(c, er_exchange_get_states, states, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_states, states, count));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t count)

@@ -80,34 +80,63 @@ void er_instance_reset(er_instance *instance)
     for (int i = 0; i < ER_MAX_JOINTS; i++)
         instance->inputs.command.jerk[i] = NAN;
     memset(&instance->progress, 0, sizeof instance->progress);
+    instance->progress.stop = INFINITY;
     memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
     model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
-    model->memory.options.tolerance = interface->tolerance;
+    model->memory.options.tolerance = interface->tolerance.usual;
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
     instance->fresh = 0;
 }
 
-bool er_instance_setup(er_instance *instance, double start, double tolerance)
+bool er_instance_setup(er_instance *instance, double start, double stop, double tolerance)
 {
-    char number[ER_NUMBER_TEXT];
+    char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
     if (!isfinite(start))
         return er_fail(&instance->failure, "start time: expected a finite number, got %s s",
                        er_shown(start, number));
+    if (!(stop >= start))
+        return er_fail(&instance->failure, "stop time: expected the start time, %s s, or a later one, got"
+                       " %s s", er_shown(start, other), er_shown(stop, number));
     if (!isfinite(tolerance) || tolerance < 0.0)
-        return er_fail(&instance->failure, "tolerance: expected a number > 0, or 0 for %g m, got %s m",
-                       instance->interface.tolerance, er_shown(tolerance, number));
-    instance->progress.time = start;
-    if (tolerance > 0.0)
-        instance->model->memory.options.tolerance = tolerance;
+        return er_fail(&instance->failure, "tolerance: expected a number > 0, or 0 for %g m at the TCP, got"
+                       " %s", instance->interface.tolerance.usual, er_shown(tolerance, number));
+    instance->progress.time = instance->progress.start = start;
+    instance->progress.stop = stop;
+    instance->progress.tolerance = tolerance;
     instance->progress.computed = false;
     instance->fresh = 0;
     return true;
+}
+
+bool er_instance_require_before_stop(er_instance *instance, double time)
+{
+    const er_progress *progress = &instance->progress;
+    const er_settings *settings = &instance->model->robot.settings;
+    char number[ER_NUMBER_TEXT], other[ER_NUMBER_TEXT];
+    return time <= progress->stop || /* sums of steps round */
+           time - progress->stop <= er_slack_at(settings, progress->stop) +
+                                        settings->stop_slack * (progress->stop - progress->start) ||
+           er_fail(&instance->failure, "time: expected at most the stop time, %s s, got %s s",
+                   er_shown(progress->stop, other), er_shown(time, number));
+}
+
+/* The error allowed at the TCP [m]: the parameter's own, or what the experiment's tolerance makes of the
+ * usual one. */
+static double tcp_tolerance(const er_instance *instance)
+{
+    const er_tolerance *known = &instance->interface.tolerance;
+    double told = instance->progress.tolerance;
+    if (instance->inputs.tcp_tolerance > 0.0)
+        return instance->inputs.tcp_tolerance;
+    if (told == 0.0)
+        return known->usual;
+    return fmin(fmax(known->usual * (told / known->relative), known->least), known->most);
 }
 
 static void keep_step_start(er_instance *instance, const er_state *state, const er_past *past,
@@ -123,13 +152,6 @@ static void keep_step_start(er_instance *instance, const er_state *state, const 
     instance->columns = 0;
 }
 
-/* Whether the parameters that were set can be those of a robot. */
-static bool require_parameters(er_instance *instance)
-{
-    return er_require_parameters(&instance->interface, &instance->inputs.parameters,
-                                 &instance->failure);
-}
-
 bool er_instance_initialise(er_instance *instance)
 {
     er_model *model = instance->model;
@@ -140,10 +162,10 @@ bool er_instance_initialise(er_instance *instance)
         return er_fail(&instance->failure, "%s: expected dynamic in model exchange, got quasistatic: a"
                        " robot at rest has no states; use co-simulation",
                        instance->interface.string[ER_MODE].name);
-    if (!require_parameters(instance) ||
-        !er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
+    if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
         return false;
     before = model->memory;
+    model->memory.options.tolerance = tcp_tolerance(instance);
     model->memory.parameters = instance->inputs.parameters;
     if (!er_model_reset(model, instance->progress.time, &instance->inputs.command,
                         &instance->inputs.load, &instance->failure)) {
@@ -192,8 +214,6 @@ static bool move_with_new_parameters(er_instance *instance, double end)
     er_model *model = instance->model;
     const er_parameters parameters = model->memory.parameters;
     const er_state before = model->memory.state;
-    if (!require_parameters(instance))
-        return false;
     er_model_take_parameters(model, &instance->inputs.parameters);
     if (move(instance, end)) {
         instance->progress.parameters_changed = false;
@@ -227,10 +247,12 @@ bool er_instance_step(er_instance *instance, double start, double size)
                        er_shown(progress->time, other), er_shown(start, number));
     if (size == 0.0)
         return true;
+    if (!er_instance_require_before_stop(instance, start + size))
+        return false;
     end = step_end(instance->model, start, size);
     if (!(progress->parameters_changed ? move_with_new_parameters(instance, end)
                                        : move(instance, end)))
-        return false;
+        return er_let_retry(&instance->failure);
     progress->time = start + size;
     instance->fresh = 0;
     return true;

@@ -17,11 +17,14 @@ typedef struct {
     er_load load;
     er_command command;
     er_parameters parameters;
+    double tcp_tolerance; /* error allowed at the TCP [m]; 0: that of the experiment */
 } er_inputs;
 
 /* How far the simulation is. */
 typedef struct {
     double time;             /* of the last step's end, or the start [s] */
+    double start, stop;      /* of the experiment [s]; a stop that is not told is infinite */
+    double tolerance;        /* of the experiment, relative; 0: not told */
     bool computed;           /* the model's state belongs to the inputs and parameters */
     er_phase phase;
     bool parameters_changed; /* since the last step */
@@ -66,8 +69,11 @@ void er_instance_free(er_instance *instance);
 /* Back to the state after creation. */
 void er_instance_reset(er_instance *instance);
 
-/* Start time [s], and the error allowed at the TCP [m]; 0 for the default. */
-bool er_instance_setup(er_instance *instance, double start, double tolerance);
+/* Start and stop time [s], and the relative tolerance; infinite and 0 for those not told. */
+bool er_instance_setup(er_instance *instance, double start, double stop, double tolerance);
+
+/* Refuses a time behind the stop [s]. */
+bool er_instance_require_before_stop(er_instance *instance, double time);
 
 /* Computes the initial state unless it is there. */
 bool er_instance_initialise(er_instance *instance);

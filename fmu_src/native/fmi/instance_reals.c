@@ -20,6 +20,7 @@ static double *settable(er_instance *instance, int reference)
     case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
     case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
     case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
+    case ER_TCP_TOLERANCE: return &instance->inputs.tcp_tolerance;
     case ER_DEFLECTION: return &instance->model->memory.state.x[k];
     case ER_DEFLECTION_RATE: return &instance->model->memory.state.v[k];
     default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
@@ -42,7 +43,7 @@ static bool find_acceleration(er_instance *instance, double *acceleration)
 
 static bool compute_block(er_instance *instance, er_block block)
 {
-    const er_model *model = instance->model;
+    er_model *model = instance->model;
     size_t elastics = (size_t)model->robot.elastics * sizeof(double);
     double *out = instance->outputs + instance->interface.first[block];
     switch (block) {
@@ -109,7 +110,8 @@ bool er_instance_get_reals(er_instance *instance, const unsigned *references, si
         if (er_is_computed(block)) {
             if (!er_instance_require(instance, block) ||
                 !require_finite(instance, references[i], instance->outputs[references[i]]))
-                return false;
+                /* An integrator tries states; those of co-simulation are its own. */
+                return er_exchange_runs(instance) && er_let_retry(&instance->failure);
             values[i] = instance->outputs[references[i]];
         } else {
             values[i] = *settable(instance, (int)references[i]);
@@ -149,8 +151,9 @@ static bool may_derive(er_instance *instance, unsigned reference, int order, dou
 }
 
 bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
-                                 const int *orders, const double *values)
+                                 const int *orders, const double *values, const char **ignored)
 {
+    *ignored = NULL;
     for (size_t i = 0; i < count; i++)
         if (!may_derive(instance, references[i], orders[i], values[i]))
             return false;
@@ -158,6 +161,8 @@ bool er_instance_set_derivatives(er_instance *instance, const unsigned *referenc
         double *derivative = derivative_of(instance, (int)references[i]);
         if (derivative != NULL)
             *derivative = values[i];
+        else if (*ignored == NULL)
+            *ignored = instance->interface.name[references[i]];
     }
     return true;
 }
@@ -170,15 +175,23 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (!require_real(instance, reference))
         return false;
     block = (er_block)interface->block[reference];
+    if (er_is_input(block) && isfinite(value))
+        return true;
     if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
         return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
                        er_is_output(block) ? "an output" : "computed");
+    if (block == ER_TCP_TOLERANCE && instance->progress.phase >= ER_RUNNING)
+        return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
+                       interface->name[reference]);
     if (instance->progress.phase == ER_CONTINUOUS_MODE && !er_is_input(block) && !er_is_state(block))
         return er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
                        " continuous-time mode", interface->name[reference]);
-    return isfinite(value) ||
-           er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
-                   interface->name[reference], er_shown(value, number), interface->unit[reference]);
+    if (!isfinite(value))
+        er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
+                interface->name[reference], er_shown(value, number), interface->unit[reference]);
+    else if (er_require_range(interface, reference, value, &instance->failure))
+        return true;
+    return er_let_retry(&instance->failure);
 }
 
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
@@ -190,7 +203,7 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
     for (size_t i = 0; i < count; i++) {
         er_block block = (er_block)instance->interface.block[references[i]];
         *settable(instance, (int)references[i]) = values[i];
-        if (!er_is_input(block) && !er_is_state(block))
+        if (er_is_tunable(block))
             instance->progress.parameters_changed = true;
     }
     if (er_exchange_runs(instance))

@@ -62,16 +62,17 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
                        instance->interface.string[which].name);
     if (!er_is_utf8(value))
         return er_fail(&instance->failure, "%s: expected UTF-8, got other bytes",
-                       instance->interface.string[which].name);
+                       instance->interface.string[which].name) ||
+               er_let_retry(&instance->failure);
     if (which == ER_TRAJECTORY)
-        return set_trajectory(instance, options, value);
+        return set_trajectory(instance, options, value) || er_let_retry(&instance->failure);
     chosen = choose(instance, &instance->interface.string[which], value);
     switch (which) {
     case ER_TORQUE_CURVE: options->curve = (er_curve_kind)chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
     case ER_INITIAL_STATE: options->undeflected = chosen == 1; break;
     }
-    return chosen >= 0;
+    return chosen >= 0 || er_let_retry(&instance->failure);
 }
 
 bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,

@@ -11,9 +11,9 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
                            const double *values);
 
 /* Takes derivatives of the first order of inputs: those of the wrench and of the anchor's position, which are
- * inputs too, and of q''.  Others have no effect. */
+ * inputs too, and of q''.  Others have no effect: `ignored` says of the first, or is NULL. */
 bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
-                                 const int *orders, const double *values);
+                                 const int *orders, const double *values, const char **ignored);
 
 /* Has the values of a block of computed variables. */
 bool er_instance_require(er_instance *instance, er_block block);

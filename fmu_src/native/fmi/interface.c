@@ -85,13 +85,16 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
 bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
 {
     static const int choices[ER_STRINGS] = {0, ER_CURVES, 2, 2};
+    double tolerance[4];
     memset(in, 0, sizeof *in);
     if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||
-        !er_lines_numbers(lines, 1, &in->tolerance) || !er_lines_next(lines))
+        !er_lines_numbers(lines, 4, tolerance) || !er_lines_next(lines))
         return false;
-    if (!(in->tolerance > 0.0))
-        return er_fail(lines->failure, "the robot's data: expected a tolerance > 0, got %g m: build the"
-                       " FMU again", in->tolerance);
+    for (int k = 0; k < 4; k++)
+        if (!(tolerance[k] > 0.0))
+            return er_fail(lines->failure, "the robot's data: expected tolerances > 0, got %g: build the"
+                           " FMU again", tolerance[k]);
+    in->tolerance = (er_tolerance){tolerance[0], tolerance[1], tolerance[2], tolerance[3]};
     if (!er_lines_key(lines, "nominals") || !er_lines_numbers(lines, 2, in->nominal) ||
         !er_lines_next(lines))
         return false;
@@ -116,19 +119,14 @@ double *er_parameter(const er_interface *interface, er_parameters *parameters, e
     }
 }
 
-bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
-                           er_failure *failure)
+bool er_require_range(const er_interface *interface, unsigned reference, double value,
+                      er_failure *failure)
 {
-    er_parameters given = *parameters;
-    for (int block = ER_STIFFNESS; block <= ER_BACKLASH_WIDTH; block++)
-        for (int k = 0; k < interface->size[block]; k++) {
-            double value = *er_parameter(interface, &given, (er_block)block, k);
-            int reference = interface->first[block] + k;
-            char number[ER_NUMBER_TEXT];
-            if (block == ER_STIFFNESS ? !(value > 0.0) : !(value >= 0.0))
-                return er_fail(failure, "%s: expected a number %s, got %s %s",
-                               interface->name[reference], block == ER_STIFFNESS ? "> 0" : ">= 0",
-                               er_shown(value, number), interface->unit[reference]);
-        }
-    return true;
+    int block = interface->block[reference];
+    bool above = block == ER_STIFFNESS;
+    char number[ER_NUMBER_TEXT];
+    if (block < ER_STIFFNESS || block > ER_TCP_TOLERANCE || (above ? value > 0.0 : value >= 0.0))
+        return true;
+    return er_fail(failure, "%s: expected a number %s, got %s %s", interface->name[reference],
+                   above ? "> 0" : ">= 0", er_shown(value, number), interface->unit[reference]);
 }

@@ -31,6 +31,7 @@
     BLOCK(ER_STIFFNESS, "stiffness", 0, 0, 1, 0) \
     BLOCK(ER_DAMPING, "damping", 0, 0, 1, 0) \
     BLOCK(ER_BACKLASH_WIDTH, "backlash", 0, 0, 0, 1) \
+    BLOCK(ER_TCP_TOLERANCE, "tolerance", 1, 0, 0, 0) \
     BLOCK(ER_DEFLECTION_DERIVATIVE, "deflection_derivative", 0, 0, 1, 0) \
     BLOCK(ER_RATE_DERIVATIVE, "rate_derivative", 0, 0, 1, 0) \
     BLOCK(ER_BEND, "bend", 0, 0, 0, 2)
@@ -58,9 +59,15 @@ typedef struct {
     char choice[ER_MAX_CHOICES][ER_CHOICE];
 } er_string;
 
+/* Errors allowed at the TCP [m]: to begin with, which an experiment's relative tolerance is in proportion to,
+ * and the least and the most that follow from one. */
+typedef struct {
+    double usual, relative, least, most;
+} er_tolerance;
+
 /* Value references count from 0 through the reals, by blocks, and go on through the strings to time. */
 typedef struct {
-    double tolerance;            /* to begin with [m] */
+    er_tolerance tolerance;
     double nominal[2];           /* of the states: angles [rad] and rates [rad/s] */
     int reals;
     int first[ER_BLOCKS];        /* value reference of each block's first variable */
@@ -89,7 +96,13 @@ static inline bool er_is_output(er_block block)
 /* Whether it is an output or local, computed when it is read. */
 static inline bool er_is_computed(er_block block)
 {
-    return er_is_output(block) || block > ER_BACKLASH_WIDTH;
+    return er_is_output(block) || block > ER_TCP_TOLERANCE;
+}
+
+/* Whether it is a parameter that may change while the model runs. */
+static inline bool er_is_tunable(er_block block)
+{
+    return block >= ER_GRAVITY && block <= ER_BACKLASH_WIDTH;
 }
 
 /* Whether it is a continuous state of model exchange. */
@@ -113,8 +126,8 @@ static inline unsigned er_time_reference(const er_interface *interface)
 /* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
 double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k);
 
-/* Refuses parameters that cannot be those of a robot, with the name of the first. */
-bool er_require_parameters(const er_interface *interface, const er_parameters *parameters,
-                           er_failure *failure);
+/* Refuses a value that is out of a parameter's range; there is none of other variables. */
+bool er_require_range(const er_interface *interface, unsigned reference, double value,
+                      er_failure *failure);
 
 #endif

@@ -39,6 +39,8 @@ static const struct {
                         "expected initialisation's end before a step is asked about, got it after"},
     [ER_CALL_EVENT_MODE] = {EXCHANGING, "expected initialisation's end before event mode is entered, got"
                                         " the mode first"},
+    [ER_CALL_EVENT] = {IN(ER_CONTINUOUS_MODE), "expected continuous-time mode before event mode is entered,"
+                                               " got another"},
     [ER_CALL_UPDATE] = {IN(ER_EVENT_MODE), "expected event mode before discrete states are updated or"
                                            " continuous-time mode is entered, got another"},
     [ER_CALL_COMPLETED] = {IN(ER_CONTINUOUS_MODE), "expected continuous-time mode at the end of an"

@@ -25,7 +25,8 @@ typedef enum {
     ER_CALL_GET_START, /* Get.. of FMI 3.0, start values too */
     ER_CALL_DERIVE,    /* GetDirectionalDerivative */
     ER_CALL_RESULT,    /* of the last step: its status, derivatives of outputs by time */
-    ER_CALL_EVENT_MODE, /* EnterEventMode */
+    ER_CALL_EVENT_MODE, /* EnterEventMode of FMI 2.0, which its table allows in event mode, too */
+    ER_CALL_EVENT,      /* EnterEventMode of FMI 3.0 */
     ER_CALL_UPDATE,     /* NewDiscreteStates, UpdateDiscreteStates, EnterContinuousTimeMode */
     ER_CALL_COMPLETED,  /* CompletedIntegratorStep */
     ER_CALL_SET_TIME,   /* SetTime */

@@ -2,40 +2,52 @@
 #ifndef ER_LOG_CATEGORIES_H
 #define ER_LOG_CATEGORIES_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
-#define ER_LOG_ERROR "logStatusError"
-#define ER_LOG_FATAL "logStatusFatal"
-#define ER_LOG_ALL "logAll"
+/* Each is a bit of a set; that of all messages is all of them. */
+enum {
+    ER_LOG_WARNING = 1,
+    ER_LOG_DISCARD = 2,
+    ER_LOG_ERROR = 4,
+    ER_LOG_FATAL = 8,
+    ER_LOG_ALL = ER_LOG_WARNING | ER_LOG_DISCARD | ER_LOG_ERROR | ER_LOG_FATAL
+};
 
-/* What a list of categories asks for. */
-typedef enum {
-    ER_LOG_UNKNOWN, /* one that does not exist */
-    ER_LOG_OTHERS,  /* none of those that this FMU's messages have */
-    ER_LOG_OURS     /* that of the errors, or all */
-} er_log_choice;
-
-/* Without categories, all are asked for. */
-static inline er_log_choice er_log_chosen(const char *const *categories, size_t count)
+/* The set that a list of names asks for, all without a list; false if one does not exist. */
+static inline bool er_log_chosen(const char *const *names, size_t count, unsigned *chosen)
 {
-    static const char *const others[] = {"logStatusWarning", "logStatusDiscard", ER_LOG_FATAL};
-    er_log_choice choice = count == 0 ? ER_LOG_OURS : ER_LOG_OTHERS;
+    static const struct {
+        const char *name;
+        unsigned set;
+    } known[] = {{"logStatusWarning", ER_LOG_WARNING}, {"logStatusDiscard", ER_LOG_DISCARD},
+                 {"logStatusError", ER_LOG_ERROR},     {"logStatusFatal", ER_LOG_FATAL},
+                 {"logAll", ER_LOG_ALL}};
+    enum { KNOWN = sizeof known / sizeof *known };
+    *chosen = count == 0 ? ER_LOG_ALL : 0;
     for (size_t i = 0; i < count; i++) {
-        const char *name = categories == NULL || categories[i] == NULL ? "" : categories[i];
-        int known = 0;
-        for (size_t k = 0; k < sizeof others / sizeof *others; k++)
-            known |= strcmp(name, others[k]) == 0;
-        if (strcmp(name, ER_LOG_ERROR) == 0 || strcmp(name, ER_LOG_ALL) == 0)
-            choice = ER_LOG_OURS;
-        else if (!known)
-            return ER_LOG_UNKNOWN;
+        const char *name = names == NULL || names[i] == NULL ? "" : names[i];
+        size_t k = 0;
+        while (k < KNOWN && strcmp(name, known[k].name) != 0)
+            k++;
+        if (k == KNOWN)
+            return false;
+        *chosen |= known[k].set;
     }
-    return choice;
+    return true;
+}
+
+static inline const char *er_log_name(unsigned category)
+{
+    return category == ER_LOG_WARNING   ? "logStatusWarning"
+           : category == ER_LOG_DISCARD ? "logStatusDiscard"
+           : category == ER_LOG_FATAL   ? "logStatusFatal"
+                                        : "logStatusError";
 }
 
 #define ER_LOG_REFUSAL                                                                              \
-    "log categories: expected logStatusWarning, logStatusDiscard, " ER_LOG_ERROR ", " ER_LOG_FATAL  \
-    " or " ER_LOG_ALL ", got another name"
+    "log categories: expected logStatusWarning, logStatusDiscard, logStatusError, logStatusFatal"   \
+    " or logAll, got another name"
 
 #endif

@@ -8,6 +8,7 @@
 bool er_fail(er_failure *failure, const char *format, ...)
 {
     va_list arguments;
+    failure->may_retry = false;
     va_start(arguments, format);
     vsnprintf(failure->text, sizeof failure->text, format, arguments);
     va_end(arguments);
@@ -22,12 +23,12 @@ const char *er_shown(double value, char text[ER_NUMBER_TEXT])
     return text;
 }
 
-void er_escape(const char *text, char escaped[ER_ESCAPED_TEXT])
+void er_escape(const char *text, const char *doubled, char escaped[ER_ESCAPED_TEXT])
 {
     size_t length = 0;
     for (; *text != '\0' && length + 3 < ER_ESCAPED_TEXT; text++) {
-        if (*text == '%')
-            escaped[length++] = '%';
+        if (strchr(doubled, *text) != NULL)
+            escaped[length++] = *text;
         escaped[length++] = *text;
     }
     escaped[length] = '\0';

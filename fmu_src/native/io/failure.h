@@ -10,6 +10,7 @@
 #define ER_FAILURE_TEXT 1600
 
 typedef struct {
+    bool may_retry; /* another value, step or state may do */
     char text[ER_FAILURE_TEXT];
 } er_failure;
 
@@ -19,10 +20,17 @@ __attribute__((format(printf, 2, 3)))
 #endif
 bool er_fail(er_failure *failure, const char *format, ...);
 
+/* Marks a failure that leaves all as it was as one that another value, step or state may avoid; false. */
+static inline bool er_let_retry(er_failure *failure)
+{
+    failure->may_retry = true;
+    return false;
+}
+
 #define ER_ESCAPED_TEXT (2 * ER_FAILURE_TEXT)
 
-/* The text as printf wants it to be shown as it is, cut to the buffer. */
-void er_escape(const char *text, char escaped[ER_ESCAPED_TEXT]);
+/* The text with some characters doubled, cut to the buffer. */
+void er_escape(const char *text, const char *doubled, char escaped[ER_ESCAPED_TEXT]);
 
 #define ER_NUMBER_TEXT 32
 

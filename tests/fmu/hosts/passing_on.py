@@ -101,7 +101,7 @@ CALLS = {
     "fmi2DoStep 1.5 0.25 1": (c_double(1.5), c_double(0.25), 1),
     "fmi2CancelStep": (),
     "fmi2GetStatus 2 6": (2, number),
-    "fmi2GetRealStatus 2 0.5": (2, real),
+    "fmi2GetRealStatus 1 0.5": (1, real),
     "fmi2GetIntegerStatus 2 6": (2, number),
     "fmi2GetBooleanStatus 2 6": (2, number),
     "fmi2GetStringStatus 2 text": (2, text),

@@ -1,0 +1,53 @@
+"""What both standards ask of every FMU, kind by kind, use by use; the clauses: hosts/clauses.py."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+
+import pytest
+from places import HOSTS
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+
+FMUS = {
+    "native, FMI 2": BuildOptions("native"),
+    "native, FMI 3": BuildOptions("native", fmi="3"),
+    "Python, FMI 2": BuildOptions("python"),
+}
+USES = [
+    (name, use) for name in FMUS for use in ("cs", "me") if (name, use) != ("Python, FMI 2", "me")
+]
+
+
+@pytest.fixture(scope="module")
+def built(example, tmp_path_factory):
+    """The example robot's FMUs."""
+    folder = tmp_path_factory.mktemp("standard")
+    return {
+        name: build_fmu(example, folder / f"{number}.fmu", options)
+        for number, (name, options) in enumerate(FMUS.items())
+    }
+
+
+@pytest.mark.parametrize(("name", "use"), USES)
+def test_the_standards_clauses_are_kept(built, run_host, tmp_path, name, use):
+    """Each in the process of all: that nothing crashes is among what they ask."""
+    run_host("clauses", built[name], use, tmp_path / "wrong.json")
+    wrong = json.loads((tmp_path / "wrong.json").read_text())
+    assert not wrong, "\n".join(wrong.values())
+
+
+def test_every_clause_says_what_it_rests_on():
+    functions = [
+        part
+        for file in ("clauses.py", "clauses_of_runs.py")
+        for part in ast.parse((HOSTS / file).read_text()).body
+        if isinstance(part, ast.FunctionDef)
+    ]
+    assert len(functions) > 10
+    for function in functions:
+        assert re.match(r"(A real .*)?FMI [23], \d", ast.get_docstring(function) or ""), (
+            function.name
+        )

@@ -1,0 +1,121 @@
+"""Sources of several FMUs in one program, and as a shared library: the standards' function prefix."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import fmpy
+import pytest
+from native_fmu import compiler
+from places import TESTS
+from random_robots import make_robot
+
+from coupling.errors import BuildError
+from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
+
+MAIN = """
+#define USE(name) void run_##name(const char *token, const char *resources, unsigned z);
+USE(Left)
+USE(Right)
+int main(int count, char **given)
+{
+    (void)count;
+    run_Left(given[1], given[2], (unsigned)atoi(given[3]));
+    run_Right(given[4], given[5], (unsigned)atoi(given[6]));
+    return 0;
+}
+"""
+
+
+class Packed:
+    """A robot's FMU with sources, unpacked."""
+
+    def __init__(self, robot, folder: Path, name: str, fmi: str) -> None:
+        options = BuildOptions("native", sources=True, fmi=fmi, name=name)
+        self.name, self.folder = name, folder / name
+        self.file = build_fmu(robot, folder / f"{name}.fmu", options)
+        fmpy.extract(str(self.file), unzipdir=str(self.folder))
+        self.sources = self.folder / "sources"
+        self.description = fmpy.read_model_description(str(self.folder))
+        place = self.folder / "resources"
+        resources = place.as_uri() if fmi == "2" else f"{place}/"
+        variables = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.z = variables["tcp.z"]
+        self.given = [self.description.guid, resources, str(self.z)]
+
+    def objects(self, folder: Path, *flags: str) -> list[str]:
+        """Compile every C file by itself."""
+        made = []
+        for source in sorted(self.sources.rglob("*.c")):
+            made.append(str(folder / f"{self.name}_{source.stem}.o"))
+            command = [compiler(), "-std=c99", "-O1", "-c", *flags, "-o", made[-1], str(source)]
+            subprocess.run(command, check=True)
+        return made
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_two_robots_are_linked_into_one_program(tmp_path, fmi):
+    """FMI 2, 2.1.1, FMI 3, 2.2.2: "several FMUs might be present at the same time in an executable ...
+    the names of the functions in different FMUs must be different": "prefixed with the model
+    identifier"."""
+    fmus = [
+        Packed(make_robot(k, 2 + k), tmp_path, name, fmi)
+        for k, name in enumerate(("Left", "Right"), 1)
+    ]
+    objects = []
+    for fmu in fmus:
+        objects += fmu.objects(tmp_path)
+        use = tmp_path / f"use_{fmu.name}.o"
+        flags = [f"-DNAME={fmu.name}", f"-DFMI={fmi}", f"-I{fmu.sources / 'fmi'}"]
+        file = str(TESTS / "native" / "static_use.c")
+        command = [compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", *flags]
+        subprocess.run([*command, "-o", str(use), file], check=True)
+        objects.append(str(use))
+    main, program = tmp_path / "main.c", tmp_path / "program"
+    main.write_text(f"#include <stdlib.h>\n{MAIN}")
+    subprocess.run([compiler(), "-o", str(program), str(main), *objects, "-lm"], check=True)
+    command = [str(program), *fmus[0].given, *fmus[1].given]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    for fmu, found in zip(fmus, said, strict=True):
+        result = fmpy.simulate_fmu(
+            str(fmu.file),
+            stop_time=0.01,
+            output_interval=0.01,
+            output=["tcp.z"],
+            fmi_type="CoSimulation",
+        )
+        assert abs(float(found) - result["tcp.z"][-1]) < 1e-12
+    assert said[0] != said[1]
+
+
+def test_every_name_with_external_linkage_begins_with_the_identifier(example, tmp_path):
+    found = shutil.which("nm")
+    if found is None:
+        pytest.skip("needs nm")
+    objects = Packed(example, tmp_path, "Some_Robot", "2").objects(tmp_path)
+    said = subprocess.run(
+        [found, "--extern-only", "--defined-only", *objects], capture_output=True, text=True
+    )
+    names = re.findall(r"^[0-9a-f]+ [A-Z] (\S+)$", said.stdout, re.M)
+    assert len(names) > 100
+    assert {name for name in names if not name.startswith("Some_Robot_")} == set()
+    assert "Some_Robot_fmi2DoStep" in names
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_fmu_has_the_name_that_it_is_given(example, tmp_path, kind):
+    file = build_fmu(example, tmp_path / "any.fmu", BuildOptions(kind, name="Kuka_KR16"))
+    description = fmpy.read_model_description(str(file))
+    assert description.modelName == description.coSimulation.modelIdentifier == "Kuka_KR16"
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    result = fmpy.simulate_fmu(str(file), stop_time=0.02, output=["tcp.z"], fmi_type="CoSimulation")
+    assert 0.1 < abs(result["tcp.z"][-1]) < 10.0
+
+
+@pytest.mark.parametrize("name", ["", "6R", "my robot", "robot-1", "ä", "x" * 65])
+def test_a_name_that_c_does_not_have_is_refused(name):
+    with pytest.raises(BuildError, match="name: expected up to 64 letters, digits and _"):
+        BuildOptions(name=name)
