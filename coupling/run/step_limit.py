@@ -43,8 +43,8 @@ _POSTURES = 12
 # Share of the limit that is called safe: between the postures, and with other loads, robot and
 # process are a little stiffer or softer.
 _SHARE = 0.8
-# Energy that a late touch may add, over that which the tool brings.  From about 1 on tools were seen to
-# bounce for good on walls of 1e7 N/m, where the robot's damping takes nothing away (docs/ssp.md).
+# Energy that a late touch may add, over that which the tool brings.  Between 1 and 4 tools begin to
+# bounce for good on walls of 1e7 N/m, as the robot's damping takes next to nothing away (docs/ssp.md).
 _TOUCH = 0.25
 # What a safe step is rounded down to.
 _ROUND = (1.0, 2.0, 5.0)

@@ -24,6 +24,8 @@ from docs.scripts.page import finish, replace, table
 ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
 STIFFNESSES = (1e4, 1e5, 1e6)  # [N/m]
 STEPS = (0.001, 0.002, 0.005, 0.01, 0.02)  # [s]
+# Of the table on touch: walls [N/m], and (2 h)^2 K / m.
+WALLS, ENERGIES = (1e5, 1e6, 1e7), (0.25, 1.0, 4.0, 16.0)
 # Of the small master: how far it pushes the tool once, the smaller one for what grows, between which
 # distances a deviation counts [m], and its steps.
 _PUSHES, _NEAR, _FAR, _MOST = (1e-8, 1e-4), 1e-8, 1e-3, 3000
@@ -181,28 +183,55 @@ def force_rows() -> Iterator[list[str]]:
             ]
 
 
+def touch_rows() -> Iterator[list[str]]:
+    """Yield, by stiffness, largest force and lift-offs in the last quarter by how late a touch is."""
+    for stiffness in WALLS:
+        system = System.of(UR10.case(stiffness))
+        cells = []
+        with tempfile.TemporaryDirectory() as folder:
+            system.write(Path(folder, "system.ssp"))
+            for energy in ENERGIES:
+                step = round(system.limit.touch * 2.0 * np.sqrt(energy), 6)
+                rows = pressed(Path(folder), system, step)
+                if rows is None:
+                    cells.append(f"{1e3 * step:g} ms: stops")
+                    continue
+                late = rows[-len(rows) // 4 :, 10] > 0.0
+                lifted = int(np.count_nonzero(np.diff(late.astype(int)) < 0))
+                cells.append(f"{1e3 * step:g} ms: {rows[:, 10].max():.3g}, {lifted}")
+        yield [f"{stiffness:.0e}", *cells]
+
+
+def pressed(folder: Path, system: System, step: float) -> np.ndarray | None:
+    """Return the rows of a run in libcosim of a folder, as `run_system`; None where it stops."""
+    stop = step * np.floor(system.case.desired.time[-1] / step + 1e-9)
+    try:
+        # A nanosecond short: the sum of libcosim's steps must not pass the command's end.
+        return run_system("SSP-libcosimpy", folder, step, float(stop) - 1e-9)
+    except MasterError:
+        return None
+
+
 def _largest(system: System) -> list[str]:
     """Return the largest force of a run with every step [N]; "stops" where the run does."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         system.write(Path(folder, "system.ssp"))
         for step in STEPS:
-            stop = step * np.floor(system.case.desired.time[-1] / step + 1e-9)
-            try:
-                rows = run_system("SSP-libcosimpy", Path(folder), step, float(stop))
-                found.append(f"{rows[:, 10].max():.3g}")
-            except MasterError:
-                found.append("stops")
+            rows = pressed(Path(folder), system, step)
+            found.append("stops" if rows is None else f"{rows[:, 10].max():.3g}")
     return found
 
 
 def write() -> None:
-    """Write both tables."""
+    """Write the tables."""
     steps = [f"{1e3 * step:g} ms" for step in STEPS]
     head = ("robot", "robot (N/m)", "process (N/m)", *steps)
     replace("ssp", "growth", table(head, growth_rows()))
     head = ("robot", "process (N/m)", "safe, force (ms)", "safe, spring (ms)", *steps)
     replace("ssp", "forces", table(head, force_rows()))
+    head = ("process (N/m)", *(f"{energy:g}" for energy in ENERGIES))
+    replace("ssp", "touch", table(head, touch_rows()))
 
 
 if __name__ == "__main__":

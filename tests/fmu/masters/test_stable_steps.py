@@ -20,7 +20,7 @@ from coupling.fmu_export.compiler import host_platform
 from coupling.run.ssp import System
 from coupling.run.step_limit import Posture, StepLimit
 from coupling.run.study import run_coupling
-from docs.scripts.make_stable_steps import CELLS, UR10, growth_in_master
+from docs.scripts.make_stable_steps import CELLS, UR10, growth_in_master, pressed
 from docs.scripts.masters import MASTERS, MasterError, run_system
 
 ICME = CELLS[-1]
@@ -126,6 +126,18 @@ def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
     assert np.linalg.norm(exploded - end) > 1e-2
     stable = run_system("SSP-libcosimpy", tmp_path, system.step, stop)
     np.testing.assert_allclose(stable[-1, 1:4], end, rtol=0, atol=2e-5)
+
+
+def test_at_the_named_step_a_tool_stays_on_a_stiff_wall_and_bounces_at_a_longer_one(tmp_path):
+    """Ten million N/m: a late touch adds energy that the robot does not take away."""
+    require_libcosim()
+    system = System.of(UR10.case(1e7))
+    system.write(tmp_path / "system.ssp")
+    assert system.step < system.limit.touch < 3e-4
+    calm, wild = (pressed(tmp_path, system, step) for step in (system.step, 7e-4))
+    assert (calm[len(calm) // 2 :, 10] > 0.0).all()
+    assert calm[:, 10].max() < 500.0
+    assert wild is None or wild[:, 10].max() > 2000.0
 
 
 def test_a_master_that_is_given_no_step_takes_that_of_the_archive(light, tmp_path):
