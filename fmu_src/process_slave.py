@@ -80,7 +80,8 @@ class ProcessSlave(Fmi2Slave):
             if vr not in POSE:
                 raise refusal(self, "a force or moment is an output and cannot be set")
             if not isfinite(value):
-                raise refusal(self, f"{_NAMES[vr]}: expected a finite number, got {value}")
+                sentence = f"{_NAMES[vr]}: expected a finite number, got {value}"
+                raise refusal(self, sentence, may_retry=True)
         self._values[list(vrs)] = values
 
     def _evaluate(self) -> None:
