@@ -88,7 +88,8 @@ class ProcessSlave(Fmi2Slave):
             if vr not in POSE:
                 raise refusal(self, "force, moment and spring are outputs and cannot be set")
             if not isfinite(value):
-                raise refusal(self, f"{_NAMES[vr]}: expected a finite number, got {value}")
+                sentence = f"{_NAMES[vr]}: expected a finite number, got {value}"
+                raise refusal(self, sentence, may_retry=True)
         self._values[list(vrs)] = values
 
     def _evaluate(self, step: float) -> None:

@@ -18,12 +18,18 @@ class RefusedError(Exception):
         return str(self).replace("%", "%%").replace("#", "##")
 
 
-def refusal(slave: Fmi2Slave, error: object) -> RefusedError:
-    """Return what to raise for an error; it is shown, as FMI passes on a status only."""
+def refusal(slave: Fmi2Slave, error: object, may_retry: bool = False) -> RefusedError:
+    """Return what to raise for an error; it is shown, as FMI passes on a status only.
+
+    Args:
+        slave: The slave.
+        error: An error or its sentence.
+        may_retry: Whether another value may do; an error may say so by itself.
+    """
     text = f"{slave.instance_name}: {error}"
     print(text, file=sys.stderr, flush=True)
     # PythonFMU's binary gives up its references to these three at every exception, and once more
     # when the instance is freed; without others that is a use after free.
     for owned in (slave, type(slave), slave.log_queue):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
-    return RefusedError(f"{_DISCARD if getattr(error, 'may_retry', False) else ''}{text}")
+    return RefusedError(f"{_DISCARD if getattr(error, 'may_retry', may_retry) else ''}{text}")

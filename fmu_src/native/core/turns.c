@@ -34,23 +34,19 @@ static void multiply_all(er_turns *turns, const er_robot *robot, const double *t
     er_pose(origin, robot->tool_rotation, pose);
     multiply(q, pose + 3);
     memcpy(turns->theta, theta, (size_t)robot->angles * sizeof *theta);
-    turns->there = true;
+    turns->nearby = NEARBY / robot->angles;
 }
 
 double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
                      const double quaternion[4])
 {
     const double *near = turns->theta, *q = turns->quaternion;
-    int n = robot->angles, i = 0;
-    double even = 0.0, odd = 0.0; /* two sums wait for each other less than one */
-    for (; i + 1 < n; i += 2) {
-        even += fabs(theta[i] - near[i]);
-        odd += fabs(theta[i + 1] - near[i + 1]);
-    }
-    if (i < n)
-        even += fabs(theta[i] - near[i]);
-    if (!turns->there || !(even + odd < NEARBY))
+    int far = 0; /* without a branch, as it hardly ever is */
+    for (int i = 0; i < robot->angles; i++)
+        far |= !(fabs(theta[i] - near[i]) < turns->nearby);
+    if (far)
         multiply_all(turns, robot, theta);
-    return quaternion[0] * q[0] + quaternion[1] * q[1] + quaternion[2] * q[2] + quaternion[3] * q[3] < 0.0
+    return (quaternion[0] * q[0] + quaternion[1] * q[1]) +
+                       (quaternion[2] * q[2] + quaternion[3] * q[3]) < 0.0
                ? -1.0 : 1.0;
 }
