@@ -88,8 +88,8 @@ for mode in ("dynamic", "quasistatic"):
         # Of the two interfaces of a native FMU, which have one list, model exchange follows at once.
         if over_step:
             assert {"q_cmd[1]", "qd_cmd[1]"} <= follows, name
-        elif name.startswith("compliance"):
-            assert "force.x" not in follows or of_exchange, name
+        elif name.startswith(("compliance", "contact.f")):
+            assert all(k.startswith(("q_cmd", "qd_cmd")) for k in follows) or of_exchange, name
         else:
             assert all(known.startswith(("q_cmd", "qd_cmd")) for known in follows), (name, follows)
             assert of_exchange or not follows, (name, follows)
