@@ -81,7 +81,8 @@ step the force is <code>force</code> + s <code>force_rate</code>. The drives fol
 <code>trajectory</code>, or, where that is empty, <code>q_cmd</code>, <code>qd_cmd</code> and
 <code>qdd_cmd</code> at the step's start: s seconds later q + qd s + qdd s&sup2;/2 + j s&sup3;/6 with
 the jerk j of the last two commands, continuous where the commands are smooth. The initial
-state is the equilibrium under gravity, the wrench and the contact spring set before initialisation ends
+state is the equilibrium under gravity, the wrench, the contact spring and the contact set before
+initialisation ends
 (<code>initial_state</code> = <code>equilibrium</code>), or no deflection
 (<code>undeflected</code>). <code>mode</code> = <code>quasistatic</code> takes the equilibrium at
 every step's end: no inertia, no damping, no memory. Any step size will do, and it may change.</p>
@@ -89,6 +90,10 @@ every step's end: no inertia, no damping, no memory. Any step size will do, and 
 a = <code>anchor</code> position + s velocity, K its symmetric stiffness, no eigenvalue below zero. It is
 part of the robot's equations, so it may be as stiff as the contact is. Without stiffness there is none.
 </p>
+<p>A contact that lifts off, <code>contact.*</code>: a sphere about the TCP on the plane through the
+anchor, with the force k d max(0, 1 + c d') at a penetration d, which never pulls, and Coulomb
+friction above the slip speed. Touch-down and lift-off are found inside the step. Without stiffness
+there is none.</p>
 """
 
 _FRAMES = """

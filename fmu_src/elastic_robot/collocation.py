@@ -28,16 +28,29 @@ class System(Protocol):
         """Return the first time after `time` at which the forcing is not smooth, or infinity."""
         ...
 
-    def begin(self, times: np.ndarray, region: np.ndarray) -> None:
-        """Fix the times of the following residuals, one per row, and the branch of the law."""
+    @property
+    def contacting(self) -> bool:
+        """Whether there is a contact, whose depth counts as well as the coordinates."""
+        ...
+
+    def begin(self, times: np.ndarray, region: np.ndarray, touching: bool) -> None:
+        """Fix the times of the following residuals, one per row, and the branches of the laws."""
+        ...
+
+    def depths(
+        self, times: np.ndarray, x: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return depth [m] and approach [m/s] of the contact, (k,), at times (k,) and states (k, m)."""
         ...
 
     def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
         """Return the residual (k, m) of x, v, a stacked (3, k, m), at the times of these rows."""
         ...
 
-    def matrices(self, x: np.ndarray, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return M (m, m), the diagonal of D (m,) and K (m, m) at the time of a row."""
+    def matrices(
+        self, x: np.ndarray, v: np.ndarray, row: int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return M (m, m), D or its diagonal, (m, m) or (m,), and K (m, m) at the time of a row."""
         ...
 
 
@@ -47,7 +60,7 @@ class NewtonMatrix:
 
     Attributes:
         step: Length of the step that they belong to [s].
-        mass, damping, stiffness: M (m, m), the diagonal of D (m,) and K (m, m) they are made of.
+        mass, damping, stiffness: M (m, m), D or its diagonal alone, and K (m, m) they are made of.
         stages: Inverse for all stages, (4 m, 4 m).
         end: Inverse that filters the error estimate, (m, m).
     """
@@ -65,6 +78,8 @@ class NewtonMatrix:
     ) -> NewtonMatrix:
         """Return the matrices of a step."""
         m, h, own = len(mass), step, stiffness.diagonal()
+        whole = damping if damping.ndim == 2 else None
+        damping = damping if whole is None else whole.diagonal()
         matrix = np.zeros((gauss.STAGES, m, gauss.STAGES, m))
         stage, diagonal = np.arange(gauss.STAGES), np.arange(m)
         matrix[stage, :, stage, :] = mass
@@ -74,13 +89,24 @@ class NewtonMatrix:
         g = gauss.GAMMA * h
         end = mass.copy()
         end[diagonal, diagonal] += g * damping + g * g * own
+        if whole is not None:
+            coupling = whole - np.diag(damping)
+            matrix += np.einsum("ij,ab->iajb", h * gauss.A1, coupling)
+            end += g * coupling
         coupling = stiffness - np.diag(own)
         if coupling.any():
             matrix += np.einsum("ij,ab->iajb", h * h * gauss.A2, coupling)
             end += g * g * coupling
         try:
             stages = np.linalg.inv(matrix.reshape(gauss.STAGES * m, gauss.STAGES * m))
-            return cls(step, mass, damping, stiffness, stages, np.linalg.inv(end))
+            return cls(
+                step,
+                mass,
+                damping if whole is None else whole,
+                stiffness,
+                stages,
+                np.linalg.inv(end),
+            )
         except np.linalg.LinAlgError as error:
             raise IntegrationError("the mass matrix is singular or not finite") from error
 
@@ -97,6 +123,7 @@ class State:
         predictor: Stage accelerations of the last step, (4, m); None at the start.
         predictor_step: Length of that step [s].
         newton: Matrices of the last step, kept while they serve; None: to be built.
+        touching: Whether the contact presses: 0, 1; -1: not known yet.
     """
 
     time: float
@@ -107,6 +134,7 @@ class State:
     predictor: np.ndarray | None = None
     predictor_step: float = 1.0
     newton: NewtonMatrix | None = None
+    touching: int = -1
 
 
 @dataclass(frozen=True)
@@ -151,14 +179,18 @@ class Collocation:
             guess: Stage accelerations to start from, (4, m).
             accuracy: Error that the iteration may leave in x.
         """
-        system.begin(state.time + h * _TIMES, state.region)
+        touching = system.contacting and state.touching == 1
+        system.begin(state.time + h * _TIMES, state.region, touching)
         newton = state.newton
-        if newton is None or abs(newton.step - h) > self._settings.same_length * h:
-            newton = NewtonMatrix.build(h, *system.matrices(state.x, gauss.STAGES // 2))
-        inverse = newton.stages
         stages, end = self._operator.of(h)
         rows = np.concatenate([state.x[None], state.v[None], guess])
         a = rows[2:]
+        if newton is None or touching or abs(newton.step - h) > self._settings.same_length * h:
+            middle, x, v = gauss.STAGES // 2, state.x, state.v
+            if touching:  # what a contact exerts changes a lot in a step
+                x, v, _ = stages.dot(rows).reshape(3, gauss.STAGES, -1)[:, middle]
+            newton = NewtonMatrix.build(h, *system.matrices(x, v, middle))
+        inverse = newton.stages
         # An error of the acceleration shifts x by its h^2-fold at once, and by its h-fold times the
         # time scale of the motion later; the longest step stands for the latter.
         target, last = accuracy / (h * max(h, self._settings.longest_step)), 0.0

@@ -10,6 +10,15 @@ from elastic_robot import gauss
 from elastic_robot.settings import Settings
 
 _NOTHING = 1e-40
+# In `Crossing`: no coordinate, the depth of a contact.
+DEPTH = -1
+# A contact begins this far behind the plane [m], so that rounding does not undo it, and ends at it: what
+# presses never pulls.
+CONTACT_SLACK = 1e-11
+# Power coefficients of a quintic from its values at the start, the nodes and the end of a step.
+_FROM_VALUES = np.linalg.inv(
+    np.concatenate([[0.0], gauss.NODES, [1.0]])[:, None] ** np.arange(gauss.DEGREE + 1)
+)
 
 
 @dataclass(frozen=True)
@@ -17,7 +26,7 @@ class Crossing:
     """The first place where a step leaves a region.
 
     Attributes:
-        coordinate: Index of the coordinate that leaves.
+        coordinate: Index of the coordinate that leaves; `DEPTH` for a contact.
         boundary: Value that it passes.
         outward: +1 if it rises through the boundary, -1 if it falls.
         region: The region beyond: -1, 0 or 1.
@@ -86,6 +95,20 @@ class Boundaries:
                     region = int(outward) if self.region[coordinate] == 0 else 0
                     first = Crossing(coordinate, float(boundary), outward, region, fraction)
         return first
+
+
+def contact_crossing(touching: bool, depth: np.ndarray) -> Crossing | None:
+    """Return where a contact begins or ends in a step, or None.
+
+    Args:
+        touching: Whether it presses.
+        depth: Depths [m] at the start, the nodes and the end of the step, (2 + stages,).
+    """
+    boundary, outward = (0.0, -1.0) if touching else (CONTACT_SLACK, 1.0)
+    fraction = _first_passage(_FROM_VALUES @ depth, boundary, outward)
+    if fraction is None:
+        return None
+    return Crossing(DEPTH, boundary, outward, int(not touching), fraction)
 
 
 def _first_passage(power: np.ndarray, boundary: float, outward: float) -> float | None:

@@ -3,7 +3,7 @@
     M(theta) theta'' + h(theta, theta') - J(theta)^T w + S(x) + d x' = 0        rows of x
 
 M, h and J come from Pinocchio; S is a torque curve; w is the wrench on the robot at the TCP, with
-the force K (a - p) of a spring there that follows the TCP's position p.
+the force K (a - p) of a spring there that follows the TCP's position p, and that of a contact.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from elastic_robot.chain import Chain
-from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian
+from elastic_robot.kinematics import tcp_force_gradient, tcp_jacobian, tcp_velocity_gradient
 from elastic_robot.tool_load import Acting
 
 
@@ -89,7 +89,10 @@ class Dynamics:
                 torque[k] -= wrench @ tcp_jacobian(self.chain, data, theta[k])
         if acting is not None and sprung:
             jacobian, position = self._tool(theta)
-            torque -= (acting.total(position)[:, None] @ jacobian)[:, 0]
+            total = acting.total(position)
+            if acting.contact.holds:
+                total += self._contact_wrench(jacobian, position, rate, acting)
+            torque -= (total[:, None] @ jacobian)[:, 0]
         return torque.take(self.chain.elastic, axis=1)
 
     def load_derivatives(
@@ -111,9 +114,29 @@ class Dynamics:
             centre[k] = pin.jacobianCenterOfMass(model, data, theta[k]).reshape(3, -1)
         jacobian, position = self._tool(theta)
         lever = jacobian[:, :3].swapaxes(1, 2)
+        of_anchor = -lever[:, rows] @ acting.stiffness
         if acting.is_sprung:
-            by_angle -= tcp_force_gradient(jacobian, acting.total(position))
+            total = acting.total(position)
             by_angle += lever @ acting.stiffness @ jacobian[:, :3]
+            if acting.contact.holds:
+                total += self._contact_wrench(jacobian, position, rate, acting)
+                point = _point_jacobian(jacobian, acting.contact.offset)
+                gap, velocity = _relative(point, position, rate, acting)
+                by_place, by_velocity = acting.contact.force_gradient(
+                    gap, velocity, acting.touching
+                )
+                along = np.stack(
+                    [
+                        _point_jacobian(tcp_velocity_gradient(j, v), acting.contact.offset)
+                        for j, v in zip(jacobian, rate, strict=True)
+                    ]
+                )
+                onto = point.swapaxes(1, 2)
+                of_contact = onto @ by_place
+                by_angle -= of_contact @ point + onto @ by_velocity @ along
+                by_rate -= onto @ by_velocity @ point
+                of_anchor = of_anchor + of_contact[:, rows]
+            by_angle -= tcp_force_gradient(jacobian, total)
         elif acting.wrench.any():
             by_angle -= tcp_force_gradient(jacobian, acting.wrench)
         return LoadDerivatives(
@@ -121,7 +144,7 @@ class Dynamics:
             rate=by_rate[:, rows],
             acceleration=by_acceleration[:, rows],
             wrench=-jacobian[:, :, rows].swapaxes(1, 2),
-            anchor=-lever[:, rows] @ acting.stiffness,
+            anchor=of_anchor,
             spring=-lever[:, rows] @ acting.force_by_stiffness(position),
             gravity=-data.mass[0] * centre[:, :, rows].swapaxes(1, 2),
         )
@@ -131,10 +154,34 @@ class Dynamics:
         return pin.crba(self.chain.model, self.data, theta)[self._rows]
 
     def support(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
-        """Return J^T K J, the spring at the TCP as the elastic coordinates feel it [N m/rad], (m, m)."""
+        """Return J^T K J of spring and contact at rest, as x feels it [N m/rad], (m, m)."""
         lever = tcp_jacobian(self.chain, self.data, theta)[:3, self.chain.elastic]
-        matrix: np.ndarray = lever.T @ acting.stiffness @ lever
+        place = self.data.oMf[self.chain.tcp].translation
+        matrix: np.ndarray = lever.T @ acting.support(place) @ lever
         return matrix
+
+    def contact_matrices(
+        self, theta: np.ndarray, rate: np.ndarray, acting: Acting
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return J^T K J and J^T D J of spring and moving contact [N m/rad, N m s/rad], (m, m) each."""
+        jacobian, position = self._tool(theta[None])
+        point = _point_jacobian(jacobian, acting.contact.offset)
+        gap, velocity = _relative(point, position, rate[None], acting)
+        by_place, by_velocity = acting.contact.force_gradient(gap, velocity, acting.touching)
+        lever = point[0][:, self.chain.elastic]
+        tool = jacobian[0][:3, self.chain.elastic]
+        stiffness = tool.T @ acting.stiffness @ tool - lever.T @ by_place[0] @ lever
+        return stiffness, -lever.T @ by_velocity[0] @ lever
+
+    def contact_state(
+        self, theta: np.ndarray, rate: np.ndarray, acting: Acting
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the contact's depth [m] and approach [m/s], (k,), and its wrench at the TCP, (k, 6)."""
+        jacobian, position = self._tool(theta)
+        point = _point_jacobian(jacobian, acting.contact.offset)
+        gap, velocity = _relative(point, position, rate, acting)
+        wrench = self._contact_wrench(jacobian, position, rate, acting)
+        return acting.contact.depth(gap), acting.contact.approach(velocity), wrench
 
     def static_torque(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Return the torque J^T w - g that the elastic coordinates must carry at rest [N m], (m,)."""
@@ -159,8 +206,32 @@ class Dynamics:
             position[k] = self.data.oMf[self.chain.tcp].translation
         return jacobian, position
 
+    def _contact_wrench(
+        self, jacobian: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: Acting
+    ) -> np.ndarray:
+        """Return what the contact exerts at the TCP [N, N m], (k, 6)."""
+        offset = acting.contact.offset
+        gap, velocity = _relative(_point_jacobian(jacobian, offset), position, rate, acting)
+        force = acting.contact.force(gap, velocity, acting.touching)
+        return np.concatenate([force, np.cross(offset, force)], axis=1)
+
     def _wrench(self, acting: Acting) -> np.ndarray:
-        """Return the wrench with the spring's force at the angles of the last Jacobian, (6,)."""
+        """Return the wrench with the forces at rest at the angles of the last Jacobian, (6,)."""
         if not acting.is_sprung:
             return acting.wrench
-        return acting.total(self.data.oMf[self.chain.tcp].translation)
+        return acting.at_rest(self.data.oMf[self.chain.tcp].translation)
+
+
+def _point_jacobian(jacobian: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Return the translational Jacobian of a point at an offset from the TCP, (..., 3, angles)."""
+    moved: np.ndarray = jacobian[..., :3, :] + np.cross(
+        jacobian[..., 3:, :], offset, axisb=-1, axisa=-2, axisc=-2
+    )
+    return moved
+
+
+def _relative(
+    point: np.ndarray, position: np.ndarray, rate: np.ndarray, acting: Acting
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the way from the TCP to the anchor and the lowest point's velocity over the plane."""
+    return acting.anchor - position, (point @ rate[..., None])[..., 0] - acting.velocity

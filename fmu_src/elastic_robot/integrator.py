@@ -15,7 +15,7 @@ import numpy as np
 
 from elastic_robot import gauss
 from elastic_robot.collocation import Collocation, State, Step, System
-from elastic_robot.crossings import Boundaries, Crossing
+from elastic_robot.crossings import CONTACT_SLACK, DEPTH, Boundaries, Crossing, contact_crossing
 from elastic_robot.errors import IntegrationError, ParameterError
 from elastic_robot.settings import SETTINGS, Settings
 from elastic_robot.step_length import StepLength
@@ -80,6 +80,7 @@ class GaussStepper:
             )
         self._tries_left, self._tries_made = self._length.most_tries(length), 0
         # What is left after a crossing just before the end may be less than any step.
+        state = self._touched(system, state)
         negligible = max(self._length.shortest, 8.0 * float(np.spacing(abs(end))))
         while end - state.time > negligible:
             velocity = self._reach * state.v
@@ -122,8 +123,34 @@ class GaussStepper:
             step.rows[2:],
             step.length,
             step.newton,
+            state.touching,
         )
         return after, step
+
+    def _touched(self, system: System, state: State) -> State:
+        """Return the state with the contact as it is: what moved the plane since may have changed it."""
+        before, after, miss = state.touching, 0, self._settings.landing * CONTACT_SLACK
+        if system.contacting:
+            depth = system.depths(np.array([state.time]), state.x[None], state.v[None])[0][0]
+            least = {1: -miss, 0: CONTACT_SLACK + miss, -1: 0.0}[before]
+            after = int(depth > least)
+        if before == after:
+            return state
+        if before < 0:
+            return replace(state, touching=after)
+        step = min(self._settings.first_step, state.step)
+        return replace(state, touching=after, step=step, newton=None)
+
+    @staticmethod
+    def _depths(system: System, state: State, step: Step) -> np.ndarray:
+        """Return the depths of the contact at the start, the nodes and the end of a step [m]."""
+        h, a = step.length, step.rows[2:]
+        x = state.x + h * gauss.NODES[:, None] * state.v + h * h * gauss.A2 @ a
+        v = state.v + h * gauss.A1 @ a
+        times = state.time + h * np.concatenate([[0.0], gauss.NODES, [1.0]])
+        return system.depths(
+            times, np.vstack([state.x, x, step.end[0]]), np.vstack([state.v, v, step.end[1]])
+        )[0]
 
     def _solve(
         self, system: System, state: State, h: float, left: float
@@ -143,8 +170,16 @@ class GaussStepper:
                 guess = self._guess(state, h)
                 continue
             crossing = boundaries.first_crossing(step.rows, h)
+            allowed = boundaries.landing
+            if system.contacting:
+                depths = self._depths(system, state, step)
+                contact = contact_crossing(state.touching == 1, depths)
+                if contact is not None and (
+                    crossing is None or contact.fraction < crossing.fraction
+                ):
+                    crossing, allowed = contact, self._settings.landing * CONTACT_SLACK
             if crossing is not None:
-                landed = self._land(system, state, step, crossing, boundaries.landing)
+                landed = self._land(system, state, step, crossing, allowed)
                 if landed is not None and landed.error <= self.tolerance:
                     return landed, crossing
                 shorter = 0.5 * crossing.fraction * h
@@ -170,15 +205,19 @@ class GaussStepper:
         self, system: System, state: State, step: Step, crossing: Crossing, allowed: float
     ) -> Step | None:
         """Shorten the step until it ends on the boundary; None if that does not succeed."""
-        h, k = crossing.fraction * step.length, crossing.coordinate
+        h, k, start = crossing.fraction * step.length, crossing.coordinate, state
         accuracy = self._settings.landing_iteration * allowed
         for _ in range(self._settings.most_landings):
             guess = gauss.interpolation(0.0, h / step.length) @ step.rows[2:]
             landed = self._try(system, state, h, guess, accuracy)
             if landed is None:
                 return None
-            beyond = crossing.outward * (landed.end[0, k] - crossing.boundary)
-            rate = crossing.outward * landed.end[1, k]
+            place, rate = landed.end[:2, k]
+            if k == DEPTH:
+                ends = np.array([start.time + landed.length]), landed.end[:1], landed.end[1:2]
+                place, rate = (values[0] for values in system.depths(*ends))
+            beyond = crossing.outward * (place - crossing.boundary)
+            rate = crossing.outward * rate
             if abs(beyond) <= allowed:
                 return landed
             if rate <= 0.0:
@@ -188,8 +227,12 @@ class GaussStepper:
         return None
 
     def _after_crossing(self, state: State, step: Step, crossing: Crossing) -> State:
-        region = state.region.copy()
-        region[crossing.coordinate] = crossing.region
+        region, touching = state.region, state.touching
+        if crossing.coordinate == DEPTH:
+            touching = crossing.region
+        else:
+            region = region.copy()
+            region[crossing.coordinate] = crossing.region
         return State(
             state.time + step.length,
             step.end[0],
@@ -199,6 +242,7 @@ class GaussStepper:
             # The acceleration is continuous across the boundary, its derivative is not.
             np.repeat(step.end[2:], gauss.STAGES, axis=0),
             step.length,
+            touching=touching,
         )
 
     def _boundaries_of(self, system: System, state: State) -> Boundaries:

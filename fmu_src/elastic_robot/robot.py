@@ -92,6 +92,9 @@ class ElasticRobot:
         play = self._curve_class is not LinearCurve
         self._local_error = SETTINGS.local_error(tolerance, play)
         self._stepper = GaussStepper(self._local_error, reach=self.chain.reach)
+        # A contact enlarges errors as a play does.
+        in_contact = min(self._local_error, SETTINGS.local_error(tolerance, play=True))
+        self._contact_stepper = GaussStepper(in_contact, reach=self.chain.reach)
         self._state: State | None = None
         self._turns, self._opposite = Turns(self.chain), (False, False)
         self.parameters = Parameters.of(robot)
@@ -178,10 +181,12 @@ class ElasticRobot:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                return self._stepper.advance(self._motion, state, end, watch)
+                stepper = self._contact_stepper if self._motion.contacting else self._stepper
+                return stepper.advance(self._motion, state, end, watch)
         except IntegrationError as error:
             acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
-            spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.is_sprung
+            spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.has_spring
+            spring += f"a contact of {acting.contact.stiffness:.3g} N/m, " * acting.contact.holds
             raise IntegrationError(
                 f"{error}, under {force[0]:.3g} N, {force[1]:.3g} N m, {spring}drives of"
                 f" {np.abs(held.qd).max():.3g} rad/s and {np.abs(held.qdd).max():.3g} rad/s2: one of"
@@ -297,11 +302,32 @@ class ElasticRobot:
         theta = self.chain.theta(self._held.q, self._now().x)
         return base_from_tool(self.chain, self._dynamics.data, theta)
 
+    def contact_force(self) -> np.ndarray:
+        """Return the force of the contact on the tool [N], (3,); none where it is not touched."""
+        if not self._held.acting.contact.holds:
+            return np.zeros(3)
+        force: np.ndarray = self._contact()[2][0, :3]
+        return force
+
+    def contact_gap(self) -> np.ndarray:
+        """Return the way from the sphere at the TCP to the contact's plane [m], (1,); 1 without one."""
+        return -self._contact()[0] if self._held.acting.contact.holds else np.ones(1)
+
+    def _contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        state, held = self._now(), self._held
+        theta = self.chain.theta(held.q, state.x)
+        if self._quasistatic:
+            return self._dynamics.contact_state(
+                theta[None], np.zeros((1, len(theta))), held.acting.resting
+            )
+        rate = self.chain.theta(held.qd, state.v)
+        return self._dynamics.contact_state(theta[None], rate[None], held.acting)
+
     def compliance(self) -> np.ndarray:
         """Return the static compliance of the TCP at the present state, (6, 6).
 
-        Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring at the
-        TCP the force is shared with it, its anchor at rest.
+        Displacement [m] and small rotation [rad] per N and per N m, base axes; with a spring or
+        a contact at the TCP the force is shared with it, its anchor at rest.
         """
         return tcp_compliance(
             self._dynamics, self._curve, self._held.q, self._now().x, self._held.acting
@@ -328,7 +354,8 @@ class ElasticRobot:
         drives[0], motion[0] = self._held.q, state.x
         if not self._quasistatic:
             drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
-        point = OperatingPoint(drives, motion, self._held.acting, state.region)
+        acting = self._held.acting.resting if self._quasistatic else self._held.acting
+        point = OperatingPoint(drives, motion, acting, state.region)
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

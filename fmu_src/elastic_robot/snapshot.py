@@ -10,6 +10,7 @@ import numpy as np
 from elastic_robot.collocation import NewtonMatrix, State
 from elastic_robot.motion import Drives
 from elastic_robot.parameters import Parameters
+from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.tool_load import Acting
 
 
@@ -56,15 +57,17 @@ class Snapshot:
         The Newton matrices are represented by what they are built from; the tables of the torque
         curve belong to the robot.
         """
-        state, newton = self.state, self.state.newton
+        state, newton, contact = self.state, self.state.newton, self.held.acting.contact
         arrays = {
             "clock": np.array([state.time, state.step, state.predictor_step]),
             "x": state.x,
             "v": state.v,
             "region": state.region,
+            "touching": np.array(state.touching),
             "opposite": np.array(self.opposite),
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
+            **{f"contact_{key}": np.array(getattr(contact, key)) for key in _CONTACT},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
         }
         if state.predictor is not None:
@@ -97,8 +100,12 @@ class Snapshot:
             arrays.get("predictor"),
             predictor_step,
             newton,
+            int(arrays["touching"]),
         )
-        acting = Acting(**{key: arrays[f"acting_{key}"] for key in _ACTING})
+        numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
+        contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
+        wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
+        acting = Acting(wrench, anchor, stiffness, contact, velocity)
         held = Held(**{key: arrays[f"held_{key}"] for key in _HELD}, acting=acting)
         gravity, stiffness, damping, backlash = (arrays[f"parameters_{key}"] for key in _PARAMETERS)
         computed = Parameters(gravity, stiffness, damping, backlash, parameters.tables)
@@ -107,6 +114,7 @@ class Snapshot:
 
 
 _HELD = ("q", "qd", "qdd")
-_ACTING = ("wrench", "anchor", "stiffness")
+_ACTING = ("wrench", "anchor", "stiffness", "velocity")
+_CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
 _PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
 _NEWTON = ("mass", "damping", "stiffness")

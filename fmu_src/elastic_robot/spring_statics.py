@@ -1,4 +1,4 @@
-"""Static equilibrium of the elastic coordinates with a spring at the TCP.
+"""Static equilibrium of the elastic coordinates with a spring at the TCP, or a contact.
 
 Rest is where an energy is least: of springs, weight and the spring at the TCP.  Newton's method walks
 down to it, with an exact search along a step that leads beyond the valley.  A gear in its play, which
@@ -53,7 +53,8 @@ class SpringStatics:
         self._play = np.isfinite(curve.half_width)
         self._width = np.where(self._play, curve.half_width, 0.0)
         reach = np.abs(acting.anchor).max() + np.abs(self._tcp(np.zeros(len(self._play)))).max()
-        noise = _ROUNDING * float(np.abs(acting.stiffness).max() * reach**2)
+        stiffness = np.abs(acting.stiffness).max() + acting.contact.stiffness
+        noise = _ROUNDING * float(stiffness * reach**2)
         self._negligible = SETTINGS.neutral_torque + noise
 
     def rest(self) -> np.ndarray | None:
@@ -196,7 +197,10 @@ class SpringStatics:
         return torque - self._curve.torque(x)
 
     def _gap(self, x: np.ndarray) -> float:
-        """Return the distance from the TCP to the anchor [m]."""
+        """Return the distance from the TCP to the anchor, or without a spring to the plane [m]."""
+        if not self._acting.has_spring:
+            gap = self._acting.anchor - self._tcp(x)
+            return abs(float(self._acting.contact.depth(gap)))
         return float(np.linalg.norm(self._tcp(x) - self._acting.anchor))
 
     def _tcp(self, x: np.ndarray) -> np.ndarray:

@@ -70,7 +70,7 @@ def static_sensitivities(
     """
     chain = dynamics.chain
     theta, rest = chain.theta(q, x)[None], np.zeros((1, chain.model.nv))
-    loads = dynamics.load_derivatives(theta, rest, rest, acting)
+    loads = dynamics.load_derivatives(theta, rest, rest, acting.resting)
     parameters = by_parameter(chain, curve, x, np.zeros_like(x), loads.gravity[0])
     forces = [loads.wrench[0], loads.anchor[0], loads.spring[0]]
     forces += [loads.angle[0][:, chain.drive], parameters.values]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import lapack
 
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import EquilibriumError
+from elastic_robot.kinematics import base_from_tool
+from elastic_robot.plane_contact import NO_CONTACT
 from elastic_robot.settings import SETTINGS
 from elastic_robot.spring_statics import SpringStatics
 from elastic_robot.tool_load import Acting
@@ -20,7 +23,8 @@ def equilibrium(
 ) -> np.ndarray:
     """Return the elastic coordinates at rest: S(x) = J^T w - g.
 
-    The result does not depend on history.  With a spring at the TCP it is found by `SpringStatics`, and
+    The result does not depend on history.  With a spring at the TCP, or a
+    contact that is touched, it is found by `SpringStatics`, and
     without one where branches follow each other in a ring: two gears, one in its play, that turn each
     other's torque.
 
@@ -39,22 +43,39 @@ def equilibrium(
     """
     if dynamics.chain.elastic_count == 0:
         return np.zeros(0)
-    sprung = acting.is_sprung
+    sprung = acting.has_spring
     with np.errstate(over="ignore", invalid="ignore"):
-        rest = None if sprung else _free_rest(dynamics, curve, q, acting)
-        if rest is None:
-            rest = SpringStatics(dynamics, curve, q, acting).rest()
+        rest = _rest(dynamics, curve, q, acting)
     if rest is None or not np.abs(rest).max() <= SETTINGS.most_deflection:
         spring = (
             f" and a spring of {np.round(acting.stiffness, 3).tolist()} N/m anchored at"
             f" {np.round(acting.anchor, 6).tolist()} m"
         )
+        contact = f" and a contact of {acting.contact.stiffness:.6g} N/m" * acting.contact.holds
         raise EquilibriumError(
             f"no static equilibrium found at q = {np.round(q, 4).tolist()} rad under the wrench"
-            f" {np.round(acting.wrench, 3).tolist()} N, N m{sprung * spring}; the joints are too soft"
-            " for this load"
+            f" {np.round(acting.wrench, 3).tolist()} N, N m{sprung * spring}{contact}; the joints"
+            " are too soft for this load"
         )
     return rest
+
+
+def _rest(
+    dynamics: Dynamics, curve: TorqueCurve, q: np.ndarray, acting: Acting
+) -> np.ndarray | None:
+    """Return the rest; a contact that is not touched without it changes nothing."""
+    apart = replace(acting, contact=NO_CONTACT) if acting.contact.holds else acting
+    rest = None if apart.is_sprung else _free_rest(dynamics, curve, q, apart)
+    if rest is None:
+        rest = SpringStatics(dynamics, curve, q, apart).rest()
+    if apart is acting:
+        return rest
+    if rest is not None and np.abs(rest).max() <= SETTINGS.most_deflection:
+        theta = dynamics.chain.theta(q, rest)
+        tcp = base_from_tool(dynamics.chain, dynamics.data, theta).translation
+        if not acting.contact.depth(acting.anchor - tcp) > 0.0:
+            return rest
+    return SpringStatics(dynamics, curve, q, acting).rest()
 
 
 def _free_rest(

@@ -1,4 +1,4 @@
-"""What acts on the tool: a wrench, and a spring between the TCP and an anchor."""
+"""What acts on the tool: a wrench, a spring between the TCP and an anchor, a contact that lifts off."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from elastic_robot.errors import ParameterError
+from elastic_robot.plane_contact import NO_CONTACT, PlaneContact
 
 # Rounding of a stiffness that was computed, over its largest eigenvalue.
 _ROUNDING = 1e-9
@@ -93,16 +94,34 @@ class Acting:
         wrench: Wrench on the robot at the TCP, base axes [N, N m], (6,) or (k, 6).
         anchor: Anchor of the spring [m], base axes, (3,) or (k, 3).
         stiffness: Stiffness K of the spring [N/m], (3, 3).
+        contact: Contact with a plane through the anchor.
+        velocity: Velocity of the anchor [m/s], which the contact feels, base axes, (3,).
+        touching: Whether the contact presses, as the law of a whole step; None: where it is touched.
     """
 
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     anchor: np.ndarray = field(default_factory=lambda: NO_SPRING.position)
     stiffness: np.ndarray = field(default_factory=lambda: NO_SPRING.stiffness)
+    contact: PlaneContact = NO_CONTACT
+    velocity: np.ndarray = field(default_factory=lambda: NO_SPRING.velocity)
+    touching: bool | None = None
 
     @cached_property
     def is_sprung(self) -> bool:
+        """Whether a spring or a contact answers to where the TCP is."""
+        return self.contact.holds or self.has_spring
+
+    @cached_property
+    def has_spring(self) -> bool:
         """Whether there is a spring."""
         return self.stiffness is not NO_SPRING.stiffness and bool(self.stiffness.any())
+
+    @cached_property
+    def resting(self) -> Acting:
+        """The same where the TCP rests on the plane."""
+        if not self.contact.holds:
+            return self
+        return replace(self, velocity=NO_SPRING.velocity, touching=None)
 
     def of(self, row: int | slice) -> Acting:
         """Return what acts in one or some of the k states."""
@@ -127,6 +146,19 @@ class Acting:
         whole[..., :3] += stretch @ self.stiffness
         return whole
 
+    def at_rest(self, position: np.ndarray) -> np.ndarray:
+        """Return the wrench with the forces of the spring and of the contact at rest, (6,) [N, N m]."""
+        whole = self.total(position)
+        if self.contact.holds:
+            whole[:3] += self.contact.force(self.anchor - position, np.zeros(3))
+        return whole
+
+    def support(self, position: np.ndarray) -> np.ndarray:
+        """Return the stiffness of the spring and of the contact at rest [N/m], (3, 3)."""
+        if not self.contact.holds:
+            return self.stiffness
+        return self.stiffness - self.contact.force_gradient(self.anchor - position, np.zeros(3))[0]
+
     def force_by_stiffness(self, position: np.ndarray) -> np.ndarray:
         """Return the spring's force by the entries xx xy xz yy yz zz of K [m], (3, 6) or (k, 3, 6)."""
         by_entry: np.ndarray = np.tensordot(self.anchor - position, _ENTRIES, (-1, -1))
@@ -141,6 +173,7 @@ class Load:
         wrench: Wrench on the robot at the TCP at the step's start, base axes [N, N m], (6,).
         spring: Contact spring at the TCP; of no stiffness where there is none.
         rate: Rate of the wrench [N/s, N m/s], (6,).
+        contact: Contact with a plane through the spring's anchor, at the TCP as well.
 
     Example:
         >>> growing = Load(rate=np.array([0.0, 0.0, -1e4, 0.0, 0.0, 0.0]))
@@ -151,11 +184,13 @@ class Load:
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     spring: ContactSpring = NO_SPRING
     rate: np.ndarray = field(default_factory=lambda: NO_RATE)
+    contact: PlaneContact = NO_CONTACT
 
     @cached_property
     def is_sprung(self) -> bool:
-        """Whether there is a spring."""
-        return self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
+        """Whether a spring or a contact answers to where the TCP is."""
+        sprung = self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
+        return sprung or self.contact.holds
 
     @cached_property
     def is_even(self) -> bool:
@@ -167,7 +202,10 @@ class Load:
         wrench = self.wrench
         if not self.is_even:
             wrench = wrench + np.multiply.outer(seconds, self.rate)
-        if self.spring is NO_SPRING:
+        if self.spring is NO_SPRING and not self.contact.holds:
             return Acting(wrench)
-        way = np.multiply.outer(seconds, self.spring.velocity)
-        return Acting(wrench, self.spring.position + way, self.spring.stiffness)
+        spring = self.spring
+        way = np.multiply.outer(seconds, spring.velocity)
+        return Acting(
+            wrench, spring.position + way, spring.stiffness, self.contact, spring.velocity
+        )

@@ -33,6 +33,8 @@ def _expected_names() -> dict[str, list[str]]:
             *[f"anchor.{c}" for c in ("x", "y", "z", "vx", "vy", "vz")],
             *[f"anchor.k{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
             *[f"{name}_rate.{c}" for name in ("force", "moment") for c in "xyz"],
+            *["contact.stiffness", "contact.dissipation", "contact.radius", "contact.friction"],
+            *["contact.slip_speed", "contact.nx", "contact.ny", "contact.nz"],
         ],
         "output": [
             *POSE,
@@ -42,10 +44,12 @@ def _expected_names() -> dict[str, list[str]]:
             *["deviation.rx", "deviation.ry", "deviation.rz"],
             *[f"compliance.{c}" for c in ("xx", "xy", "xz", "yy", "yz", "zz")],
             *[f"{name}[{k}]" for name in ("deflection", "deflection_rate") for k in range(1, 12)],
+            *["contact.fx", "contact.fy", "contact.fz"],
         ],
         "local": [
             *[f"der({s}[{k}])" for s in ("deflection", "deflection_rate") for k in range(1, 12)],
             *[f"joint[{i}].bend.{side}" for i in range(1, 6) for side in ("below", "above")],
+            "contact.gap",
         ],
         "parameter": [
             *["gravity.x", "gravity.y", "gravity.z"],

@@ -16,8 +16,8 @@ from elastic_robot.settings import SETTINGS
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 LANES = 4
-# Wrench, anchor, its velocity, stiffness of its spring.
-LOAD_ENTRIES = 6 + 3 + 3 + 6
+# Wrench, anchor, its velocity, stiffness of its spring, contact.
+LOAD_ENTRIES = 6 + 3 + 3 + 6 + 8
 CURVES = tuple(TORQUE_CURVES)
 # probe_curve: the branch that x itself lies on.
 OWN_REGION = 2
@@ -34,13 +34,14 @@ def library() -> ctypes.CDLL:
     lib.probe_failure.restype = ctypes.c_char_p
     lib.probe_next_kink.restype = ctypes.c_double
     lib.probe_newton.restype = ctypes.c_double
+    lib.probe_contact.restype = ctypes.c_long
     for name in ("reset", "step", "outputs", "run", "drives", "read", "parse"):
         getattr(lib, f"probe_{name}").restype = ctypes.c_bool
     return lib
 
 
 def _load(values) -> ctypes.c_void_p:
-    """A wrench alone, or wrench, anchor, its velocity and the stiffness of its spring (xx .. zz)."""
+    """A wrench, and as far as given anchor, its velocity, its spring's stiffness (xx .. zz), contact."""
     return _array(np.append(values, np.zeros(LOAD_ENTRIES - len(values))))
 
 
@@ -124,6 +125,12 @@ class Core:
         arrays = [_array(values) for values in (*parts, lanes, acceleration)]
         length = self._lib.probe_newton(self._model, m, *arrays)
         return acceleration.T, length
+
+    def contact(self) -> tuple[np.ndarray, float, int]:
+        """Wrench of the contact (6,), depth in its plane [m], tries of the last step."""
+        wrench, depth = np.zeros(6), np.zeros(1)
+        tries = self._lib.probe_contact(self._model, _array(wrench), _array(depth))
+        return wrench, float(depth[0]), tries
 
     def columns(self, end, q, load, m: int, accuracy: float) -> tuple[np.ndarray, int]:
         """x and x' at the end of a step by the wrench, (6, 2 m), and passes; the step is taken back."""

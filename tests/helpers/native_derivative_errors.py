@@ -165,6 +165,7 @@ def errors(case: Case, found: Found) -> tuple[dict[str, float], Flow | None]:
         pairs["deflection"] = (of["deflection"], derivative(x))
         pairs["deflection_rate"] = (of["deflection_rate"], derivative(v))
         pairs["compliance"] = (of["compliance"], compliance_along(case, held, x))
+        pairs["contact_force"] = (of["contact_force"], np.zeros(3))
         untold = set(of) - {name.split()[0] for name in pairs}
         assert not untold, f"{untold}: expected what their derivatives should be, among these pairs"
     # A difference of two nearly equal motions is rounding of these; what is zero is rounding of all.

@@ -17,6 +17,8 @@ from elastic_robot.step_length import StepLength
 class Oscillator:
     """x'' + d x' + S(x) = f(t) with S free inside +-gap and of slope k outside."""
 
+    contacting = False
+
     def __init__(self, k=400.0, d=0.0, gap=np.inf, force=lambda t: 0.0):
         self.k, self.d, self.gap, self.force = k, d, gap, force
         self.half_width = np.array([gap])
@@ -24,7 +26,7 @@ class Oscillator:
     def next_kink(self, time):
         return np.inf
 
-    def begin(self, times, region):
+    def begin(self, times, region, touching):
         self.f = np.array([[self.force(t)] for t in times])
         self.region = region
 
@@ -34,7 +36,7 @@ class Oscillator:
         spring = self.k * (x - offset) * (self.region != 0)
         return a + self.d * v + spring - self.f[rows]
 
-    def matrices(self, x, row):
+    def matrices(self, x, v, row):
         return np.eye(1), np.array([self.d]), np.diag(self.k * (self.region != 0))
 
 

@@ -11,8 +11,10 @@
 
 static er_failure failure;
 
-/* Wrench, then the anchor's position and velocity and the stiffness of its spring. */
-static er_load load_of(const double values[18])
+/* Wrench, then the anchor's position and velocity and the stiffness of its spring, then the contact. */
+enum { LOAD_ENTRIES = 18 + ER_CONTACT_COLUMNS };
+
+static er_load load_of(const double values[LOAD_ENTRIES])
 {
     er_load load;
     memset(&load, 0, sizeof load);
@@ -20,6 +22,8 @@ static er_load load_of(const double values[18])
     memcpy(load.anchor.position, values + 6, sizeof load.anchor.position);
     memcpy(load.anchor.velocity, values + 9, sizeof load.anchor.velocity);
     memcpy(load.anchor.stiffness, values + 12, sizeof load.anchor.stiffness);
+    for (int k = 0; k < ER_CONTACT_COLUMNS; k++)
+        *er_contact_entry(&load.contact, k) = values[18 + k];
     return load;
 }
 
@@ -277,6 +281,15 @@ bool probe_step(er_model *model, double end, const double *q, const double *load
     return er_model_step(model, end, &command, &load, &failure);
 }
 
+/* Wrench of the contact and the depth in its plane, and the tries that the last step took. */
+long probe_contact(const er_model *model, double *wrench, double *depth)
+{
+    er_contact_motion motion;
+    er_model_contact(model, &motion, wrench);
+    *depth = motion.touch.depth;
+    return model->work.made;
+}
+
 /* Stiffness of the contact spring in the matrices of Newton's method. */
 void probe_spring_of_matrices(const er_model *model, double *stiffness)
 {
@@ -298,7 +311,7 @@ bool probe_outputs(const er_model *model, double *tcp, double *velocity, double 
 /* Runs to each time under no wrench along the trajectory; poses and deflections as rows. */
 bool probe_run(er_model *model, int count, const double *times, double *rows)
 {
-    static const double rest[ER_MAX_JOINTS], none[18];
+    static const double rest[ER_MAX_JOINTS], none[LOAD_ENTRIES];
     int width = 7 + model->robot.elastics;
     for (int i = 0; i < count; i++) {
         if (i > 0 && !probe_step(model, times[i], rest, none))

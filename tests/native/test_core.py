@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 import pytest
@@ -112,6 +113,10 @@ def test_the_gauss_coefficients_are_those_of_the_python_stepper():
     ):
         found = constant(f"er_gauss_{name}", *expected.shape)
         np.testing.assert_allclose(found, expected, rtol=0, atol=2e-15)
+    nodes = np.concatenate([[0.0], gauss.NODES, [1.0]])
+    controls = constant("er_gauss_bernstein_from_value", 6, 6)
+    basis = [comb(5, k) * nodes**k * (1.0 - nodes) ** (5 - k) for k in range(6)]
+    np.testing.assert_allclose(controls @ np.transpose(basis), np.eye(6), rtol=0, atol=2e-14)
     eigen = constant("er_gauss_eigen_re", 2) + 1j * constant("er_gauss_eigen_im", 2)
     to, back = constant("er_gauss_to_pairs", 4, 4).T, constant("er_gauss_from_pairs", 4, 4) / 2.0
     to, back = to[:2] + 1j * to[2:], back[:2] - 1j * back[2:]

@@ -18,7 +18,7 @@ from native_pair import Pair
 Model = FMU2Model | FMU3Model
 Call = Callable[[Model], Any]
 STATES = 22  # of the example robot
-INDICATORS = 10
+INDICATORS = 11  # two of each gear, one of the contact
 
 
 def _vector(count: int):
@@ -163,7 +163,7 @@ def test_what_cannot_be_is_refused_and_changes_nothing(exchange, capfd):
         ("continuous states: expected 22 values, got 21", lambda: _set(exchange, state[:21])),
         ("continuous state 5: expected a finite", lambda: _set(exchange, _with_nan(state, 4))),
         ("time: expected a finite number, got nan s", lambda: fmu.setTime(float("nan"))),
-        ("event indicators: expected 10 values", lambda: fmu.getEventIndicators(_vector(9), 9)),
+        ("event indicators: expected 11 values", lambda: fmu.getEventIndicators(_vector(9), 9)),
         ("derivatives of continuous states: expected", lambda: fmu.getDerivatives(_vector(1), 1)),
         ("tcp.x is an output and cannot be set", lambda: exchange.set("tcp", [0.0] * 7)),
         (

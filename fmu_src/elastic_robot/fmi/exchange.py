@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.outputs import HELD, REST, STATES, TUNABLE
-from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, RATE
+from elastic_robot.fmi.sizes import ACCELERATION, ANGLE, DEVIATION, RATE
 from elastic_robot.fmi.variables import TIME, Array, Block, Names, Variable
 
 
 def exchange(chain: Chain) -> dict[str, Block]:
     """Return, by block, derivatives of the states and event indicators."""
     names = chain.elastic_names
-    moving = (*HELD, "qd_cmd", "qdd_cmd", TIME, *STATES)
+    moving = (*HELD, "anchor_velocity", "qd_cmd", "qdd_cmd", TIME, *STATES)
     bend = "of the torque curve of"
 
     def derivatives(
@@ -52,7 +52,7 @@ def exchange(chain: Chain) -> dict[str, Block]:
             "deflection_rate",
             "rad/s2",
             ACCELERATION,
-            (*REST, "qd_cmd", "qdd_cmd"),
+            (*REST, "anchor_velocity", "qd_cmd", "qdd_cmd"),
             moving,
             tuned=TUNABLE,
         ),
@@ -72,5 +72,19 @@ def exchange(chain: Chain) -> dict[str, Block]:
             exchanged=("deflection",),
             is_event_indicator=True,
             tuned=("backlash",),
+        ),
+        "contact_gap": Block(
+            "local",
+            "continuous",
+            (
+                Variable(
+                    "contact.gap",
+                    "m",
+                    "Way from the sphere at the TCP to the plane of the contact; 1 where there is none",
+                    nominal=DEVIATION,
+                ),
+            ),
+            exchanged=("q_cmd", "anchor", "contact", "contact_normal", TIME, "deflection"),
+            is_event_indicator=True,
         ),
     }

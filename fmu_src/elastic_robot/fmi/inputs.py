@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elastic_robot.fmi.sizes import FORCE, MOMENT, SPRING
+from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING
 from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
 
 # Blocks of inputs that are the first derivatives of others.
@@ -13,7 +13,7 @@ OF_DERIVATIVES = LAST_TIME = 1 << 30
 
 
 def inputs(joints: int) -> dict[str, Block]:
-    """Return the inputs by block: the load, the drives, the contact spring."""
+    """Return the inputs by block: the load, the drives, the contact spring, the contact."""
 
     def block(variables: list[Variable], *arrays: Array) -> Block:
         return Block("input", "continuous", tuple(variables), arrays=arrays)
@@ -27,6 +27,7 @@ def inputs(joints: int) -> dict[str, Block]:
 
     on_tool = "on the tool at the TCP"
     of_anchor = "of the spring's anchor, base axes,"
+    of_contact = "of the contact's plane, out of it to the robot's side, base axes"
     stiffness = "Stiffness of the spring from TCP to anchor, base axes"
     return {
         "wrench": block(
@@ -99,5 +100,36 @@ def inputs(joints: int) -> dict[str, Block]:
             ],
             Array("force_rate", "Rate of force over the step: x, y, z in base axes", 3),
             Array("moment_rate", "Rate of moment over the step: x, y, z in base axes", 3),
+        ),
+        "contact": block(
+            [
+                Variable(f"contact.{name}", unit, text, start, minimum=0.0, nominal=nominal)
+                for name, unit, text, start, nominal in (
+                    (
+                        "stiffness",
+                        "N/m",
+                        "Stiffness of the contact of the TCP with the plane through the anchor, 0: none",
+                        0.0,
+                        SPRING,
+                    ),
+                    ("dissipation", "s/m", "Damping of the contact by its force", 0.0, None),
+                    ("radius", "m", "Radius of the sphere at the TCP that touches", 0.0, RADIUS),
+                    ("friction", "1", "Coefficient of friction of the contact", 0.0, None),
+                    (
+                        "slip_speed",
+                        "m/s",
+                        "Speed, above zero, below which friction falls with it",
+                        SLIP_SPEED,
+                        SLIP_SPEED,
+                    ),
+                )
+            ]
+        ),
+        "contact_normal": block(
+            [
+                Variable(f"contact.n{c}", "1", f"Normal {c} {of_contact}", float(c == "z"))
+                for c in AXES
+            ],
+            Array("contact.normal", f"Normal {of_contact}: x, y, z", 3),
         ),
     }

@@ -16,6 +16,7 @@ from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
 from elastic_robot.parameters import Parameters
+from elastic_robot.plane_contact import NO_CONTACT, PlaneContact
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import NO_RATE, NO_SPRING, ContactSpring, Load, symmetric
 from elastic_robot.trajectory import Trajectory, read_trajectory
@@ -45,6 +46,7 @@ class MasterValues:
         self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
         anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
         self._anchor = tuple(self.reals.block(key) for key in anchor)
+        self._contact, self._normal = map(self.reals.block, ("contact", "contact_normal"))
         self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
 
     def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
@@ -70,15 +72,18 @@ class MasterValues:
         return Command(q, qd, qdd, self.jerk.copy())
 
     def load(self) -> Load:
-        """Return what acts on the tool; without stiffness the anchor is nowhere."""
+        """Return what acts on the tool; without stiffness or contact the anchor is nowhere."""
         wrench, rate = self._wrench.copy(), NO_RATE
         if self._wrench_rate.any():
             rate = self._wrench_rate.copy()
         position, velocity, entries = self._anchor
-        if not entries.any():
+        contact = NO_CONTACT
+        if self._contact[0] != 0.0:
+            contact = PlaneContact.of(np.append(self._contact, self._normal))
+        if not entries.any() and not contact.holds:
             return Load(wrench, NO_SPRING, rate)
         spring = ContactSpring(position.copy(), velocity.copy(), symmetric(entries))
-        return Load(wrench, spring, rate)
+        return Load(wrench, spring, rate, contact)
 
     def parameters(self) -> Parameters:
         """Return the tunable parameters."""

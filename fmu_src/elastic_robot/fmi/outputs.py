@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elastic_robot.chain import Chain
-from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, RATE
+from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, FORCE, RATE
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
 
 # The states of model exchange, and how large they are: x [rad] and x' [rad/s].
@@ -18,19 +18,35 @@ STEP = (
     "anchor_velocity",
     "anchor_stiffness",
     "wrench_rate",
+    "contact",
+    "contact_normal",
 )
 TUNABLE = ("gravity", "stiffness", "damping", "backlash")
-HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness")
+HELD = ("wrench", "q_cmd", "anchor", "anchor_stiffness", "contact", "contact_normal")
 REST = (
     "wrench",
     "q_cmd",
     "anchor",
     "anchor_stiffness",
+    "contact",
+    "contact_normal",
     "gravity",
     "stiffness",
     "backlash",
     "strings",
     TIME,
+)
+
+# What the contact feels in model exchange.
+CONTACT = (
+    "q_cmd",
+    "qd_cmd",
+    "anchor",
+    "anchor_velocity",
+    "contact",
+    "contact_normal",
+    TIME,
+    *STATES,
 )
 
 
@@ -95,7 +111,8 @@ def outputs(chain: Chain) -> dict[str, Block]:
 
     apart = "TCP minus rigid TCP"
     turned = "Rotation vector from the rigid to the elastic tool"
-    compliance = "Static compliance of the TCP on the anchor's spring"
+    compliance = "Static compliance of the TCP on the anchor's spring and the contact"
+    of_contact = "of the contact on the tool, base axes"
     names = chain.elastic_names
     return {
         "tcp": pose("tcp", "the elastic robot's TCP"),
@@ -167,5 +184,14 @@ def outputs(chain: Chain) -> dict[str, Block]:
             starts_from=(),
             exchanged=("deflection_rate",),
             own=("deflection_rate",),
+        ),
+        "contact_force": block(
+            [
+                Variable(f"contact.f{c}", "N", f"Force {c} {of_contact}", nominal=FORCE)
+                for c in AXES
+            ],
+            Array("contact.force", f"Force {of_contact}: x, y, z", 3),
+            starts_from=(*REST, "anchor_velocity", "qd_cmd"),
+            exchanged=CONTACT,
         ),
     }

@@ -11,8 +11,9 @@ import numpy as np
 from elastic_robot.errors import ParameterError, RangeError
 from elastic_robot.fmi.variables import Block
 
-# Blocks of parameters without numbers below zero.
-_AT_LEAST_ZERO = ("stiffness", "damping", "backlash", "tolerance")
+# Blocks without numbers below zero, and what among them is above it.
+_AT_LEAST_ZERO = ("contact", "stiffness", "damping", "backlash", "tolerance")
+_ABOVE_ZERO = ("stiffness", "contact.slip_speed")
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100
 
@@ -25,12 +26,14 @@ class Places:
         rows: Their index in the array of values; a slice where they follow one another.
         outputs: The blocks of what is computed among them: outputs and local variables.
         has_parameters: Whether there are parameters among them.
+        has_ranges: Whether there are variables with a range among them.
         fixed: Value references of the fixed ones.
     """
 
     rows: slice | list[int]
     outputs: frozenset[str]
     has_parameters: bool
+    has_ranges: bool
     fixed: tuple[int, ...]
 
 
@@ -106,7 +109,7 @@ class RealVariables:
             output = next(k for k in references if self._block_of[k] in places.outputs)
             kind = "an output" if self._kind(output) == "output" else "computed"
             raise ParameterError(f"{self._names[output]} is {kind} and cannot be set")
-        if places.has_parameters:
+        if places.has_ranges:
             self._require_ranges(references, values)
         self.values[places.rows] = values
         return places
@@ -142,7 +145,8 @@ class RealVariables:
 
     def _require_ranges(self, references: Sequence[int], values: Sequence[float]) -> None:
         for k, value in zip(references, values, strict=True):
-            key, above = self._block_of[k], self._block_of[k] == "stiffness"
+            key = self._block_of[k]
+            above = key in _ABOVE_ZERO or self._names[k] in _ABOVE_ZERO
             if key in _AT_LEAST_ZERO and not (value > 0.0 if above else value >= 0.0):
                 raise RangeError(
                     f"{self._names[k]}: expected a number {'>' if above else '>='} 0, got"
@@ -166,6 +170,7 @@ class RealVariables:
             rows=slice(first, first + len(references)) if follow else list(references),
             outputs=frozenset(key for key in blocks if kinds[key] in ("output", "local")),
             has_parameters="parameter" in kinds.values(),
+            has_ranges=not blocks.isdisjoint(_AT_LEAST_ZERO),
             fixed=tuple(
                 k for k in references if self._table[self._block_of[k]].variability == "fixed"
             ),

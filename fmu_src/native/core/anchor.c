@@ -85,31 +85,3 @@ void er_anchor_along(const er_anchor *anchor, const double gap[3], const er_anch
     for (int c = 0; c < 3; c++)
         force[c] += of_stiffness[c];
 }
-
-void er_load_move(er_load *load, double elapsed)
-{
-    for (int k = 0; k < 6; k++)
-        load->wrench[k] += elapsed * load->rate[k];
-    for (int c = 0; c < 3; c++)
-        load->anchor.position[c] += elapsed * load->anchor.velocity[c];
-}
-
-bool er_load_changes(const er_load *load)
-{
-    bool changes = false;
-    for (int k = 0; k < 6; k++)
-        changes |= load->rate[k] != 0.0;
-    return changes;
-}
-
-void er_load_wrench(const er_load *load, const double tcp[3], double wrench[6])
-{
-    double gap[3], pull[3];
-    memcpy(wrench, load->wrench, sizeof load->wrench);
-    if (!er_anchor_holds(&load->anchor))
-        return;
-    er_anchor_gap(&load->anchor, 0.0, tcp, gap);
-    er_anchor_times(load->anchor.stiffness, gap, pull);
-    for (int c = 0; c < 3; c++)
-        wrench[c] += pull[c];
-}

@@ -7,22 +7,13 @@
 #include <stdbool.h>
 
 #include "../io/failure.h"
-
-/* Entries of K: xx, xy, xz, yy, yz, zz. */
-#define ER_SYMMETRIC 6
+#include "vector.h"
 
 typedef struct {
     double position[3];             /* a at the beginning [m] */
     double velocity[3];             /* of a [m/s] */
     double stiffness[ER_SYMMETRIC]; /* K [N/m] */
 } er_anchor;
-
-/* What acts on the tool over a step. */
-typedef struct {
-    double wrench[6]; /* on the robot at the TCP at the beginning, base axes [N, N m] */
-    double rate[6];   /* of the wrench [N/s, N m/s] */
-    er_anchor anchor;
-} er_load;
 
 /* Whether there is a spring: K is not zero. */
 bool er_anchor_holds(const er_anchor *anchor);
@@ -39,14 +30,5 @@ void er_anchor_gap(const er_anchor *anchor, double elapsed, const double tcp[3],
 /* Derivative of the pull: dK gap + K (da - dp) along a change of K, a and p [N]. */
 void er_anchor_along(const er_anchor *anchor, const double gap[3], const er_anchor *change,
                      const double tcp_change[3], double force[3]);
-
-/* Wrench and anchor as they are after a time [s]. */
-void er_load_move(er_load *load, double elapsed);
-
-/* Whether the wrench changes. */
-bool er_load_changes(const er_load *load);
-
-/* The wrench of a load, the pull of its spring at the beginning among it. */
-void er_load_wrench(const er_load *load, const double tcp[3], double wrench[6]);
 
 #endif

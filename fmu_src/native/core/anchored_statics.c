@@ -1,6 +1,6 @@
-/* Rest is where an energy is least: of flanks, weight and contact spring.  Newton's method walks down to
- * it, with a search along a step that leads beyond the valley.  A gear in its play, which has no place of
- * its own there under a given force, rests against the spring.
+/* Rest is where an energy is least: of flanks, weight, contact spring and contact.  Newton's method walks
+ * down to it, with a search along a step that leads beyond the valley.  A gear in its play, which has no
+ * place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
  */
 #include "anchored_statics.h"
@@ -25,13 +25,13 @@
 
 enum { MOST = ER_MAX_ANGLES };
 
-void er_add_anchor(const er_robot *robot, const er_placement *placement, const er_anchor *anchor,
-                   double *matrix)
+void er_add_support(const er_robot *robot, const er_placement *placement,
+                    const double stiffness[ER_SYMMETRIC], double *matrix)
 {
     int m = robot->elastics;
     for (int i = 0; i < m; i++) {
         double pull[3];
-        er_anchor_times(anchor->stiffness, placement->lever[robot->elastic_angle[i]], pull);
+        er_anchor_times(stiffness, placement->lever[robot->elastic_angle[i]], pull);
         for (int j = 0; j < m; j++)
             matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
     }
@@ -43,20 +43,23 @@ static void find_negligible(er_descent *s)
     const er_anchor *anchor = &s->load->anchor;
     double reach = er_largest(3, anchor->position) + er_largest(3, s->placement.tool_position);
     s->negligible = s->robot->settings.neutral_torque +
-                    ROUNDING * er_largest(ER_SYMMETRIC, anchor->stiffness) * reach * reach;
+                    ROUNDING * (er_largest(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
+                        reach * reach;
 }
 
 /* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
  * and weight nor the spring can hold anywhere stays in the middle of its play. */
 static bool begin(er_descent *s)
 {
-    double stiffness[MOST * MOST] = {0.0}, given[MOST], least = s->robot->settings.neutral_torque;
+    double stiffness[MOST * MOST] = {0.0}, given[MOST], support[ER_SYMMETRIC];
+    double least = s->robot->settings.neutral_torque;
     int m = s->m, pivot[MOST];
     memset(s->x, 0, sizeof s->x);
     er_descent_place(s, s->x);
     find_negligible(s);
     er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
-    er_add_anchor(s->robot, &s->placement, &s->load->anchor, stiffness);
+    er_load_support(s->load, s->placement.tool_position, support);
+    er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
         s->neutral[k] = er_curve_switches(s->curve, k) && fabs(given[k]) < least &&
@@ -118,10 +121,13 @@ static bool descend(er_descent *s)
     return false;
 }
 
+/* From the TCP to the anchor, or without a spring to the plane of the contact [m]. */
 static double distance(const er_descent *s)
 {
     double gap[3];
     er_anchor_gap(&s->load->anchor, 0.0, s->placement.tool_position, gap);
+    if (!er_anchor_holds(&s->load->anchor))
+        return fabs(er_contact_touch(&s->load->contact, gap).depth);
     return sqrt(er_dot(gap, gap));
 }
 

@@ -1,18 +1,18 @@
-/* Static equilibrium of the elastic coordinates on a contact spring. */
+/* Static equilibrium of the elastic coordinates on a contact spring or a contact. */
 #ifndef ER_ANCHORED_STATICS_H
 #define ER_ANCHORED_STATICS_H
 
-#include "anchor.h"
 #include "chain.h"
 #include "curves.h"
+#include "load.h"
 
-/* Elastic coordinates at rest, S(x) = J^T w + J_p^T K (a - p) - g, of a spring that holds; false if
- * there are none. */
+/* Elastic coordinates at rest, S(x) = J^T w + J_p^T (K (a - p) + k max(0, d) n) - g; false if there are
+ * none. */
 bool er_anchored_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
                              const double *q, const er_load *load, double *x);
 
-/* Adds J_p^T K J_p of a contact spring in a placement to a matrix of the elastic coordinates. */
-void er_add_anchor(const er_robot *robot, const er_placement *placement, const er_anchor *anchor,
-                   double *matrix);
+/* Adds J_p^T K J_p of a stiffness K [N/m] at the TCP to a matrix of the elastic coordinates. */
+void er_add_support(const er_robot *robot, const er_placement *placement,
+                    const double stiffness[ER_SYMMETRIC], double *matrix);
 
 #endif

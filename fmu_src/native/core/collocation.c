@@ -82,11 +82,39 @@ void er_stage_gap(const er_run *r, const er_nodes *nodes, int states)
                            w->gap[c][l];
 }
 
-const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states)
+/* Angles and rates of the chain at one of the nodes. */
+static void find_angles(const er_run *r, const er_nodes *nodes, int l, double *theta, double *rate)
+{
+    const er_robot *robot = r->system->robot;
+    const er_workspace *w = r->work;
+    double q[ER_MAX_JOINTS], qd[ER_MAX_JOINTS], x[MOST], v[MOST];
+    for (int i = 0; i < robot->joints; i++) {
+        q[i] = nodes->q[i][l];
+        qd[i] = nodes->qd[i][l];
+    }
+    for (int k = 0; k < r->m; k++) {
+        x[k] = w->x[k][l];
+        v[k] = w->v[k][l];
+    }
+    er_angles(robot, q, x, theta);
+    er_angles(robot, qd, v, rate);
+}
+
+void er_stage_contact(const er_run *r, const er_nodes *nodes, int states)
+{
+    double theta[MOST], rate[MOST];
+    for (int l = 0; l < states; l++) {
+        find_angles(r, nodes, l, theta, rate);
+        er_contact_move(r->system->robot, &r->system->load, nodes->elapsed[l], theta, rate,
+                        &r->work->contact[l]);
+    }
+}
+
+const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching)
 {
     er_workspace *w = r->work;
     const er_load *load = &r->system->load;
-    if (!r->system->anchored && !r->system->changing)
+    if (!r->system->anchored && !r->system->changing && !touching)
         return NULL;
     for (int l = 0; l < states; l++) {
         double pull[3] = {0.0, 0.0, 0.0};
@@ -95,7 +123,8 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
             er_anchor_times(load->anchor.stiffness, gap, pull);
         }
         for (int k = 0; k < 6; k++)
-            w->pull[k][l] = nodes->elapsed[l] * load->rate[k] + (k < 3 ? pull[k] : 0.0);
+            w->pull[k][l] = nodes->elapsed[l] * load->rate[k] + (k < 3 ? pull[k] : 0.0) +
+                            (touching ? w->contact[l].wrench[k] : 0.0);
     }
     return (const er_lanes *)w->pull;
 }
@@ -104,13 +133,15 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
 typedef struct {
     double slope[MOST], zero[MOST]; /* [N m/rad, rad] */
     int splines, spline[MOST];      /* coordinates that have one */
+    bool touching;                  /* the contact presses */
 } step_laws;
 
-static void find_laws(const er_run *r, const int *region, step_laws *laws)
+static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
 {
+    laws->touching = r->system->contacting && state->touching == 1;
     laws->splines = 0;
     for (int k = 0; k < r->m; k++) {
-        er_branch branch = er_curve_branch(r->system->curve, k, region[k]);
+        er_branch branch = er_curve_branch(r->system->curve, k, state->region[k]);
         laws->slope[k] = branch.slope;
         laws->zero[k] = branch.zero;
         if (!branch.straight)
@@ -128,9 +159,11 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     er_stage_motion(r, nodes, acceleration);
     if (system->anchored)
         er_stage_gap(r, nodes, states);
+    if (laws->touching)
+        er_stage_contact(r, nodes, states);
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
-                           er_stage_pull(r, nodes, states), w->residual);
+                           er_stage_pull(r, nodes, states, laws->touching), w->residual);
     r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->parameters->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
     for (int s = 0; s < laws->splines; s++) {
@@ -170,6 +203,55 @@ static double estimate_error(const er_run *r, const step_laws *laws, const er_st
     return step->length * step->length * kernel->filter(r->m, w->inverse, defect);
 }
 
+/* Depths of the contact at nodes, from w->x. */
+static void find_depth(const er_run *r, const er_nodes *nodes, int states, double *depth)
+{
+    const er_robot *robot = r->system->robot;
+    const er_load *load = &r->system->load;
+    double theta[MOST], rate[MOST], place[3], rotation[9], gap[3];
+    for (int l = 0; l < states; l++) {
+        find_angles(r, nodes, l, theta, rate);
+        er_place_tool(robot, theta, place, rotation);
+        er_anchor_gap(&load->anchor, nodes->elapsed[l], place, gap);
+        depth[l] = er_contact_touch(&load->contact, gap).depth;
+    }
+}
+
+double er_contact_depth(const er_run *r, const er_state *state)
+{
+    er_workspace *w = r->work;
+    er_lanes time;
+    double depth;
+    for (int l = 0; l < ER_LANES; l++)
+        time[l] = state->time;
+    drive_nodes(r, time, &w->start);
+    r->means->kernel.spread(r->m, state->x, w->x);
+    find_depth(r, &w->start, 1, &depth);
+    return depth;
+}
+
+double er_end_approach(const er_run *r, const er_step *step)
+{
+    er_workspace *w = r->work;
+    r->means->kernel.spread(r->m, step->x, w->x);
+    r->means->kernel.spread(r->m, step->v, w->v);
+    er_stage_contact(r, &w->end, 1);
+    return er_contact_approach(&w->contact[0].touch);
+}
+
+/* Depths of the contact along a solved step. */
+static void find_depths(const er_run *r, const er_state *state, er_step *step)
+{
+    er_workspace *w = r->work;
+    const er_kernel *kernel = &r->means->kernel;
+    step->depth[0] = er_contact_depth(r, state);
+    kernel->stages(r->m, step->length, state->x, state->v, (const er_lanes *)step->acceleration, w->x,
+                   w->v);
+    find_depth(r, &w->stages, ER_STAGES, step->depth + 1);
+    kernel->spread(r->m, step->x, w->x);
+    find_depth(r, &w->end, 1, step->depth + ER_DEGREE);
+}
+
 bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step)
 {
     er_workspace *w = r->work;
@@ -181,7 +263,11 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
     step_laws laws;
     step->length = h;
     drive_step(r, state->time, h);
-    find_laws(r, state->region, &laws);
+    find_laws(r, state, &laws);
+    if (laws.touching) {
+        kernel->stages(r->m, h, state->x, state->v, (const er_lanes *)step->acceleration, w->x, w->v);
+        er_stage_contact(r, &w->stages, ER_STAGES);
+    }
     if (!er_linearise(r, state, h))
         return false;
     for (step->passes = 1; step->passes <= r->settings->most_passes && !converged; step->passes++) {
@@ -207,6 +293,8 @@ bool er_solve_step(const er_run *r, const er_state *state, double h, double accu
         return false;
     step->passes--;
     place_end(r, state, step);
+    if (r->system->contacting)
+        find_depths(r, state, step);
     step->error = estimate_error(r, &laws, step);
     return step->error < INFINITY;
 }

@@ -92,3 +92,17 @@ bool er_first_crossing(const er_curve *curve, const er_settings *settings, const
     }
     return found;
 }
+
+bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first)
+{
+    double control[ER_CONTROL], boundary = touching ? 0.0 : ER_CONTACT_SLACK;
+    for (int c = 0; c < ER_CONTROL; c++) {
+        control[c] = 0.0;
+        for (int j = 0; j < ER_CONTROL; j++)
+            control[c] += er_gauss_bernstein_from_value[c][j] * depth[j];
+    }
+    take_earlier(control, ER_DEPTH, boundary, touching ? -1 : 1, touching, first, &found);
+    if (found && first->coordinate == ER_DEPTH)
+        first->region = !touching;
+    return found;
+}

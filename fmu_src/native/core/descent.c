@@ -32,10 +32,11 @@ void er_descent_place(er_descent *s, const double *x)
 
 void er_descent_gradient(er_descent *s)
 {
-    double wrench[6], support[MOST * MOST] = {0.0};
+    double wrench[6], stiffness[ER_SYMMETRIC], support[MOST * MOST] = {0.0};
     er_load_wrench(s->load, s->placement.tool_position, wrench);
     er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
-    er_add_anchor(s->robot, &s->placement, &s->load->anchor, support);
+    er_load_support(s->load, s->placement.tool_position, stiffness);
+    er_add_support(s->robot, &s->placement, stiffness, support);
     for (int i = 0; i < s->m * s->m; i++)
         s->gradient[i] -= support[i];
 }

@@ -1,12 +1,12 @@
-/* One step downhill in search of the least energy of flanks, weight and contact spring. */
+/* One step downhill in search of the least energy of flanks, weight, contact spring and contact. */
 #ifndef ER_DESCENT_H
 #define ER_DESCENT_H
 
 #include <math.h>
 
-#include "anchor.h"
 #include "chain.h"
 #include "curves.h"
+#include "load.h"
 
 /* An equilibrium in the making; one entry per elastic coordinate. */
 typedef struct {

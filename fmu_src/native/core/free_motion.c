@@ -21,11 +21,14 @@ bool er_free_motion_find(er_model *model)
     int m = robot->elastics;
     double theta[ER_MAX_ANGLES], values[ER_MAX_ANGLES];
     const er_load *acting = &memory->held.load;
+    er_load at_rest = *acting;
+    double of_contact[6];
     ER_ALIGNED er_lanes load[ER_MAX_ANGLES];
     er_placement placement;
     er_free_motion *free = &model->free;
     er_motion *motion = &free->motion;
     free->linked = false;
+    at_rest.contact.stiffness = 0.0; /* it moves */
     er_angles(robot, memory->held.q, memory->state.x, theta);
     er_place_bodies(robot, theta, &placement);
     for (int i = 0; i < robot->angles; i++)
@@ -38,7 +41,12 @@ bool er_free_motion_find(er_model *model)
     er_angles(robot, memory->held.qdd, NULL, values);
     fill(robot->angles, values, motion->acceleration);
     er_anchor_gap(&acting->anchor, 0.0, placement.tool_position, free->gap);
-    er_load_wrench(acting, placement.tool_position, free->wrench);
+    er_load_wrench(&at_rest, placement.tool_position, free->wrench);
+    if (er_contact_holds(&acting->contact)) {
+        er_model_contact(model, &free->contact, of_contact);
+        for (int c = 0; c < 6; c++)
+            free->wrench[c] += of_contact[c];
+    }
     model->kernel.loads(robot, motion, 1, parameters->gravity, free->wrench, NULL, load);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
@@ -84,6 +92,22 @@ static void add_parameters(const er_model *model, const er_parameters *change, d
     }
 }
 
+/* What the contact changes in the wrench. */
+static void add_contact(const er_model *model, const er_change *change, double wrench[6])
+{
+    const er_robot *robot = &model->robot;
+    const er_load *load = &model->memory.held.load;
+    const er_contact_motion *motion = &model->free.contact;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES], along[6];
+    if (!er_contact_holds(&load->contact) || !(motion->touch.depth > 0.0))
+        return;
+    er_angles(robot, change->held.q, change->x, theta);
+    er_angles(robot, change->held.qd, change->v, rate);
+    er_contact_wrench_along(robot, load, motion, theta, rate, &change->held.load, along);
+    for (int c = 0; c < 6; c++)
+        wrench[c] += along[c];
+}
+
 void er_free_motion_along(er_model *model, const er_change *change, double *acceleration)
 {
     er_free_motion *free = &model->free;
@@ -108,6 +132,7 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     memcpy(wrench, change->held.load.wrench, sizeof wrench);
     for (int c = 0; c < 3; c++)
         wrench[c] += pull[c];
+    add_contact(model, change, wrench);
     memset(load, 0, sizeof load);
     model->kernel.tangent(robot, &free->links, &direction, wrench, NULL, load);
     add_parameters(model, &change->parameters, own);

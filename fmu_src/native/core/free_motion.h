@@ -1,8 +1,9 @@
 /* The equation of motion solved for the accelerations of the elastic coordinates:
  *
- *     x'' = -M^-1 (M theta'' + h - J^T w - J_p^T K (a - p) + S(x) + d x'),    theta'' that of the drives,
+ *     x'' = -M^-1 (M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x'),
  *
- * and how x'' follows all that it depends on.  elastic_robot/residual.py is the same in Python.
+ * theta'' that of the drives, and how x'' follows all that it depends on.  elastic_robot/residual.py is the
+ * same in Python.
  */
 #ifndef ER_FREE_MOTION_H
 #define ER_FREE_MOTION_H

@@ -42,6 +42,9 @@ extern ER_ALIGNED const double er_gauss_from_pairs[2 * ER_PAIRS][ER_STAGES];
 /* Bernstein coefficients of x(s) on [0, 1] from x_0, h v_0, h^2 a_1 .. h^2 a_4. */
 extern const double er_gauss_bernstein[ER_CONTROL][ER_CONTROL];
 
+/* The same from the values of x at 0, at the nodes and at 1. */
+extern const double er_gauss_bernstein_from_value[ER_CONTROL][ER_CONTROL];
+
 /* Power coefficients in s of the acceleration from its values at the nodes. */
 extern const double er_gauss_power_from_stage[ER_STAGES][ER_STAGES];
 

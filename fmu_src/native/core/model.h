@@ -56,7 +56,8 @@ typedef struct {
     int pivot[ER_MAX_ANGLES];
     double slope[ER_MAX_ANGLES];                   /* of the torque curves [N m/rad] */
     double gap[3];                                 /* from the TCP to the anchor [m] */
-    double wrench[6];                              /* on the tool, the pull of its spring among it */
+    er_contact_motion contact;                     /* where there is one */
+    double wrench[6];                              /* on the tool, of spring and contact too */
     er_motion motion;
     bool linked; /* the tangent has been prepared */
     er_links links;
@@ -137,6 +138,9 @@ void er_model_velocity(const er_model *model, double velocity[3]);
 
 /* TCP minus rigid TCP [m] and the rotation vector between them [rad]. */
 void er_model_deviation(const er_model *model, double deviation[6]);
+
+/* How the contact is touched at the present state, and its wrench at the TCP; none without a contact. */
+void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6]);
 
 /* Static compliance of the TCP at the present state: xx, xy, xz, yy, yz, zz [m/N]. */
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure);

@@ -98,6 +98,24 @@ void er_model_deviation(const er_model *model, double deviation[6])
     er_rotation_between(elastic_rotation, rigid_rotation, deviation + 3);
 }
 
+void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6])
+{
+    const er_memory *memory = &model->memory;
+    static const double rest[ER_MAX_ANGLES];
+    bool still = memory->options.quasistatic;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES];
+    er_load load = memory->held.load;
+    memset(wrench, 0, 6 * sizeof *wrench);
+    if (!er_contact_holds(&load.contact))
+        return;
+    if (still)
+        memset(load.anchor.velocity, 0, sizeof load.anchor.velocity);
+    er_angles(&model->robot, memory->held.q, memory->state.x, theta);
+    er_angles(&model->robot, still ? rest : memory->held.qd, still ? NULL : memory->state.v, rate);
+    er_contact_move(&model->robot, &load, 0.0, theta, rate, motion);
+    er_contact_wrench(motion, wrench);
+}
+
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
 {
     const er_memory *memory = &model->memory;

@@ -25,7 +25,7 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
     const er_failure reason = *failure;
     const double *w = held->load.wrench, *k = held->load.anchor.stiffness;
     double stiffness = 0.0, rate = 0.0, acceleration = 0.0;
-    char spring[64] = "";
+    char spring[64] = "", contact[64] = "";
     for (int i = 0; i < ER_SYMMETRIC; i++)
         stiffness = fmax(stiffness, fabs(k[i]));
     for (int i = 0; i < model->robot.joints; i++) {
@@ -34,9 +34,11 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
     }
     if (stiffness > 0.0)
         snprintf(spring, sizeof spring, "a spring of %.3g N/m, ", stiffness);
-    return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %sdrives of %.3g rad/s and %.3g rad/s2:"
+    if (er_contact_holds(&held->load.contact))
+        snprintf(contact, sizeof contact, "a contact of %.3g N/m, ", held->load.contact.stiffness);
+    return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %s%sdrives of %.3g rad/s and %.3g rad/s2:"
                    " one of these is too large, or the robot is unstable", reason.text,
-                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, rate,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate,
                    acceleration);
 }
 
@@ -45,7 +47,10 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
 {
     const double start = model->began.time;
     er_system system = {&model->robot, &model->curve, &model->memory.parameters, drives, *load,
-                        start, false, er_anchor_holds(&load->anchor), er_load_changes(load)};
+                        start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
+                        er_contact_holds(&load->contact)};
+    const er_means *means = &model->means;
+    er_means finer;
     double most = model->robot.settings.most_step;
     if (!(end - start <= most))
         return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
@@ -54,7 +59,16 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
         system.loaded |= load->wrench[k] != 0.0;
     if (!system.anchored) /* of either sign */
         memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
-    if (er_advance(&model->memory.state, &system, &model->means, end, &model->work, failure))
+    if (system.contacting || model->work.sensitivity != NULL) {
+        finer = model->means;
+        if (system.contacting) /* it enlarges errors as a play does */
+            finer.tolerance = fmin(finer.tolerance, model->memory.options.tolerance /
+                                                        model->robot.settings.tcp_per_local_error_with_play);
+        if (model->work.sensitivity != NULL)
+            finer.iteration = EXACT_ITERATION / finer.tolerance;
+        means = &finer;
+    }
+    if (er_advance(&model->memory.state, &system, means, end, &model->work, failure))
         return true;
     model->memory.state = model->began;
     return tell_acting(model, held, failure);
@@ -105,11 +119,9 @@ bool er_model_follow(er_model *model, const er_state *state, const er_past *past
     /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
      * bends, the columns are as exact as the stages that they belong to. */
     memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
-    model->means.iteration = EXACT_ITERATION / model->means.tolerance;
     model->work.sensitivity = &model->sensitivity;
     good = er_model_step(model, end, command, load, failure);
     model->work.sensitivity = NULL;
-    model->means.iteration = model->robot.settings.iteration;
     model->memory.state = present;
     model->memory.held = held;
     model->memory.past = latest; /* which a step that fails has not remembered anew */

@@ -1,12 +1,15 @@
 #include "newton.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "vector.h"
 
 /* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005
+/* Matrices serve while a contact's stiffness and damping differ by this part of their largest entries. */
+#define SAME_CONTACT 0.05
 
 static bool is_near(int joints, const double *a, const double *b)
 {
@@ -24,16 +27,21 @@ static void find_mass(const er_run *r)
     er_angles(robot, w->linearisation.q, w->linearisation.x, theta);
     er_place_bodies(robot, theta, &w->placement);
     er_mass_matrix(robot, &w->placement, w->mass);
-    for (int k = 0; k < r->m; k++)
+    for (int k = 0; k < r->m; k++) {
         memcpy(w->lever[k], w->placement.lever[robot->elastic_angle[k]], sizeof w->lever[k]);
+        memcpy(w->axis[k], w->placement.axis[robot->elastic_angle[k]], sizeof w->axis[k]);
+    }
 }
 
-/* Adds J_p^T K J_p, the spring that the tool leans on, to the stiffness in the matrix. */
-static void add_anchor(const er_run *r)
+/* Adds J_p^T K J_p of spring and contact, which the tool leans on, to the stiffness in the matrix. */
+static void add_support(const er_run *r)
 {
     er_workspace *w = r->work;
     const er_linearisation *at = &w->linearisation;
     double h2 = at->length * at->length, squared_re[ER_PAIRS], squared_im[ER_PAIRS];
+    double support[ER_SYMMETRIC];
+    for (int k = 0; k < ER_SYMMETRIC; k++)
+        support[k] = at->anchor[k] + at->contact[k];
     for (int p = 0; p < ER_PAIRS; p++) {
         double re = er_gauss_eigen_re[p], im = er_gauss_eigen_im[p];
         squared_re[p] = h2 * (re * re - im * im);
@@ -41,7 +49,7 @@ static void add_anchor(const er_run *r)
     }
     for (int i = 0; i < r->m; i++) {
         double pull[3];
-        er_anchor_times(at->anchor, w->lever[i], pull);
+        er_anchor_times(support, w->lever[i], pull);
         for (int j = 0; j <= i; j++) {
             double stiffness = er_dot(pull, w->lever[j]);
             er_complex_pair *entry = &w->matrix[i * r->m + j];
@@ -53,12 +61,34 @@ static void add_anchor(const er_run *r)
     }
 }
 
-static bool has_anchor(const er_linearisation *at)
+/* Adds J_c^T D J_c of a contact, at the sphere's lowest point, to the damping in the matrix. */
+static void add_damper(const er_run *r)
 {
-    bool has = false;
+    er_workspace *w = r->work;
+    const er_linearisation *at = &w->linearisation;
+    double lever[ER_MAX_ANGLES][3], pull[3];
+    for (int i = 0; i < r->m; i++) {
+        er_cross(w->axis[i], at->offset, lever[i]);
+        for (int c = 0; c < 3; c++)
+            lever[i][c] += w->lever[i][c];
+        er_anchor_times(at->damper, lever[i], pull);
+        for (int j = 0; j <= i; j++) {
+            double damping = at->length * er_dot(pull, lever[j]);
+            er_complex_pair *entry = &w->matrix[i * r->m + j];
+            for (int p = 0; p < ER_PAIRS; p++) {
+                entry->re[p] += er_gauss_eigen_re[p] * damping;
+                entry->im[p] += er_gauss_eigen_im[p] * damping;
+            }
+        }
+    }
+}
+
+static bool is_any(const double values[ER_SYMMETRIC])
+{
+    bool any = false;
     for (int k = 0; k < ER_SYMMETRIC; k++)
-        has |= at->anchor[k] != 0.0;
-    return has;
+        any |= values[k] != 0.0;
+    return any;
 }
 
 /* In the eigenvectors of A1 the stages of the Newton equations are independent of each other. */
@@ -81,15 +111,47 @@ static bool invert(const er_run *r)
             diagonal->im[p] += im * damping + 2.0 * re * im * at->slope[k];
         }
     }
-    if (has_anchor(at))
-        add_anchor(r);
+    if (is_any(at->anchor) || is_any(at->contact))
+        add_support(r);
+    if (is_any(at->damper))
+        add_damper(r);
     return r->means->kernel.invert(m, w->matrix, w->inverse);
 }
 
-/* Whether the inverses are those of the present spring. */
-static bool is_held(const er_system *system, const er_linearisation *at)
+/* Matrices of the contact, in the middle of the step as it was guessed; none where it is not touched. */
+typedef struct {
+    double stiffness[ER_SYMMETRIC], damping[ER_SYMMETRIC], offset[3];
+} yielding;
+
+static const yielding *find_yielding(const er_run *r, const er_state *state, yielding *now)
 {
-    return memcmp(at->anchor, system->load.anchor.stiffness, sizeof at->anchor) == 0;
+    static const yielding none;
+    const er_contact_motion *motion = &r->work->contact[ER_STAGES / 2];
+    if (!r->system->contacting || state->touching != 1)
+        return &none;
+    er_contact_matrices(&r->system->load.contact, &motion->touch, now->stiffness, now->damping);
+    memcpy(now->offset, motion->offset, sizeof now->offset);
+    return now;
+}
+
+static bool is_alike(const double *a, const double *b)
+{
+    double largest = 0.0, apart = 0.0;
+    for (int k = 0; k < ER_SYMMETRIC; k++) {
+        largest = fmax(largest, fabs(b[k]));
+        apart = fmax(apart, fabs(a[k] - b[k]));
+    }
+    return apart <= SAME_CONTACT * largest;
+}
+
+/* Whether the inverses are those of the present spring and, nearly, of the present contact. */
+static bool is_held(const er_system *system, const er_linearisation *at, const yielding *now)
+{
+    if (memcmp(at->anchor, system->load.anchor.stiffness, sizeof at->anchor) != 0)
+        return false;
+    return !system->contacting ||
+           (is_alike(at->contact, now->stiffness) && is_alike(at->damper, now->damping) &&
+            memcmp(at->offset, now->offset, sizeof at->offset) == 0);
 }
 
 bool er_linearise(const er_run *r, const er_state *state, double h)
@@ -98,10 +160,12 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     er_workspace *w = r->work;
     er_linearisation *at = &w->linearisation;
     double q[ER_MAX_JOINTS];
+    yielding own;
+    const yielding *now = find_yielding(r, state, &own);
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
     if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
-        if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at))
+        if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at, now))
             return true;
     } else {
         memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);
@@ -112,6 +176,9 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
+    memcpy(at->contact, now->stiffness, sizeof at->contact);
+    memcpy(at->damper, now->damping, sizeof at->damper);
+    memcpy(at->offset, now->offset, sizeof at->offset);
     at->length = h;
     if (invert(r))
         return true;
@@ -122,11 +189,12 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
 static bool same(const er_run *r, const er_linearisation *a, const er_linearisation *b)
 {
     size_t joints = (size_t)r->system->robot->joints, m = (size_t)r->m;
+    size_t first = offsetof(er_linearisation, anchor); /* of what spring and contact have, the last of all */
     return a->has_mass == b->has_mass && a->length == b->length &&
            memcmp(a->q, b->q, joints * sizeof *a->q) == 0 &&
            memcmp(a->x, b->x, m * sizeof *a->x) == 0 &&
            memcmp(a->slope, b->slope, m * sizeof *a->slope) == 0 &&
-           memcmp(a->anchor, b->anchor, sizeof a->anchor) == 0;
+           memcmp((const char *)a + first, (const char *)b + first, sizeof *a - first) == 0;
 }
 
 void er_linearise_as(const er_run *r, const er_linearisation *linearisation)

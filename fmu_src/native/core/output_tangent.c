@@ -32,15 +32,14 @@ static void move(const er_model *model, const er_change *change, bool rigid, boo
     er_placement_along(robot, &out->at, theta, bodies, &out->along);
 }
 
-/* Wrench on the tool, the spring's pull among it, and how it changes along with load and TCP. */
+/* Wrench on the tool at rest, of spring and contact too, and how it changes along with load and TCP. */
 static void wrench_along(const er_model *model, const er_change *change, const motion *p,
                          double wrench[6], double wrench_change[6])
 {
     const er_load *load = &model->memory.held.load;
-    double gap[3], pull[3];
+    double pull[3];
     er_load_wrench(load, p->at.tool_position, wrench);
-    er_anchor_gap(&load->anchor, 0.0, p->at.tool_position, gap);
-    er_anchor_along(&load->anchor, gap, &change->held.load.anchor, p->along.tool_position, pull);
+    er_load_force_along(load, p->at.tool_position, &change->held.load, p->along.tool_position, pull);
     memcpy(wrench_change, change->held.load.wrench, 6 * sizeof *wrench_change);
     for (int c = 0; c < 3; c++)
         wrench_change[c] += pull[c];
@@ -53,7 +52,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     const er_curve *curve = &model->curve;
     static const double no_wrench[6] = {0.0};
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
-    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0};
+    double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
     double of_gravity[MOST], wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     motion p;
@@ -63,7 +62,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
                            x);
     er_static_torque(robot, &p.at, change.parameters.gravity, no_wrench, of_gravity);
     er_static_torque_gradient(robot, &p.at, memory->parameters.gravity, wrench, stiffness);
-    er_add_anchor(robot, &p.at, &memory->held.load.anchor, support);
+    er_load_support(&memory->held.load, p.at.tool_position, yielding);
+    er_add_support(robot, &p.at, yielding, support);
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its play, whatever the others do. */
@@ -167,19 +167,22 @@ void er_deviation_along(const er_model *model, const er_change *change, double d
     rotation_vector_along(at + 3, turn, deviation + 3);
 }
 
-/* Adds the change of J_p^T K J_p, the spring's part of the stiffness, times -1. */
+/* Adds the change of J_p^T K J_p, spring's and contact's part of the stiffness, times -1. */
 static void take_off_support(const er_model *model, const er_change *change, const motion *p,
                              double *matrix)
 {
     const er_robot *robot = &model->robot;
-    const er_anchor *anchor = &model->memory.held.load.anchor, *along = &change->held.load.anchor;
+    const er_load *load = &model->memory.held.load;
+    double support[ER_SYMMETRIC], along[ER_SYMMETRIC];
     int m = robot->elastics;
+    er_load_support(load, p->at.tool_position, support);
+    er_load_support_along(load, p->at.tool_position, &change->held.load, along);
     for (int k = 0; k < m; k++) {
         int i = robot->elastic_angle[k];
         double pull[3], of_lever[3], of_stiffness[3];
-        er_anchor_times(anchor->stiffness, p->at.lever[i], pull);
-        er_anchor_times(anchor->stiffness, p->along.lever[i], of_lever);
-        er_anchor_times(along->stiffness, p->at.lever[i], of_stiffness);
+        er_anchor_times(support, p->at.lever[i], pull);
+        er_anchor_times(support, p->along.lever[i], of_lever);
+        er_anchor_times(along, p->at.lever[i], of_stiffness);
         for (int c = 0; c < 3; c++)
             of_stiffness[c] += of_lever[c];
         for (int l = 0; l < m; l++) {
@@ -199,7 +202,7 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     double wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
-    double moved[3][MOST], moved_change[3][MOST];
+    double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC];
     static const double no_wrench[6] = {0.0};
     motion p;
     memset(compliance, 0, 6 * sizeof *compliance);
@@ -215,7 +218,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
         stiffness[i] = -stiffness[i];
         softening[i] += of_gravity[i];
     }
-    er_add_anchor(robot, &p.at, &memory->held.load.anchor, stiffness);
+    er_load_support(&memory->held.load, p.at.tool_position, support);
+    er_add_support(robot, &p.at, support, stiffness);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
         stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linear.h"
 #include "vector.h"
 
 /* Columns are solved to this part of their stage accelerations. */
@@ -27,6 +26,13 @@ void er_parameter_along(const er_robot *robot, int column, double factor, er_par
         of[k / m][k % m] += factor;
 }
 
+double *er_contact_entry(er_contact *contact, int place)
+{
+    double *const entries[] = {&contact->stiffness, &contact->dissipation, &contact->radius,
+                               &contact->friction, &contact->slip_speed};
+    return place < 5 ? entries[place] : &contact->normal[place - 5];
+}
+
 er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column, double elapsed)
 {
     int n = robot->joints, command = column - ER_WRENCH_COLUMNS, anchor = command - 3 * n;
@@ -46,8 +52,10 @@ er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column,
         share.load.anchor.velocity[anchor - 3] = 1.0;
     } else if (column < er_rate_column(robot)) {
         share.load.anchor.stiffness[anchor - ER_ANCHOR_COLUMNS] = 1.0;
-    } else if (column < er_gravity_column(robot)) {
+    } else if (column < er_contact_column(robot)) {
         share.load.wrench[column - er_rate_column(robot)] = elapsed;
+    } else if (column < er_gravity_column(robot)) {
+        *er_contact_entry(&share.load.contact, column - er_contact_column(robot)) = 1.0;
     }
     return share;
 }
@@ -75,14 +83,30 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
     if (system->anchored || (s->first + s->count > er_stiffness_column(system->robot) &&
-                             s->first < er_gravity_column(system->robot)))
+                             s->first < er_contact_column(system->robot)))
         er_stage_gap(r, &w->stages, ER_STAGES);
+    s->touching = system->contacting && state->touching == 1;
+    if (s->touching)
+        er_stage_contact(r, &w->stages, ER_STAGES);
     r->means->kernel.link(system->robot, &w->motion, system->parameters->gravity,
                           system->loaded ? system->load.wrench : NULL,
-                          er_stage_pull(r, &w->stages, ER_STAGES), &s->links);
+                          er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
+}
+
+/* Derivative of the contact's wrench at a stage along a change of the motion and of the load. */
+static void follow_contact(const er_run *r, const er_direction *direction, const er_load *change, int l,
+                           double wrench[6])
+{
+    const er_robot *robot = r->system->robot;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES];
+    for (int i = 0; i < robot->angles; i++) {
+        theta[i] = direction->angle[i][l];
+        rate[i] = direction->rate[i][l];
+    }
+    er_contact_wrench_along(robot, &r->system->load, &r->work->contact[l], theta, rate, change, wrench);
 }
 
 /* Derivative of the pull along a change of the motion and of a column's input, into `pull`; NULL where
@@ -94,18 +118,20 @@ static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int c
     const er_system *system = r->system;
     const er_workspace *w = r->work;
     ER_ALIGNED er_vector shift;
-    if (!system->anchored && (column < er_stiffness_column(system->robot) ||
-                              column >= er_gravity_column(system->robot)))
+    if (!system->anchored && !s->touching && (column < er_stiffness_column(system->robot) ||
+                                              column >= er_contact_column(system->robot)))
         return NULL;
     r->means->kernel.shift(system->robot, &s->links, direction, shift);
     for (int l = 0; l < ER_STAGES; l++) {
         const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
         const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
         const er_load *load = &share[column < ER_WRENCH_COLUMNS ? 0 : l].load;
-        double force[3];
+        double force[3], contact[6] = {0.0};
         er_anchor_along(&system->load.anchor, gap, &load->anchor, moved, force);
+        if (s->touching)
+            follow_contact(r, direction, load, l, contact);
         for (int k = 0; k < 6; k++)
-            pull[k][l] = (k < 3 ? force[k] : 0.0) +
+            pull[k][l] = (k < 3 ? force[k] : 0.0) + contact[k] +
                          (column < er_rate_column(system->robot) ? 0.0 : load->wrench[k]);
     }
     return (const er_lanes *)pull;
@@ -253,45 +279,4 @@ void er_sensitivity_follow(er_sensitivity *s, const er_run *r, const er_state *s
                        s->v[column]);
     }
     s->still = false;
-}
-
-/* The torque is continuous where a coordinate x_k passes the edge of its play, only its slope jumps.
- * So x'' is the same under both laws there, a shift of the moment of the passage changes x and x' to
- * second order only, and the sensitivities are continuous.
- *
- * The step, however, ends a little beyond the edge and has kept the old law's slope on the way there.
- * With the time t since the edge and the jump J of the torque at x_k, what is missing is
- *
- *     dx' -= M^-1 e_k (J t / beyond) dx_k,    beyond = x_k' t - x_k'' t^2 / 2.
- */
-void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *state,
-                          const er_step *step, const er_crossing *crossing)
-{
-    const er_system *system = r->system;
-    int m = r->m, k = crossing->coordinate, pivot[ER_MAX_ANGLES];
-    double jump = er_curve_torque(system->curve, k, crossing->region, step->x[k]) -
-                  er_curve_torque(system->curve, k, state->region[k], step->x[k]);
-    double edge = copysign(system->curve->half_width[k], crossing->boundary);
-    double beyond = crossing->outward * (step->x[k] - edge);
-    double rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
-    double per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
-    double theta[ER_MAX_ANGLES], mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
-    double response[ER_MAX_ANGLES] = {0.0};
-    if (s->reason != NULL || !(per_beyond > 0.0 && per_beyond < INFINITY))
-        return;
-    er_angles(system->robot, r->work->reference.angle, step->x, theta); /* the drives at the step's end */
-    er_place_bodies(system->robot, theta, &r->work->placement);
-    er_mass_matrix(system->robot, &r->work->placement, mass);
-    if (!er_lu_factor(m, mass, pivot)) {
-        s->reason = "the mass matrix is singular";
-        return;
-    }
-    response[k] = jump * per_beyond * crossing->outward;
-    er_lu_solve(m, mass, pivot, response);
-    for (int column = s->first; column < s->first + s->count; column++) {
-        bool moves = column == er_elastic_column(system->robot, 2) + k; /* the edge, with the backlash */
-        double beyond_change = s->x[column][k] - (moves ? edge / system->curve->backlash[k] : 0.0);
-        for (int i = 0; i < m; i++)
-            s->v[column][i] -= response[i] * beyond_change;
-    }
 }

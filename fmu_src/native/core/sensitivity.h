@@ -2,8 +2,8 @@
  * to step of the integration, whose lengths are held.
  *
  * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
- * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench;
- * behind them gravity, and stiffness, damping and backlash of each entry of x, by which
+ * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench, the
+ * contact; behind them gravity, and stiffness, damping and backlash of each entry of x, by which
  * elastic_robot/path_sensitivity.py does the same.
  */
 #ifndef ER_SENSITIVITY_H
@@ -11,14 +11,16 @@
 
 #include "collocation.h"
 
-enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6 };
+enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6, ER_CONTACT_COLUMNS = 8 };
 enum {
     ER_MAX_DIRECTIONS =
-        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC + 3 +
+        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC +
+        ER_CONTACT_COLUMNS + 3 +
         3 * ER_MAX_ANGLES
 };
 
-/* The first of the anchor's columns, of the stiffness of its spring, and of the rate of the wrench. */
+/* The first of the anchor's columns, of the stiffness of its spring, of the rate of the wrench and of the
+ * contact: stiffness, dissipation, radius, friction, slip speed and normal. */
 static inline int er_anchor_column(const er_robot *robot)
 {
     return ER_WRENCH_COLUMNS + 3 * robot->joints;
@@ -34,16 +36,24 @@ static inline int er_rate_column(const er_robot *robot)
     return er_stiffness_column(robot) + ER_SYMMETRIC;
 }
 
+static inline int er_contact_column(const er_robot *robot)
+{
+    return er_rate_column(robot) + ER_WRENCH_COLUMNS;
+}
+
 /* The first of gravity, stiffness, damping and backlash. */
 static inline int er_gravity_column(const er_robot *robot)
 {
-    return er_rate_column(robot) + ER_WRENCH_COLUMNS;
+    return er_contact_column(robot) + ER_CONTACT_COLUMNS;
 }
 
 static inline int er_elastic_column(const er_robot *robot, int which)
 {
     return er_gravity_column(robot) + 3 + which * robot->elastics;
 }
+
+/* The entry of a contact by its place among these columns. */
+double *er_contact_entry(er_contact *contact, int place);
 
 /* A unit change of a column's parameter, times a factor, is added; nothing of other columns. */
 void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change);
@@ -54,6 +64,7 @@ typedef struct er_sensitivity {
     double start;       /* of the command [s] */
     bool still;         /* x and x' do not depend on the inputs yet */
     er_command_slopes commanded; /* how the drives follow the command; for its columns only */
+    bool touching;      /* the contact presses in the step that is followed */
     const char *reason; /* why there are none; NULL: all is well */
     double accuracy;    /* part of a column's stage accelerations that its solution may leave */
     int passes;         /* most that a column took */

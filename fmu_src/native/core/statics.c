@@ -214,34 +214,57 @@ static void list(char *text, size_t room, const char *format, int count, const d
     }
 }
 
+/* At rest without a contact: on a spring, or free, where the way downhill leads out of a ring of branches
+ * that follow each other. */
+static bool rest_apart(search *s, const er_load *load)
+{
+    if (!er_anchor_holds(&load->anchor)) {
+        begin(s);
+        if (iterate(s))
+            return true;
+    }
+    return er_anchored_equilibrium(s->robot, s->curve, s->gravity, s->q, load, s->x);
+}
+
+/* A contact that is not touched without it changes nothing. */
+static bool rest(search *s, const er_load *load)
+{
+    er_load apart = *load;
+    double gap[3];
+    if (!er_contact_holds(&load->contact))
+        return rest_apart(s, load);
+    apart.contact.stiffness = 0.0;
+    if (rest_apart(s, &apart) && can_bend(s)) {
+        place_at(s, s->x);
+        er_anchor_gap(&load->anchor, 0.0, s->placement.tool_position, gap);
+        if (!(er_contact_touch(&load->contact, gap).depth > 0.0))
+            return true;
+    }
+    return er_anchored_equilibrium(s->robot, s->curve, s->gravity, s->q, load, s->x);
+}
+
 bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
                     const double *q, const er_load *load, double *x, er_failure *failure)
 {
     search s;
-    char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "";
+    char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "", contact[64] = "";
     s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
     s.m = robot->elastics;
     if (s.m == 0)
         return true;
-    if (er_anchor_holds(&load->anchor)) {
-        if (er_anchored_equilibrium(robot, curve, gravity, q, load, x) && can_bend(&s))
-            return true;
-    } else {
-        begin(&s);
-        /* Where branches follow each other in a ring the way downhill leads out of it. */
-        if ((iterate(&s) || er_anchored_equilibrium(robot, curve, gravity, q, load, x)) &&
-            can_bend(&s))
-            return true;
-    }
+    if (rest(&s, load) && can_bend(&s))
+        return true;
     list(posture, sizeof posture, "%.4g", robot->joints, q);
     list(wrench, sizeof wrench, "%.6g", 6, load->wrench);
     list(stiffness, sizeof stiffness, "%.6g", ER_SYMMETRIC, load->anchor.stiffness);
     list(anchor, sizeof anchor, "%.6g", 3, load->anchor.position);
+    if (er_contact_holds(&load->contact))
+        snprintf(contact, sizeof contact, " and a contact of %.6g N/m", load->contact.stiffness);
     if (er_anchor_holds(&load->anchor))
         snprintf(spring, sizeof spring, " and a spring of [%s] N/m anchored at [%s] m", stiffness,
                  anchor);
     return er_fail(failure, "no static equilibrium found at q = [%s] rad under the wrench [%s] N,"
-                   " N m%s; the joints are too soft for this load", posture, wrench, spring);
+                   " N m%s%s; the joints are too soft for this load", posture, wrench, spring, contact);
 }
 
 bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
@@ -250,7 +273,7 @@ bool er_compliance(const er_robot *robot, const er_curve *curve, const double gr
 {
     static const int row[6] = {0, 0, 0, 1, 1, 2}, column[6] = {0, 1, 2, 1, 2, 2};
     int m = robot->elastics, pivot[MOST];
-    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6];
+    double theta[MOST], stiffness[MOST * MOST], moved[3][MOST], wrench[6], support[ER_SYMMETRIC];
     er_placement placement;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
@@ -263,8 +286,10 @@ bool er_compliance(const er_robot *robot, const er_curve *curve, const double gr
         stiffness[i] = -stiffness[i];
     for (int k = 0; k < m; k++)
         stiffness[k * m + k] += er_curve_flank_slope(curve, k, x[k]);
-    if (er_anchor_holds(&load->anchor))
-        er_add_anchor(robot, &placement, &load->anchor, stiffness);
+    if (er_load_yields(load)) {
+        er_load_support(load, placement.tool_position, support);
+        er_add_support(robot, &placement, support, stiffness);
+    }
     if (!er_lu_factor(m, stiffness, pivot))
         return er_fail(failure, "the robot has no compliance here; its stiffness is singular");
     for (int axis = 0; axis < 3; axis++) {

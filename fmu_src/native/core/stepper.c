@@ -18,6 +18,7 @@ void er_state_start(er_state *state, const er_robot *robot, const er_curve *curv
     state->step = robot->settings.first_step;
     state->predictor_step = 0.0;
     state->rate = 1.0;
+    state->touching = -1;
     memset(state->predictor, 0, sizeof state->predictor);
     memset(&state->linearisation, 0, sizeof state->linearisation);
     for (int k = 0; k < robot->elastics; k++)
@@ -61,15 +62,30 @@ static bool try_step(const er_run *r, const er_state *state, double h, double ac
     return er_solve_step(r, state, h, accuracy, step);
 }
 
+/* How far a step's end is beyond a boundary [rad, m], and at what rate it goes on. */
+static double find_beyond(const er_run *r, const er_crossing *crossing, const er_step *step, double *rate)
+{
+    int k = crossing->coordinate;
+    *rate = crossing->outward * (k == ER_DEPTH ? er_end_approach(r, step) : step->v[k]);
+    return crossing->outward * ((k == ER_DEPTH ? step->depth[ER_DEGREE] : step->x[k]) - crossing->boundary);
+}
+
+/* How far a step may miss a boundary [rad, m]. */
+static double find_allowed(const er_run *r, int coordinate)
+{
+    return r->settings->landing *
+           (coordinate == ER_DEPTH ? ER_CONTACT_SLACK
+                                   : er_crossing_slack(r->system->curve, r->settings, coordinate,
+                                                       r->means->tolerance));
+}
+
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */
 static bool land(const er_run *r, const er_state *state, const er_step *step,
                  const er_crossing *crossing)
 {
     er_step *landed = &r->work->landed;
-    int k = crossing->coordinate;
     double h = crossing->fraction * step->length, from = step->length;
-    double allowed = r->settings->landing * er_crossing_slack(r->system->curve, r->settings, k,
-                                                              r->means->tolerance);
+    double allowed = find_allowed(r, crossing->coordinate);
     memcpy(landed->acceleration, step->acceleration, sizeof landed->acceleration);
     for (int trial = 0; trial < r->settings->most_landings; trial++) {
         double beyond, rate;
@@ -77,8 +93,7 @@ static bool land(const er_run *r, const er_state *state, const er_step *step,
                     landed->acceleration);
         if (!try_step(r, state, h, r->settings->landing_iteration * allowed, landed))
             return false;
-        beyond = crossing->outward * (landed->x[k] - crossing->boundary);
-        rate = crossing->outward * landed->v[k];
+        beyond = find_beyond(r, crossing, landed, &rate);
         if (fabs(beyond) <= allowed)
             return landed->error <= r->means->tolerance;
         if (!(rate > 0.0))
@@ -106,7 +121,10 @@ static void take_crossing(const er_run *r, er_state *state, const er_step *step,
     if (r->work->sensitivity != NULL)
         er_sensitivity_cross(r->work->sensitivity, r, state, step, crossing);
     state->time += step->length;
-    state->region[crossing->coordinate] = crossing->region;
+    if (crossing->coordinate == ER_DEPTH)
+        state->touching = crossing->region;
+    else
+        state->region[crossing->coordinate] = crossing->region;
     state->step = fmin(r->settings->first_step, state->step);
     /* The acceleration is continuous across the boundary, its derivative is not. */
     for (int k = 0; k < r->m; k++)
@@ -145,9 +163,12 @@ static bool take_step(const er_run *r, er_state *state, double end)
             guess(r, state, h, step);
         } else {
             factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
-            if (er_first_crossing(r->system->curve, settings, state->region, tolerance, h,
-                                  state->x, state->v, (const er_lanes *)step->acceleration,
-                                  &crossing)) {
+            bool crosses =
+                er_first_crossing(r->system->curve, settings, state->region, tolerance, h, state->x,
+                                  state->v, (const er_lanes *)step->acceleration, &crossing);
+            if (r->system->contacting)
+                crosses = er_earlier_contact(state->touching == 1, step->depth, crosses, &crossing);
+            if (crosses) {
                 if (land(r, state, step, &crossing)) {
                     take_crossing(r, state, &r->work->landed, &crossing);
                     return true;
@@ -222,6 +243,25 @@ static bool give_up(const er_run *r, double elapsed, double length, double speed
     return er_fail(failure, "the motion, %.3g s into a step of %.6g s, needs %s", elapsed, length, needs);
 }
 
+/* Whether the contact presses: what moved the plane since may have changed it. */
+static void touch(const er_run *r, er_state *state)
+{
+    int before = state->touching, after = 0;
+    double miss = r->settings->landing * ER_CONTACT_SLACK;
+    if (r->system->contacting) {
+        double depth = er_contact_depth(r, state);
+        after = depth > (before == 1 ? -miss : before == 0 ? ER_CONTACT_SLACK + miss : 0.0);
+    }
+    state->touching = after;
+    if (after == 1)
+        state->rate = 1.0; /* what the contact exerts is not linear, and its law may be another */
+    if (before >= 0 && before != after) {
+        state->rate = 1.0;
+        state->step = fmin(r->settings->first_step, state->step);
+        r->work->linearisation.length = 0.0;
+    }
+}
+
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,
                 er_workspace *work, er_failure *failure)
 {
@@ -237,6 +277,7 @@ bool er_advance(er_state *state, const er_system *system, const er_means *means,
     if (memcmp(state->linearisation.anchor, system->load.anchor.stiffness,
                sizeof system->load.anchor.stiffness) != 0)
         state->rate = 1.0; /* of other matrices */
+    touch(&r, state);
     while (end - state->time > negligible) {
         double speed = speed_of(&r, state);
         int k;

@@ -8,9 +8,9 @@
 #ifndef ER_STEPPER_H
 #define ER_STEPPER_H
 
-#include "anchor.h"
 #include "chain.h"
 #include "crossings.h"
+#include "contact_motion.h"
 #include "kernel.h"
 #include "trajectory.h"
 
@@ -22,6 +22,8 @@ typedef struct {
     double length;                                /* of the step [s]; 0: there are no matrices */
     double slope[ER_MAX_ANGLES];                  /* of the torque curves [N m/rad] */
     double anchor[ER_SYMMETRIC];                  /* stiffness of the contact spring [N/m] */
+    double contact[ER_SYMMETRIC], damper[ER_SYMMETRIC]; /* of a contact, and its damping [N s/m] */
+    double offset[3];                             /* to where that acts [m] */
 } er_linearisation;
 
 /* State of an integration, all of it: a copy of its bytes continues identically. */
@@ -34,10 +36,11 @@ typedef struct {
     double rate;                         /* at which Newton's method converged lately; 1: not known */
     er_lanes predictor[ER_MAX_ANGLES];   /* its stage accelerations [rad/s^2] */
     int region[ER_MAX_ANGLES];           /* branch of each coordinate's law: -1, 0, 1 */
+    int touching;                        /* whether the contact presses: 0, 1; -1: not known yet */
     er_linearisation linearisation;      /* of the last step's matrices */
 } er_state;
 
-/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) + S(x) + d x' = 0. */
+/* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x' = 0. */
 typedef struct {
     const er_robot *robot;
     const er_curve *curve;
@@ -48,6 +51,7 @@ typedef struct {
     bool loaded;   /* the wrench is not zero */
     bool anchored; /* the stiffness of the contact spring is not zero */
     bool changing; /* the rate of the wrench is not zero */
+    bool contacting; /* there is a contact that may press */
 } er_system;
 
 /* How accurate it shall be, and with which arithmetic. */
@@ -67,21 +71,24 @@ typedef struct {
     double error;                                            /* estimate of the local error [rad] */
     int passes;                                              /* of Newton's method */
     double rate;                                             /* at which it converges */
+    double depth[ER_CONTROL];  /* of a contact at its start, its stages and its end [m] */
 } er_step;
 
 /* Memory of a stepper; all but the matrices, which follow from their linearisation, and what is carried
  * along is of one call. */
 typedef struct {
-    er_nodes stages, end;
+    er_nodes stages, end, start; /* the last for a contact alone */
     er_reference reference; /* the drives at the step's end */
     ER_ALIGNED er_lanes x[ER_MAX_ANGLES], v[ER_MAX_ANGLES], residual[ER_MAX_ANGLES];
     ER_ALIGNED er_vector gap; /* from the TCP to the anchor [m] */
     ER_ALIGNED er_pull pull;
+    er_contact_motion contact[ER_LANES];
     er_motion motion;
     er_placement placement;
     er_linearisation linearisation; /* of the matrices that follow */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];
     double lever[ER_MAX_ANGLES][3]; /* of the TCP about each entry of x, in the posture of the mass [m] */
+    double axis[ER_MAX_ANGLES][3];  /* of each entry of x there */
     ER_ALIGNED er_complex_pair matrix[ER_MAX_ANGLES * ER_MAX_ANGLES];
     ER_ALIGNED er_factor inverse[ER_MAX_ANGLES * ER_MAX_ANGLES];
     er_step solved, landed;

@@ -2,6 +2,9 @@
 #ifndef ER_VECTOR_H
 #define ER_VECTOR_H
 
+/* Entries of a stiffness: xx, xy, xz, yy, yz, zz. */
+#define ER_SYMMETRIC 6
+
 static inline double er_dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -21,6 +21,7 @@ typedef enum {
     OF_ANCHOR,
     OF_SPRING,
     OF_RATE,
+    OF_CONTACT,
     OF_GRAVITY,
     OF_STIFFNESS, /* of the joints, as the next */
     OF_DAMPING,
@@ -32,7 +33,8 @@ typedef enum {
 static int first_of(const er_robot *robot, column_group group)
 {
     const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot),
-                         er_rate_column(robot), er_gravity_column(robot), er_elastic_column(robot, 0),
+                         er_rate_column(robot), er_contact_column(robot), er_gravity_column(robot),
+                         er_elastic_column(robot, 0),
                          er_elastic_column(robot, 1), er_elastic_column(robot, 2),
                          er_elastic_column(robot, 3)};
     return first[group];
@@ -111,6 +113,8 @@ static int column_of(const er_instance *instance, unsigned reference)
     case ER_ANCHOR_VELOCITY: return er_anchor_column(robot) + 3 + k;
     case ER_ANCHOR_STIFFNESS: return er_stiffness_column(robot) + k;
     case ER_WRENCH_RATE: return er_rate_column(robot) + k;
+    case ER_CONTACT: return er_contact_column(robot) + k;
+    case ER_CONTACT_NORMAL: return er_contact_column(robot) + 5 + k;
     case ER_GRAVITY: return er_gravity_column(robot) + k;
     case ER_STIFFNESS: return er_elastic_column(robot, 0) + k;
     case ER_DAMPING: return er_elastic_column(robot, 1) + k;
@@ -130,8 +134,12 @@ static void known_along(const er_instance *instance, int column, double factor, 
     er_parameter_along(&model->robot, column, factor, &change->parameters);
     for (int k = 0; k < 6; k++)
         held->load.wrench[k] += factor * share.load.wrench[k];
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
         held->load.anchor.position[c] += factor * share.load.anchor.position[c];
+        held->load.anchor.velocity[c] += factor * share.load.anchor.velocity[c];
+    }
+    for (int k = 0; k < ER_CONTACT_COLUMNS; k++)
+        *er_contact_entry(&held->load.contact, k) += factor * *er_contact_entry(&share.load.contact, k);
     for (int k = 0; k < ER_SYMMETRIC; k++)
         held->load.anchor.stiffness[k] += factor * share.load.anchor.stiffness[k];
     /* Along a trajectory commands are not looked at. */
@@ -248,10 +256,40 @@ static bool acceleration_along(er_instance *instance, const er_change *change, d
     return true;
 }
 
+/* Changes of the contact's force and of the way to its plane. */
+static void contact_along(const er_instance *instance, const er_change *change, double force[3], double *gap)
+{
+    const er_model *model = instance->model;
+    const er_robot *robot = &model->robot;
+    const er_load *load = &model->memory.held.load;
+    bool still = model->memory.options.quasistatic;
+    er_load along = change->held.load;
+    er_contact_motion motion;
+    er_touch touch;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES] = {0.0}, wrench[6];
+    memset(force, 0, 3 * sizeof *force);
+    *gap = 0.0;
+    if (!er_contact_holds(&load->contact))
+        return;
+    er_model_contact(model, &motion, wrench);
+    er_angles(robot, change->held.q, change->x, theta);
+    if (still)
+        memset(along.anchor.velocity, 0, sizeof along.anchor.velocity);
+    else
+        er_angles(robot, change->held.qd, change->v, rate);
+    er_contact_place_along(robot, load, &motion, theta, rate, &along, &touch);
+    *gap = -touch.depth;
+    if (!(motion.touch.depth > 0.0))
+        return;
+    er_contact_wrench_along(robot, load, &motion, theta, rate, &along, wrench);
+    memcpy(force, wrench, 3 * sizeof *force);
+}
+
 static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
 {
     er_model *model = instance->model;
     size_t elastics = (size_t)model->robot.elastics * sizeof *out;
+    double gap, force[3];
     switch (block) {
     case ER_TCP: er_tcp_along(model, change, out); return true;
     case ER_VELOCITY: er_velocity_along(model, change, out); return true;
@@ -266,6 +304,8 @@ static bool block_along(er_instance *instance, er_block block, const er_change *
     case ER_DEFLECTION_DERIVATIVE: memcpy(out, change->v, elastics); return true;
     case ER_RATE_DERIVATIVE: return acceleration_along(instance, change, out);
     case ER_BEND: er_exchange_bends_along(instance, change, out); return true;
+    case ER_CONTACT_FORCE: contact_along(instance, change, out, &gap); return true;
+    case ER_CONTACT_GAP: contact_along(instance, change, force, out); return true;
     default:
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
                        instance->interface.name[instance->interface.first[block]]);

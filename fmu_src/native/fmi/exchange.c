@@ -13,7 +13,7 @@ int er_exchange_states(const er_instance *instance)
 
 int er_exchange_indicators(const er_instance *instance)
 {
-    return instance->interface.size[ER_BEND];
+    return instance->interface.size[ER_BEND] + instance->interface.size[ER_CONTACT_GAP];
 }
 
 bool er_exchange_runs(const er_instance *instance)
@@ -33,7 +33,8 @@ bool er_exchange_hold(er_instance *instance)
     er_model *model = instance->model;
     if (!er_exchange_runs(instance) || instance->exchange.held)
         return true;
-    if (!er_anchor_require(&inputs->load.anchor, &instance->failure))
+    if (!er_anchor_require(&inputs->load.anchor, &instance->failure) ||
+        !er_contact_require(&inputs->load.contact, &instance->failure))
         return false;
     if (instance->progress.parameters_changed)
         er_model_take_parameters(model, &inputs->parameters);
@@ -66,7 +67,7 @@ static double find_piece(const er_instance *instance, int torsion, er_bends *ben
 
 void er_exchange_bends(const er_instance *instance, double *ways)
 {
-    for (int t = 0; 2 * t < er_exchange_indicators(instance); t++) {
+    for (int t = 0; 2 * t < instance->interface.size[ER_BEND]; t++) {
         er_bends bends;
         int piece;
         double slack = find_piece(instance, t, &bends, &piece);
@@ -75,10 +76,21 @@ void er_exchange_bends(const er_instance *instance, double *ways)
     }
 }
 
+double er_exchange_contact_gap(const er_instance *instance)
+{
+    const er_model *model = instance->model;
+    er_contact_motion motion;
+    double wrench[6];
+    if (!er_contact_holds(&model->memory.held.load.contact))
+        return 1.0;
+    er_model_contact(model, &motion, wrench);
+    return -motion.touch.depth;
+}
+
 void er_exchange_bends_along(const er_instance *instance, const er_change *along, double *ways)
 {
     const er_model *model = instance->model;
-    for (int t = 0; 2 * t < er_exchange_indicators(instance); t++) {
+    for (int t = 0; 2 * t < instance->interface.size[ER_BEND]; t++) {
         er_bends bends;
         int piece, k = instance->interface.torsion[t];
         double change = along->x[k], slack = find_piece(instance, t, &bends, &piece);
@@ -105,7 +117,7 @@ bool er_exchange_settle(er_instance *instance)
 {
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
-    for (int t = 0; 2 * t < er_exchange_indicators(instance); t++) {
+    for (int t = 0; 2 * t < instance->interface.size[ER_BEND]; t++) {
         er_bends bends;
         double slack = find_bends(instance, t, &bends);
         double x = instance->model->memory.state.x[instance->interface.torsion[t]];
@@ -117,12 +129,12 @@ bool er_exchange_settle(er_instance *instance)
 
 bool er_exchange_completed(er_instance *instance, bool *has_event)
 {
-    double ways[2 * ER_MAX_JOINTS];
+    double ways[2 * ER_MAX_JOINTS]; /* whether the contact is touched is no choice that an event makes */
     if (!er_exchange_hold(instance) || !is_covered(instance))
         return false;
     er_exchange_bends(instance, ways);
     *has_event = false;
-    for (int i = 0; i < er_exchange_indicators(instance); i++)
+    for (int i = 0; i < instance->interface.size[ER_BEND]; i++)
         *has_event |= ways[i] <= 0.0;
     return true;
 }
@@ -195,8 +207,8 @@ bool er_exchange_get_derivatives(er_instance *instance, double *derivatives, siz
 
 bool er_exchange_get_indicators(er_instance *instance, double *indicators, size_t count)
 {
-    static const er_block block[] = {ER_BEND};
-    return get_blocks(instance, "event indicators", 1, block, indicators, count);
+    static const er_block block[] = {ER_BEND, ER_CONTACT_GAP};
+    return get_blocks(instance, "event indicators", 2, block, indicators, count);
 }
 
 bool er_exchange_get_nominals(er_instance *instance, double *nominals, size_t count)
@@ -237,7 +249,10 @@ void er_exchange_add(er_instance *instance, unsigned reference, double seed, er_
     case ER_QD_CMD: held->qd[k] += commanded ? seed : 0.0; break;
     case ER_QDD_CMD: held->qdd[k] += commanded ? seed : 0.0; break;
     case ER_ANCHOR: held->load.anchor.position[k] += seed; break;
+    case ER_ANCHOR_VELOCITY: held->load.anchor.velocity[k] += seed; break;
     case ER_ANCHOR_STIFFNESS: held->load.anchor.stiffness[k] += seed; break;
+    case ER_CONTACT: *er_contact_entry(&held->load.contact, k) += seed; break;
+    case ER_CONTACT_NORMAL: held->load.contact.normal[k] += seed; break;
     case ER_DEFLECTION: change->x[k] += seed; break;
     case ER_DEFLECTION_RATE: change->v[k] += seed; break;
     case ER_GRAVITY:
@@ -246,7 +261,7 @@ void er_exchange_add(er_instance *instance, unsigned reference, double seed, er_
     case ER_BACKLASH_WIDTH:
         *er_parameter(interface, &change->parameters, (er_block)block, k) += seed;
         break;
-    default: break; /* the anchor's velocity: the master moves the anchor */
+    default: break; /* the rate of the wrench: the master moves it */
     }
 }
 

@@ -28,6 +28,9 @@ void er_exchange_disturb(er_instance *instance);
  * master integrates, else to the nearest. */
 void er_exchange_bends(const er_instance *instance, double *ways);
 
+/* Way from the sphere to the plane of the contact [m]; 1 without one. */
+double er_exchange_contact_gap(const er_instance *instance);
+
 /* How they change with x and backlash. */
 void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
 

@@ -79,6 +79,7 @@ void er_instance_reset(er_instance *instance)
     memset(&instance->inputs, 0, sizeof instance->inputs);
     for (int i = 0; i < ER_MAX_JOINTS; i++)
         instance->inputs.command.jerk[i] = NAN;
+    instance->inputs.load.contact = er_contact_none();
     memset(&instance->progress, 0, sizeof instance->progress);
     instance->progress.stop = INFINITY;
     memset(&instance->step_start, 0, sizeof instance->step_start);
@@ -162,7 +163,8 @@ bool er_instance_initialise(er_instance *instance)
         return er_fail(&instance->failure, "%s: expected dynamic in model exchange, got quasistatic: a"
                        " robot at rest has no states; use co-simulation",
                        instance->interface.string[ER_MODE].name);
-    if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure))
+    if (!er_anchor_require(&instance->inputs.load.anchor, &instance->failure) ||
+        !er_contact_require(&instance->inputs.load.contact, &instance->failure))
         return false;
     before = model->memory;
     model->memory.options.tolerance = tcp_tolerance(instance);
@@ -187,20 +189,21 @@ bool er_instance_start(er_instance *instance)
     return !instance->exchange.on || er_exchange_settle(instance);
 }
 
-/* Whether the spring can be one; that of the last step was. */
-static bool require_anchor(er_instance *instance)
+/* Whether spring and contact can be such; the spring of the last step was. */
+static bool require_load(er_instance *instance)
 {
     const er_anchor *anchor = &instance->inputs.load.anchor;
     const er_anchor *last = &instance->model->memory.held.load.anchor;
-    return memcmp(anchor->stiffness, last->stiffness, sizeof anchor->stiffness) == 0 ||
-           er_anchor_require(anchor, &instance->failure);
+    return (memcmp(anchor->stiffness, last->stiffness, sizeof anchor->stiffness) == 0 ||
+            er_anchor_require(anchor, &instance->failure)) &&
+           er_contact_require(&instance->inputs.load.contact, &instance->failure);
 }
 
 static bool move(er_instance *instance, double end)
 {
     er_model *model = instance->model;
     const er_past past = model->memory.past;
-    if (!require_anchor(instance) ||
+    if (!require_load(instance) ||
         !er_model_step(model, end, &instance->inputs.command, &instance->inputs.load,
                        &instance->failure))
         return false;

@@ -20,6 +20,8 @@ static double *settable(er_instance *instance, int reference)
     case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
     case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
     case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
+    case ER_CONTACT: return er_contact_entry(&instance->inputs.load.contact, k);
+    case ER_CONTACT_NORMAL: return &instance->inputs.load.contact.normal[k];
     case ER_TCP_TOLERANCE: return &instance->inputs.tcp_tolerance;
     case ER_DEFLECTION: return &instance->model->memory.state.x[k];
     case ER_DEFLECTION_RATE: return &instance->model->memory.state.v[k];
@@ -41,6 +43,14 @@ static bool find_acceleration(er_instance *instance, double *acceleration)
     return true;
 }
 
+static void find_contact_force(const er_model *model, double *force)
+{
+    er_contact_motion motion;
+    double wrench[6];
+    er_model_contact(model, &motion, wrench);
+    memcpy(force, wrench, 3 * sizeof *force);
+}
+
 static bool compute_block(er_instance *instance, er_block block)
 {
     er_model *model = instance->model;
@@ -57,6 +67,8 @@ static bool compute_block(er_instance *instance, er_block block)
     case ER_DEFLECTION_DERIVATIVE: memcpy(out, model->memory.state.v, elastics); return true;
     case ER_RATE_DERIVATIVE: return find_acceleration(instance, out);
     case ER_BEND: er_exchange_bends(instance, out); return true;
+    case ER_CONTACT_FORCE: find_contact_force(model, out); return true;
+    case ER_CONTACT_GAP: *out = er_exchange_contact_gap(instance); return true;
     default:
         return er_fail(&instance->failure, "%s has no value: expected one in instance_reals.c",
                        instance->interface.name[instance->interface.first[block]]);
@@ -175,7 +187,7 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     if (!require_real(instance, reference))
         return false;
     block = (er_block)interface->block[reference];
-    if (er_is_input(block) && isfinite(value))
+    if (er_is_input(block) && block != ER_CONTACT && isfinite(value))
         return true;
     if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
         return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],

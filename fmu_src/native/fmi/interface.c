@@ -123,9 +123,11 @@ bool er_require_range(const er_interface *interface, unsigned reference, double 
                       er_failure *failure)
 {
     int block = interface->block[reference];
-    bool above = block == ER_STIFFNESS;
+    bool slip_speed = block == ER_CONTACT && (int)reference - interface->first[block] == 4;
+    bool above = block == ER_STIFFNESS || slip_speed;
+    bool limited = (block >= ER_STIFFNESS && block <= ER_TCP_TOLERANCE) || block == ER_CONTACT;
     char number[ER_NUMBER_TEXT];
-    if (block < ER_STIFFNESS || block > ER_TCP_TOLERANCE || (above ? value > 0.0 : value >= 0.0))
+    if (!limited || (above ? value > 0.0 : value >= 0.0))
         return true;
     return er_fail(failure, "%s: expected a number %s, got %s %s", interface->name[reference],
                    above ? "> 0" : ">= 0", er_shown(value, number), interface->unit[reference]);

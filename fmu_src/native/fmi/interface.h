@@ -20,6 +20,8 @@
     BLOCK(ER_ANCHOR_VELOCITY, "anchor_velocity", 3, 0, 0, 0) \
     BLOCK(ER_ANCHOR_STIFFNESS, "anchor_stiffness", ER_SYMMETRIC, 0, 0, 0) \
     BLOCK(ER_WRENCH_RATE, "wrench_rate", 6, 0, 0, 0) \
+    BLOCK(ER_CONTACT, "contact", 5, 0, 0, 0) \
+    BLOCK(ER_CONTACT_NORMAL, "contact_normal", 3, 0, 0, 0) \
     BLOCK(ER_TCP, "tcp", 7, 0, 0, 0) \
     BLOCK(ER_VELOCITY, "velocity", 3, 0, 0, 0) \
     BLOCK(ER_RIGID, "rigid", 7, 0, 0, 0) \
@@ -27,6 +29,7 @@
     BLOCK(ER_COMPLIANCE, "compliance", 6, 0, 0, 0) \
     BLOCK(ER_DEFLECTION, "deflection", 0, 0, 1, 0) \
     BLOCK(ER_DEFLECTION_RATE, "deflection_rate", 0, 0, 1, 0) \
+    BLOCK(ER_CONTACT_FORCE, "contact_force", 3, 0, 0, 0) \
     BLOCK(ER_GRAVITY, "gravity", 3, 0, 0, 0) \
     BLOCK(ER_STIFFNESS, "stiffness", 0, 0, 1, 0) \
     BLOCK(ER_DAMPING, "damping", 0, 0, 1, 0) \
@@ -34,7 +37,8 @@
     BLOCK(ER_TCP_TOLERANCE, "tolerance", 1, 0, 0, 0) \
     BLOCK(ER_DEFLECTION_DERIVATIVE, "deflection_derivative", 0, 0, 1, 0) \
     BLOCK(ER_RATE_DERIVATIVE, "rate_derivative", 0, 0, 1, 0) \
-    BLOCK(ER_BEND, "bend", 0, 0, 0, 2)
+    BLOCK(ER_BEND, "bend", 0, 0, 0, 2) \
+    BLOCK(ER_CONTACT_GAP, "contact_gap", 1, 0, 0, 0)
 
 #define ER_BLOCK_CONSTANT(block, name, fixed, joint, elastic, torsion) block,
 typedef enum { ER_BLOCK_TABLE(ER_BLOCK_CONSTANT) ER_BLOCKS } er_block;
@@ -126,7 +130,7 @@ static inline unsigned er_time_reference(const er_interface *interface)
 /* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
 double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k);
 
-/* Refuses a value that is out of a parameter's range; there is none of other variables. */
+/* Refuses a value that is out of the range of a parameter or of a contact's number; others have none. */
 bool er_require_range(const er_interface *interface, unsigned reference, double value,
                       er_failure *failure);
 

@@ -25,13 +25,17 @@ SIZES = {  # of a change that shows a slope
     "force_rate": 100.0,
     "moment_rate": 100.0,
     "anchor.k": 10.0,
+    "contact.dissipation": 1e-3,
+    "contact.friction": 1e-4,
+    "contact.slip_speed": 1e-5,
+    "contact.n": 1e-5,
     "qdd_cmd": 1e-2,
     "qd_cmd": 1e-5,
     "deflection_rate": 1e-5,
     TIME: 1e-5,
 }
 # Of values, which a slope has over the size of its change.
-ROUNDING = {"der(deflection_rate": 1e-8, "compliance": 1e-20}
+ROUNDING = {"der(deflection_rate": 1e-8, "compliance": 1e-20, "contact": 1e-10}
 ACTING = {
     "force.x": 300.0,
     "force.y": -200.0,
@@ -41,11 +45,19 @@ ACTING = {
 }
 ACTING |= {"moment.z": 25.0, "anchor.x": 1.5, "anchor.z": 0.9, "anchor.vy": 0.1}
 ACTING |= {"anchor.kxx": 1e5, "anchor.kyy": 2e5, "anchor.kzz": 1e5, "anchor.kxy": 1e4}
+# A sphere deep in a soft plane through the anchor.
+ACTING |= {"contact.stiffness": 1e4, "contact.dissipation": 0.5, "contact.radius": 0.15}
+ACTING |= {
+    "contact.friction": 0.2,
+    "contact.slip_speed": 0.05,
+    "contact.nx": 0.2,
+    "contact.nz": -2.0,
+}
 
 
 def size_of(name):
     base = name.split("[")[0].split(".")[0]
-    for key in (name, name.split(".")[-1], base, name[:8]):
+    for key in (name, name.split(".")[-1], base, name[:8], name[:9]):
         if key in SIZES:
             return SIZES[key]
     return 1e-6

@@ -1,0 +1,249 @@
+"""The contact that lifts off in the native FMU: derivatives, saved states, model exchange, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from exchange import exchange_of
+from fmpy.fmi1 import FMICallException
+from native_fmu import POSTURE, NativeFmu
+from pendulum import pendulum
+from random_robots import make_robot
+from scipy.integrate import solve_ivp
+from touching import Independent, onto
+
+from coupling.fmu_export.build import BuildOptions, build_fmu
+from elastic_robot.fmi.interface import blocks
+from elastic_robot.plane_contact import PlaneContact
+
+KNOWNS = ("wrench", "q_cmd", "qd_cmd", "anchor", "anchor_velocity", "contact", "contact_normal")
+KNOWNS = (*KNOWNS, "wrench_rate", "gravity", "stiffness")
+OUTPUTS = (
+    "velocity",
+    "deflection",
+    "deflection_rate",
+    "contact_force",
+    "contact_gap",
+    "compliance",
+)
+# Changes that move a tool in contact by some micrometres in 2 ms.
+SIZES = {"wrench": 10.0, "q_cmd": 1e-6, "qd_cmd": 1e-3, "anchor": 1e-6, "anchor_velocity": 1e-3}
+SIZES |= {"contact_normal": 1e-3, "wrench_rate": 100.0, "gravity": 0.1}
+CONTACT_SIZES = np.array([1e4, 1e-2, 1e-6, 1e-2, 1e-4])
+LENGTH = 0.002
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_derivatives_in_contact_are_slopes(tmp_path, number):
+    """By inputs and parameters, of a sphere that strikes a plane or is in it: four-point differences."""
+    robot, rng = make_robot(number + 300, 2 + number % 5), np.random.default_rng(number)
+    fmu = NativeFmu(build_fmu(robot, tmp_path / "R.fmu", BuildOptions("native")), tmp_path / "fmu")
+    of = {name: fmu.of([v.name for v in block.variables]) for name, block in blocks(robot).items()}
+    curve = ("linear", "backlash", "spline")[number % 3]
+    mode = "quasistatic" if number % 4 == 3 else "dynamic"
+    slave = fmu.start(
+        fmu.slave(),
+        rng.uniform(-1.0, 1.0, len(robot.joints)),
+        1e-10,
+        torque_curve=curve,
+        mode=mode,
+    )
+    normal, speed = rng.normal(size=3), 0.02 * rng.normal(size=3)
+    n = normal / np.linalg.norm(normal)
+    numbers = [10.0 ** rng.uniform(5.0, 7.5), 0.5, 0.03, 0.01 + 0.3 * (number % 3 > 0), 1e-3]
+    place = np.array(slave.getReal(of["tcp"][:3])) + n * (-0.03 + (1e-5, -1e-5)[number % 2])
+    given = {"contact": numbers, "contact_normal": normal, "anchor": place}
+    given |= {"anchor_velocity": 0.1 * n + speed, "wrench": np.append(-200.0 * n, np.zeros(3))}
+    for name, values in given.items():
+        slave.setReal(of[name], [float(value) for value in values])
+    start = slave.getFMUState()
+    knowns = [k for name in KNOWNS for k in of[name]]
+    unknowns = [k for name in OUTPUTS for k in of[name]]
+    at_start = np.array(slave.getReal(knowns))
+
+    def outputs(inputs: np.ndarray) -> np.ndarray:
+        slave.setFMUState(start)
+        slave.setReal(knowns, inputs.tolist())
+        slave.doStep(0.0, LENGTH)
+        return np.array(slave.getReal(unknowns))
+
+    for name in KNOWNS:
+        size = SIZES.get(name, 0.0)
+        if name == "contact":
+            size = CONTACT_SIZES * [numbers[0] / 1e6, 1.0, 1.0, 1.0, 1.0]
+        elif name == "stiffness":
+            size = 1e-3 * np.array(slave.getReal(of[name]))
+        seed = np.concatenate(
+            [rng.normal(size=len(of[k])) * (size if k == name else 0.0) for k in KNOWNS]
+        )
+        outputs(at_start)
+        found = np.array(slave.getDirectionalDerivative(unknowns, knowns, seed.tolist()))
+        e = 0.02
+        near = outputs(at_start + e * seed) - outputs(at_start - e * seed)
+        far = outputs(at_start + 2 * e * seed) - outputs(at_start - 2 * e * seed)
+        slopes, first = (8.0 * near - far) / (12.0 * e), 0
+        for block in OUTPUTS:
+            rows = slice(first, first + len(of[block]))
+            first = rows.stop
+            scale = np.abs(slopes[rows]).max() + 1e-12
+            if block == "contact_gap" and name == "wrench_rate":
+                continue  # hardly anything: rounding of the TCP's place
+            wrong = np.abs(found[rows] - slopes[rows]).max()
+            assert wrong < 3e-5 * scale, (name, block, wrong / scale)
+    outputs(at_start)
+    assert np.linalg.norm(slave.getReal(of["contact_force"])) > 1.0
+    slave.freeInstance()
+
+
+def _contact(**values: float) -> dict[str, float]:
+    return {f"contact.{name}": value for name, value in values.items()}
+
+
+def _press(native: NativeFmu, slave) -> dict[str, float]:
+    """A plane just below the tool that strikes it; returns the inputs."""
+    x, z = native.get(slave, "tcp.x", "tcp.z")
+    inputs = {"anchor.x": x, "anchor.z": z - 0.0201, "anchor.vz": 0.1, "anchor.vx": 0.05}
+    inputs |= _contact(stiffness=1e8, dissipation=0.3, radius=0.02, friction=0.3, nx=0.1)
+    native.set(slave, inputs)
+    return inputs
+
+
+def test_a_state_saved_in_contact_goes_on_bit_for_bit(native):
+    """Copied and through bytes, saved where the contact presses and where it has let go."""
+    slave = native.started()
+    _press(native, slave)
+    ends, saved, seen = [], [], set()
+    for k in range(40):
+        saved.append(slave.getFMUState())
+        slave.doStep(0.0005 * k, 0.0005)
+        ends.append(slave.getReal(native.outputs))
+        seen.add(native.get(slave, "contact.fz")[0] > 0.0)
+    assert seen == {True, False}
+    other = native.slave()
+    for k in (1, 5, 9, 20, 39):
+        packed = other.deSerializeFMUstate(slave.serializeFMUstate(saved[k]))
+        for one, state in ((slave, saved[k]), (other, packed)):
+            one.setFMUState(state)
+            one.doStep(0.0005 * k, 0.0005)
+            assert one.getReal(native.outputs) == ends[k]
+
+
+def test_model_exchange_bounces_as_the_independent_integrator(tmp_path):
+    """SciPy integrates the FMU's derivatives and ends at the sign of contact.gap: the same bounce."""
+    robot = pendulum(damping=5.0)
+    ex = exchange_of(robot, tmp_path).start(
+        [0.0], torque_curve="linear", initial_state="undeflected"
+    )
+    plane, height = PlaneContact(1e6, 0.3, 0.05, 0.2, 1e-2), -0.06
+    ex.fmu.enterEventMode()
+    ex.set("anchor", [0.0, 0.0, height])
+    ex.set("contact", [1e6, 0.3, 0.05, 0.2, 1e-2])
+    ex.fmu.newDiscreteStates()
+    ex.fmu.enterContinuousTimeMode()
+
+    def motion(t, y):
+        ex.fmu.setTime(t)
+        ex.state = y
+        return ex.derivatives()
+
+    def gap(t, y):
+        ex.fmu.setTime(t)
+        ex.state = y
+        return ex.event_indicators()[-1]
+
+    times, load = np.linspace(0.01, 0.12, 12), onto(plane, (0.0, 0.0, height))
+    gap.terminal = True
+    y, t, found, events = np.zeros(2), 0.0, [], []
+    while True:
+        due = times[times > t]
+        gap.direction = 1.0 if len(events) % 2 else -1.0
+        run = solve_ivp(
+            motion,
+            (t, times[-1]),
+            y,
+            "DOP853",
+            due,
+            events=gap,
+            rtol=1e-10,
+            atol=1e-12,
+            max_step=1e-3,
+        )
+        found += list(np.array(run.y).T)
+        if run.status != 1:
+            break
+        t, y = float(run.t_events[0][0]), run.y_events[0][0]
+        events.append(t)
+    independent = Independent(robot, np.zeros(1))
+    expected = independent.run(load, np.zeros(1), times)
+    assert len(events) == len(independent.events) == 2
+    np.testing.assert_allclose(events, independent.events, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(np.array(found), expected, rtol=0, atol=1e-7)
+
+
+def test_accelerations_in_contact_follow_all_that_they_depend_on(tmp_path):
+    """Of model exchange, by inputs and states: differences of four points."""
+    robot, rng = make_robot(7, 3), np.random.default_rng(7)
+    ex = exchange_of(robot, tmp_path).start([0.3, -0.5, 0.7], torque_curve="linear")
+    n = np.array([0.3, -0.2, 1.0])
+    place = ex.get("tcp")[:3] - (0.04 - 1e-4) * n / np.linalg.norm(n)
+    settings = {"contact": [1e6, 0.5, 0.04, 0.3, 0.05], "contact_normal": n, "anchor": place}
+    settings |= {"anchor_velocity": [0.1, 0.2, 0.05], "qd_cmd": [0.1, -0.2, 0.3]}
+    for name, values in settings.items():
+        ex.set(name, values)
+    ex.state = ex.state + np.append(np.zeros(ex.states // 2), rng.normal(size=ex.states // 2) * 0.1)
+    sizes = {"contact": 1e-6, "contact_normal": 1e-4, "anchor": 1e-7, "anchor_velocity": 1e-4}
+    sizes |= {"q_cmd": 1e-7, "qd_cmd": 1e-4, "deflection": 1e-7, "deflection_rate": 1e-4}
+    asked = ("rate_derivative", "contact_force", "contact_gap")
+    assert np.linalg.norm(ex.get("contact_force")) > 10.0
+    for known, size in sizes.items():
+        found, at = ex.jacobian(asked, known), ex.get(known)
+        for j in range(len(at)):
+            step = size * (1e8 if known == "contact" and j == 0 else 1.0)
+            points = []
+            for factor in (-2, -1, 1, 2):
+                moved = at.copy()
+                moved[j] += factor * step
+                ex.set(known, moved)
+                points.append(ex.get(*asked))
+            ex.set(known, at)
+            slope = (points[0] - 8 * points[1] + 8 * points[2] - points[3]) / (12.0 * step)
+            scale = np.abs(slope).max() + 1e-9
+            np.testing.assert_allclose(found[:, j], slope, rtol=0, atol=2e-5 * scale)
+
+
+@pytest.mark.parametrize(
+    ("values", "status"),
+    [
+        ({"stiffness": -1.0}, 2),
+        ({"stiffness": np.nan}, 2),
+        ({"dissipation": -1e-9}, 2),
+        ({"radius": -0.01}, 2),
+        ({"friction": -0.3}, 2),
+        ({"slip_speed": 0.0}, 2),
+        ({"nz": np.inf}, 2),
+    ],
+)
+def test_numbers_out_of_their_range_are_discarded_where_they_are_set(native, capfd, values, status):
+    slave = native.started(POSTURE)
+    with pytest.raises(FMICallException) as raised:
+        native.set(slave, _contact(**values))
+    assert raised.value.status == status
+    (name,) = values
+    assert f"contact.{name}: expected a" in capfd.readouterr().err
+
+
+def test_absurd_contacts_are_refused_with_a_sentence_and_change_nothing(native, capfd):
+    slave = native.started(POSTURE)
+    before = slave.getReal(native.outputs)
+    for values, said in (
+        (_contact(stiffness=1e6, nz=0.0), "normal of the contact"),
+        (_contact(stiffness=1e300) | {"anchor.z": 1e150}, "a contact of 1e+300 N/m"),
+        (_contact(stiffness=1e12) | {"anchor.z": 1e6}, "a contact of 1e+12 N/m"),
+    ):
+        state = slave.getFMUState()
+        native.set(slave, values)
+        with pytest.raises(FMICallException):
+            slave.doStep(0.0, 0.01)
+        assert said in capfd.readouterr().err
+        assert slave.getReal(native.outputs) == before
+        slave.setFMUState(state)
