@@ -51,7 +51,8 @@ def tap(direction: int) -> np.ndarray:
 if __name__ == "__main__":
     linear = robot_at_rest().linearise()
     for f, ratio in zip(linear.modes.frequency, linear.modes.damping_ratio, strict=True):
-        print(f"{f:7.2f} Hz, damping ratio {ratio:.4f}")
+        if np.isfinite(f):  # others creep and do not swing
+            print(f"{f:7.2f} Hz, damping ratio {ratio:.4f}")
     computed = np.abs(linear.dynamic_compliance(frequency))
     figure = go.Figure()
     for direction, colour in enumerate(("#1f77b4", "#d62728", "#2ca02c")):

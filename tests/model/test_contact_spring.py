@@ -278,7 +278,7 @@ def test_a_stiff_spring_does_not_shorten_the_steps(example):
     spring = ContactSpring(robot.tcp()[:3] + 1e-4, np.zeros(3), 1e9 * np.eye(3))
     robot.reset(0.0, q, Load(spring=spring))
     robot.step(0.5, q, Load(spring=spring))
-    assert robot.linearise().modes.frequency.max() > 9.0 / SETTINGS.longest_step
+    assert np.nanmax(robot.linearise().modes.frequency) > 9.0 / SETTINGS.longest_step
     assert robot.snapshot.state.step == SETTINGS.longest_step
 
 

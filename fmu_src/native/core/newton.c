@@ -1,6 +1,7 @@
 #include "newton.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "vector.h"
@@ -122,14 +123,15 @@ typedef struct {
     double stiffness[ER_SYMMETRIC], damping[ER_SYMMETRIC], offset[3];
 } yielding;
 
-static void find_yielding(const er_run *r, const er_state *state, yielding *now)
+static const yielding *find_yielding(const er_run *r, const er_state *state, yielding *now)
 {
+    static const yielding none;
     const er_contact_motion *motion = &r->work->contact[ER_STAGES / 2];
-    memset(now, 0, sizeof *now);
     if (!r->system->contacting || state->touching != 1)
-        return;
+        return &none;
     er_contact_matrices(&r->system->load.contact, &motion->touch, now->stiffness, now->damping);
     memcpy(now->offset, motion->offset, sizeof now->offset);
+    return now;
 }
 
 static bool is_alike(const double *a, const double *b)
@@ -158,12 +160,12 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     er_workspace *w = r->work;
     er_linearisation *at = &w->linearisation;
     double q[ER_MAX_JOINTS];
-    yielding now;
-    find_yielding(r, state, &now);
+    yielding own;
+    const yielding *now = find_yielding(r, state, &own);
     for (int i = 0; i < system->robot->joints; i++)
         q[i] = w->stages.q[i][ER_STAGES / 2];
     if (at->has_mass && is_near(system->robot->joints, q, at->q)) {
-        if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at, &now))
+        if (fabs(at->length - h) <= r->settings->same_length * h && is_held(system, at, now))
             return true;
     } else {
         memcpy(at->q, q, (size_t)system->robot->joints * sizeof *q);
@@ -174,9 +176,9 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
     for (int k = 0; k < r->m; k++)
         at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
-    memcpy(at->contact, now.stiffness, sizeof at->contact);
-    memcpy(at->damper, now.damping, sizeof at->damper);
-    memcpy(at->offset, now.offset, sizeof at->offset);
+    memcpy(at->contact, now->stiffness, sizeof at->contact);
+    memcpy(at->damper, now->damping, sizeof at->damper);
+    memcpy(at->offset, now->offset, sizeof at->offset);
     at->length = h;
     if (invert(r))
         return true;
@@ -187,14 +189,12 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
 static bool same(const er_run *r, const er_linearisation *a, const er_linearisation *b)
 {
     size_t joints = (size_t)r->system->robot->joints, m = (size_t)r->m;
+    size_t first = offsetof(er_linearisation, anchor); /* of what spring and contact have, the last of all */
     return a->has_mass == b->has_mass && a->length == b->length &&
            memcmp(a->q, b->q, joints * sizeof *a->q) == 0 &&
            memcmp(a->x, b->x, m * sizeof *a->x) == 0 &&
            memcmp(a->slope, b->slope, m * sizeof *a->slope) == 0 &&
-           memcmp(a->anchor, b->anchor, sizeof a->anchor) == 0 &&
-           memcmp(a->contact, b->contact, sizeof a->contact) == 0 &&
-           memcmp(a->damper, b->damper, sizeof a->damper) == 0 &&
-           memcmp(a->offset, b->offset, sizeof a->offset) == 0;
+           memcmp((const char *)a + first, (const char *)b + first, sizeof *a - first) == 0;
 }
 
 void er_linearise_as(const er_run *r, const er_linearisation *linearisation)
