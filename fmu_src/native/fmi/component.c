@@ -59,10 +59,20 @@ bool er_component_refuse(er_component *c, const char *text)
     return false;
 }
 
+static void tell_log(er_component *c, unsigned category, const char *text)
+{
+    if ((c->log.categories & category) != 0 && c->log.function != NULL)
+        c->log.tell(c, category, text);
+}
+
 void er_component_warn(er_component *c, const char *text)
 {
-    if ((c->log.categories & ER_LOG_WARNING) != 0 && c->log.function != NULL)
-        c->log.tell(c, ER_LOG_WARNING, text);
+    tell_log(c, ER_LOG_WARNING, text);
+}
+
+void er_component_discard(er_component *c, const char *text)
+{
+    tell_log(c, ER_LOG_DISCARD, text);
 }
 
 bool er_component_told(er_component *c, bool good)

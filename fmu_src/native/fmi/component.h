@@ -40,6 +40,9 @@ bool er_component_refuse(er_component *c, const char *text);
 /* Tells the master, where it wants to hear of it, what has no effect. */
 void er_component_warn(er_component *c, const char *text);
 
+/* The same of what is not there to be told. */
+void er_component_discard(er_component *c, const char *text);
+
 /* Passes the success of a call on, or tells the instance's failure. */
 bool er_component_told(er_component *c, bool good);
 

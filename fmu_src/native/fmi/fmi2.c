@@ -208,6 +208,14 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance,
                                                               sensitivity)));
 }
 
+/* Whether an instance is one of co-simulation, whose functions these are. */
+static bool for_steps(er_component *c)
+{
+    return c == NULL || !c->robot->exchange.on ||
+           er_component_refuse(c, "derivatives of inputs and statuses belong to steps; this instance was"
+                               " made for model exchange");
+}
+
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
                                        const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[])
@@ -215,7 +223,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance,
     er_component *c = instance;
     const char *ignored = NULL;
     er_failure message;
-    if (!er_component_may(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
+    if (!for_steps(c) || !er_component_may(c, ER_CALL_SET) ||
+        !er_component_given(c, count, references, values) ||
         !er_component_given(c, count, order, order) ||
         !er_component_told(c, er_instance_set_derivatives(c->robot, references, count, order, values,
                                                           &ignored)))
@@ -254,9 +263,14 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* Whether a status is one that is there; the others are those of steps that are still under way. */
 static fmi2Status known(er_component *c, bool there, const void *value)
 {
-    if (!er_component_may(c, ER_CALL_RESULT) || !er_component_given(c, 1, value, value))
+    if (!for_steps(c) || !er_component_may(c, ER_CALL_RESULT) ||
+        !er_component_given(c, 1, value, value))
         return fmi2Error;
-    return there ? fmi2OK : fmi2Discard;
+    if (there)
+        return fmi2OK;
+    er_component_discard(c, "a status is asked for that only a step under way has; steps of this FMU are"
+                         " done when fmi2DoStep returns");
+    return fmi2Discard;
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)

@@ -7,11 +7,11 @@ import json
 import math
 import sys
 import traceback
-from ctypes import byref, c_bool, c_double, c_int, c_size_t
+from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint
 from pathlib import Path
 
 from clauses_of_runs import halved_steps, input_derivatives, quaternion, tolerance
-from standard import DISCARD, ERROR, OK, Fmu
+from standard import DISCARD, ERROR, OK, Fmu, doubles
 
 H = 0.01  # [s]
 
@@ -60,7 +60,7 @@ def failed_instantiation(fmu):
 
 
 def zero_step(fmu):
-    """FMI 3, 4.2.1: "communicationStepSize must be > 0.0", 2.2.3: "illegal arguments" are Error.  FMI
+    """FMI 3, 4.2.1: "communicationStepSize must be > 0.0", 2.2.4: "illegal arguments" are Error.  FMI
     2.0 asks masters for the same and FMUs for nothing: such a step does nothing."""
     if fmu.use == "me":
         return
@@ -82,7 +82,7 @@ def escapes(fmu):
 
 def ranges(fmu):
     """FMI 2, 2.2.7: where min is violated "on a fixed or tunable parameter fmi2Status = fmi2Discard is
-    returned"; FMI 3, 2.2.3: Discard for "handling of min/max violation"."""
+    returned"; FMI 3, 2.2.4: Discard for "handling of min/max violation"."""
     i = fmu.instance()
     for phase in ("instantiated", "initialising"):
         for name, bad in (
@@ -156,6 +156,26 @@ def discarded_steps(fmu):
         assert i.step(time, size)[0] == ERROR
 
 
+def statuses(fmu):
+    """FMI 2, 4.2.3: a status that is not there is Discard, and 2.1.3: "the FMU must call the function
+    logger"; both are functions of co-simulation (4.2.4), as derivatives of inputs are."""
+    if fmu.version == "3":
+        return
+    i = fmu.instance(logging=True).start()
+    if fmu.use == "me":
+        value = c_double(7.0)
+        reference, order = (c_uint * 1)(fmu.reference["force.x"]), (c_int * 1)(1)
+        assert i.call("GetRealStatus", 2, byref(value)) == ERROR
+        given = (reference, c_size_t(1), order, doubles([1e3]))
+        assert i.call("SetRealInputDerivatives", *given) == ERROR
+        assert i.get("force_rate.x")[1] == [0.0]
+        return
+    assert i.step(0.0, H)[0] == OK
+    told, value = len(i.log), c_int(7)
+    assert i.call("GetStatus", 0, byref(value)) == DISCARD
+    assert i.log[told][:2] == (DISCARD, b"logStatusDiscard")
+
+
 def discarded_evaluations(fmu):
     """FMI 2, 2.1.3, for model exchange: "recommended to perform a smaller step size and evaluate the
     model equations again"; FMI 3, 3.2.1: Discard "if the FMU was not able to compute the
@@ -197,7 +217,7 @@ def event_mode_twice(fmu):
 
 
 def null_results(fmu):
-    """FMI 3, 2.2.3: for "illegal arguments ... the FMU must return fmi3Error"; nothing is written to
+    """FMI 3, 2.2.4: for "illegal arguments ... the FMU must return fmi3Error"; nothing is written to
     NULL, and nothing has changed."""
     i = fmu.instance().start()
     before = i.bytes()
@@ -245,6 +265,7 @@ CLAUSES = {
         ranges,
         discarded_values,
         discarded_steps,
+        statuses,
         halved_steps,
         discarded_evaluations,
         input_derivatives,
