@@ -32,7 +32,8 @@ class PlaneContact:
         dissipation: c [s/m], >= 0: at a force F the contact damps with c F [N s/m].
         radius: R [m], >= 0.
         friction: Coefficient mu, >= 0.
-        slip_speed: v [m/s], > 0: friction is mu N / sqrt(2) where the slip has this speed.
+        slip_speed: v [m/s], > 0 where there is friction, which is mu N / sqrt(2) where
+            the slip has this speed.
         normal: Out of the plane to the robot's side, of any length, base axes, (3,).
 
     Raises:
@@ -54,13 +55,13 @@ class PlaneContact:
 
     def __post_init__(self) -> None:
         """Refuse numbers out of their range."""
-        for name in ("stiffness", "dissipation", "radius", "friction"):
+        for name in ("stiffness", "dissipation", "radius", "friction", "slip_speed"):
             value = getattr(self, name)
             if not 0.0 <= value < np.inf:
                 raise ParameterError(f"contact.{name}: expected a number >= 0, got {value}")
-        if not 0.0 < self.slip_speed < np.inf:
+        if self.holds and self.friction > 0.0 and self.slip_speed == 0.0:
             raise ParameterError(
-                f"contact.slip_speed: expected a number > 0, got {self.slip_speed} m/s"
+                "contact.slip_speed: expected a number > 0 m/s where there is friction, got 0"
             )
         if self.holds and not 0.0 < np.linalg.norm(self.normal) < np.inf:
             raise ParameterError(
@@ -140,6 +141,7 @@ class PlaneContact:
         rate = self.approach(velocity)
         slip = velocity + rate[..., None] * self.unit
         size = np.sqrt((slip * slip).sum(axis=-1, keepdims=True) + self.slip_speed**2)
+        size = np.where(size > 0.0, size, 1.0)  # without friction any length will do
         # Faster than 1 / c the body springs back more slowly than the tool leaves.
         return slip, size, self.depth(gap), np.maximum(0.0, 1.0 + self.dissipation * rate)
 

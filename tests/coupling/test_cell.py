@@ -30,7 +30,7 @@ from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
 from coupling.run.deviations import Deviations
 from coupling.run.folder import write_run
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import System
 from coupling.run.stored_run import read_run
 from coupling.run.study import _gap
 from coupling.solve.correction import HOW
@@ -430,7 +430,7 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
 
 def test_a_cell_is_no_system_of_one_robot(tmp_path):
     with pytest.raises(BuildError, match="a cell of two robots"):
-        write_ssp(load_case(CASE), tmp_path / "cell.ssp")
+        System.of(load_case(CASE))
 
 
 def test_fixed_height_needs_a_wall(tmp_path):

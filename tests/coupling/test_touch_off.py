@@ -24,7 +24,7 @@ from coupling.robot.cell import AT_THE_ORIGIN, Placement
 from coupling.robot.touch_off import RestingRobot, touched_off
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import System
 from coupling.run.study import run_compensation, run_coupling
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
@@ -154,7 +154,7 @@ def test_touch_off_takes_the_constant_out_of_the_deviation_and_of_the_correction
 def test_the_package_for_other_tools_starts_from_the_programmed_path(tmp_path):
     """Its first joint angles put the undeflected tool where the controller shows the path's start."""
     case = line_case(tmp_path, "native", touching("true"))
-    file = write_ssp(case, tmp_path / "case.ssp", ["linux64"])
+    file = System.of(case).write(tmp_path / "case.ssp", ["linux64"])
     with zipfile.ZipFile(file) as archive:
         fmu = zipfile.ZipFile(io.BytesIO(archive.read("resources/ElasticRobot.fmu")))
         name = next(n for n in fmu.namelist() if n.endswith("command.npz"))

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from coupling.case import Case, load_case
 from coupling.errors import CaseError
 from coupling.path.deviation import measure
-from coupling.run.ssp import write_ssp
+from coupling.run.ssp import System
 from coupling.run.study import run_coupling
 from coupling.toolpaths.tilt import APPROACH
 
@@ -97,7 +97,7 @@ def test_an_ssp_of_a_turned_robot_is_in_the_frame_of_its_base(tmp_path):
     """The wall in its process FMU is that of the case that is turned by hand."""
     laws = []
     for k, case in enumerate(turned_and_by_hand(tmp_path)):
-        with zipfile.ZipFile(write_ssp(case, tmp_path / f"{k}.ssp", ["linux64"])) as system:
+        with zipfile.ZipFile(System.of(case).write(tmp_path / f"{k}.ssp", ["linux64"])) as system:
             inner = io.BytesIO(system.read("resources/Process.fmu"))
         with zipfile.ZipFile(inner) as fmu:
             law = json.loads(fmu.read("resources/law.json"))

@@ -219,7 +219,7 @@ def test_accelerations_in_contact_follow_all_that_they_depend_on(tmp_path):
         ({"dissipation": -1e-9}, 2),
         ({"radius": -0.01}, 2),
         ({"friction": -0.3}, 2),
-        ({"slip_speed": 0.0}, 2),
+        ({"slip_speed": -0.1}, 2),
         ({"nz": np.inf}, 2),
     ],
 )
@@ -237,6 +237,7 @@ def test_absurd_contacts_are_refused_with_a_sentence_and_change_nothing(native, 
     before = slave.getReal(native.outputs)
     for values, said in (
         (_contact(stiffness=1e6, nz=0.0), "normal of the contact"),
+        (_contact(stiffness=1e6, friction=0.3, slip_speed=0.0), "where there is friction"),
         (_contact(stiffness=1e300) | {"anchor.z": 1e150}, "a contact of 1e+300 N/m"),
         (_contact(stiffness=1e12) | {"anchor.z": 1e6}, "a contact of 1e+12 N/m"),
     ):
@@ -247,3 +248,26 @@ def test_absurd_contacts_are_refused_with_a_sentence_and_change_nothing(native, 
         assert said in capfd.readouterr().err
         assert slave.getReal(native.outputs) == before
         slave.setFMUState(state)
+
+
+def test_a_master_that_sets_every_input_to_zero_has_no_contact(native):
+    """PathSim and CoFMUPy do so with what is not connected; what is off asks for no normal or speed."""
+    zeros = dict.fromkeys(_contact(), 0.0)
+    ends = []
+    for values in ({}, zeros):
+        slave = native.started(POSTURE)
+        native.set(slave, values)
+        slave.doStep(0.0, 0.01)
+        ends.append(slave.getReal(native.outputs))
+    assert ends[0] == ends[1]
+
+
+def test_without_friction_the_slip_speed_does_nothing(native):
+    slave, other = native.started(POSTURE), native.started(POSTURE)
+    (height,) = native.get(slave, "tcp.z")
+    for one, speed in ((slave, 0.0), (other, 0.1)):
+        native.set(one, _contact(stiffness=1e6, slip_speed=speed) | {"anchor.z": height + 1e-5})
+        for k in range(3):
+            one.doStep(0.01 * k, 0.01)
+    assert native.get(slave, "contact.fz")[0] > 1.0
+    assert slave.getReal(native.outputs) == other.getReal(native.outputs)

@@ -13,7 +13,7 @@ from elastic_robot.fmi.variables import Block
 
 # Blocks without numbers below zero, and what among them is above it.
 _AT_LEAST_ZERO = ("contact", "stiffness", "damping", "backlash", "tolerance")
-_ABOVE_ZERO = ("stiffness", "contact.slip_speed")
+_ABOVE_ZERO = ("stiffness",)
 # Lists of variables of which the places are kept.
 _LISTS_KEPT = 100
 

@@ -21,7 +21,12 @@ bool er_contact_require(const er_contact *contact, er_failure *failure)
 {
     const double *n = contact->normal;
     double length = length_of(n);
-    return !er_contact_holds(contact) || (length > 0.0 && length < INFINITY) ||
+    if (!er_contact_holds(contact))
+        return true;
+    if (contact->friction > 0.0 && contact->slip_speed == 0.0)
+        return er_fail(failure, "contact.slip_speed: expected a number > 0 m/s where there is friction, got"
+                       " 0");
+    return (length > 0.0 && length < INFINITY) ||
            er_fail(failure, "normal of the contact (contact.nx to contact.nz): expected a vector that is"
                    " not zero, out of the plane to the robot's side, got %.6g, %.6g, %.6g", n[0], n[1],
                    n[2]);
@@ -61,13 +66,14 @@ static double resistance(const er_contact *contact, const er_touch *touch)
     return fmax(0.0, 1.0 + contact->dissipation * er_contact_approach(touch));
 }
 
-/* s and sqrt(s . s + v^2) */
+/* s and sqrt(s . s + v^2); without either, and so without friction, any length will do */
 static double find_slip(const er_contact *contact, const er_touch *touch, double slip[3])
 {
     double rate = er_contact_approach(touch);
     for (int c = 0; c < 3; c++)
         slip[c] = touch->velocity[c] + rate * touch->normal[c];
-    return hypot(length_of(slip), contact->slip_speed);
+    double size = hypot(length_of(slip), contact->slip_speed);
+    return size > 0.0 ? size : 1.0;
 }
 
 void er_contact_force(const er_contact *contact, const er_touch *touch, double force[3])

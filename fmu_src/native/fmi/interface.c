@@ -123,8 +123,7 @@ bool er_require_range(const er_interface *interface, unsigned reference, double 
                       er_failure *failure)
 {
     int block = interface->block[reference];
-    bool slip_speed = block == ER_CONTACT && (int)reference - interface->first[block] == 4;
-    bool above = block == ER_STIFFNESS || slip_speed;
+    bool above = block == ER_STIFFNESS;
     bool limited = (block >= ER_STIFFNESS && block <= ER_TCP_TOLERANCE) || block == ER_CONTACT;
     char number[ER_NUMBER_TEXT];
     if (!limited || (above ? value > 0.0 : value >= 0.0))
