@@ -16,7 +16,7 @@ from elastic_robot.fmi.interface import blocks
 casadi = pytest.importorskip("casadi", reason="needs CasADi (pip install casadi)")
 
 INPUTS = ("wrench", "q_cmd", "qd_cmd", "qdd_cmd", "anchor", "anchor_velocity", "anchor_stiffness")
-OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES)
+OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES, "contact_force")
 
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])

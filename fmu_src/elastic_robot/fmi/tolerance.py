@@ -23,7 +23,7 @@ def allowed_error(own: float, told: float | None) -> float:
         told: Relative tolerance of the experiment; None or 0: not told.
 
     Example:
-        >>> allowed_error(0.0, None), allowed_error(0.0, 1e-4), allowed_error(0.0, 1e-6)
+        >>> allowed_error(0.0, None), allowed_error(0.0, 1e-4), round(allowed_error(0.0, 1e-6), 12)
         (1e-06, 1e-06, 1e-08)
         >>> allowed_error(0.0, 0.5), allowed_error(1e-12, 0.5)
         (1e-05, 1e-12)
