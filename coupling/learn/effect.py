@@ -18,6 +18,7 @@ from coupling.inverse.windows import solve_links
 from coupling.learn.parameters import Learnable, robot_with
 from coupling.learn.passes import Pass
 from elastic_robot.description import Robot
+from elastic_robot.parameters import Parameters
 
 # Relative change of a parameter for a difference.
 _CHANGE = 0.02
@@ -63,17 +64,26 @@ class Effect:
         jacobian = self._jacobian(inside)
         theta = self.theta.at(inside)
         twists = self._twists(x) if np.any(x) else self._of_file
+        rate = self.theta.at(inside, order=1)
+        settling = self._settling(x)
         columns = np.empty((len(time), 6, len(x)))
         for k, parameter in enumerate(self._parameters):
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])
                 moved = -theta[:, angle]
+                if parameter.vibrates:
+                    moved = -settling[parameter.coordinate] * rate[:, angle]
             else:
                 angle = int(model.gears[parameter.gear])
                 change = twists[parameter.kind] - twists[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
+
+    def _settling(self, x: np.ndarray) -> np.ndarray:
+        """Return damping by stiffness of every elastic coordinate [s]."""
+        own = Parameters.of(robot_with(self._robot, self._parameters, x))
+        return own.damping / own.stiffness
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:

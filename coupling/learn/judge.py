@@ -57,7 +57,8 @@ class Judged:
         What hardly matters by itself is written as it fits best beside the others: these make up for
         it, and a dozen such left out are missed.
         """
-        return self.factor if self.told or self.effect >= _MOVES else 1.0
+        moves = self.effect >= _MOVES or self.parameter.vibrates
+        return self.factor if self.told or moves else 1.0
 
 
 def judged(

@@ -33,13 +33,17 @@ class Learnable:
     gear: int | None
     value: float
 
+    @property
+    def vibrates(self) -> bool:
+        """Whether it is a tilt's damping, which acts where the robot vibrates: simulation alone shows it."""
+        return self.gear is None and self.kind == "damping"
+
 
 def learnables(robot: Robot, torque_curve: str) -> tuple[Learnable, ...]:
     """Return what can be learned of a robot.
 
-    Stiffness of gears and tilts, damping and backlash of gears; of a gear with a torque table of its own
-    the damping alone, and nothing that is zero.  The damping of tilts moves what is faster than the fit
-    looks at.
+    Stiffness and damping of gears and tilts, backlash of gears; of a gear with a torque table of its own
+    the damping alone, and nothing that is zero.
     """
     chain, nominal = build_chain(robot), Parameters.of(robot)
     found = []
@@ -47,7 +51,7 @@ def learnables(robot: Robot, torque_curve: str) -> tuple[Learnable, ...]:
         for row, name in enumerate(chain.elastic_names):
             tilt = bool(chain.elastic_tilt[row])
             tabled = torque_curve == "spline" and nominal.tables[row] is not None
-            if (tilt and kind != "stiffness") or (tabled and kind != "damping"):
+            if (tilt and kind == "backlash") or (tabled and kind != "damping"):
                 continue
             if kind == "backlash" and torque_curve == "linear":
                 continue
@@ -76,7 +80,11 @@ def robot_with(robot: Robot, parameters: tuple[Learnable, ...], x: np.ndarray) -
     for number, joint in enumerate(robot.joints, start=1):
         name = f"joint[{number}]"
         tilts = tuple(
-            replace(tilt, stiffness=values.get(f"{name}.tilt[{k}].stiffness", tilt.stiffness))
+            replace(
+                tilt,
+                stiffness=values.get(f"{name}.tilt[{k}].stiffness", tilt.stiffness),
+                damping=values.get(f"{name}.tilt[{k}].damping", tilt.damping),
+            )
             for k, tilt in enumerate(joint.tilt, start=1)
         )
         if joint.stiffness is not None:

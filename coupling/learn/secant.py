@@ -58,7 +58,8 @@ class Secant:
             for own in (moved[:, :3], moved[:, 3:])
         )
         turned = turns > _NEGLIGIBLE_TURN if one.held is not None else False
-        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned)
+        vibrates = np.array([own.vibrates for own in parameters])
+        self.shown = np.flatnonzero((shifts > _NEGLIGIBLE) | turned | vibrates)
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return displacement [m] and turn [rad] of the tool by log factors, base axes, (n, 6, P).

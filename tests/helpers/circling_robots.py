@@ -9,7 +9,7 @@ from coupling.events import unwatched
 from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.learn.effect import Effect
 from coupling.learn.fit import Fitter
-from coupling.learn.parameters import changed, learnables, robot_with
+from coupling.learn.parameters import changed, learnables, prior_of, robot_with
 from coupling.learn.passes import Pass, Seen
 from coupling.learn.problem import Problem
 from coupling.path.controller import Controller
@@ -86,6 +86,14 @@ class Robots:
         """What fits a pass."""
         effect = Effect(self.robot, "backlash", self.parameters, one)
         return Fitter(Problem((self.fmu,), self.parameters, (one,), (effect,)))
+
+    def drawn(self, seed: int, times: float) -> np.ndarray:
+        """Log factors up to so many prior standard deviations off; dampers of tilts as they are."""
+        drawn = [k for k, own in enumerate(self.parameters) if not own.vibrates]
+        x = np.zeros(len(self.parameters))
+        rng = np.random.default_rng(seed)
+        x[drawn] = times * prior_of(self.parameters)[drawn] * rng.uniform(-1.0, 1.0, len(drawn))
+        return x
 
     def factors(self, **kinds: float) -> np.ndarray:
         """Log factors of the parameters of all gears, by kind; tilts as they are."""

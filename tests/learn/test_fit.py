@@ -32,7 +32,7 @@ def test_a_fit_that_ends_in_a_hollow_is_led_out_of_it(robots, example):
     """Five seconds of a robot up to 45 % other: noise is left, and what is told lies in its interval."""
     short = Robots(example, robots.models, seconds=5.0)
     prior = prior_of(short.parameters)
-    truth = 1.5 * prior * np.random.default_rng(108).uniform(-1.0, 1.0, len(prior))
+    truth = short.drawn(108, 1.5)
     fitter = short.fitter(short.measured(short.moved(truth)))
     found = fitter.fit(0.0 * truth)
     assert size_of(found.slow) < 1.12 * fitter.noise(found.residuals)
@@ -50,8 +50,7 @@ def test_a_fit_that_looks_along_the_pass_finds_what_one_that_looks_at_all_of_it_
 ):
     """Six seconds of four circles: what a crossing does wrong is past before the next one."""
     fast = Robots(example, robots.models, seconds=6.0, rate=2.0 / 3.0)
-    prior = prior_of(fast.parameters)
-    truth = 1.5 * prior * np.random.default_rng(405).uniform(-1.0, 1.0, len(prior))
+    truth = fast.drawn(405, 1.5)
     fitter = fast.fitter(fast.measured(fast.moved(truth)))
 
     def over_noise() -> float:

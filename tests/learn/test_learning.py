@@ -220,7 +220,7 @@ def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
 
     source = read_source(run / "run", Seen("", np.zeros(1), np.zeros((1, 3))))
     longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
-    softer = robot_with(example, learnables(example, "backlash"), np.full(21, -0.1))
+    softer = robot_with(example, learnables(example, "backlash"), np.full(27, -0.1))
     require_alike([source, replace(source, robot=softer)])
     with pytest.raises(LearnError, match="another one"):
         require_alike([source, replace(source, robot=longer)])
