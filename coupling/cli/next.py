@@ -121,9 +121,9 @@ def mirror(
     no_store: NoStore = False,
 ) -> None:
     """Learn along the path alone: next with --move path, no parameters are fitted."""
-    known = _known(frame_known, own_frame, tip_known)
-    options = _options("path", known, cutoff_hz, repeatability, seed)
-    _advance(passes, output, options, overwrite, store, no_store)
+    known = frame_known, own_frame, tip_known
+    how = cutoff_hz, repeatability, seed
+    next_command(passes, output, "path", *known, *how, overwrite, store, no_store)
 
 
 def _options(

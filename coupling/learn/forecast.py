@@ -67,7 +67,7 @@ def forecast(
         off.append(slow(moved(x) - likely))
 
     rng = np.random.default_rng(found.options.seed)
-    drawn = found.pairs.drawn(_DRAWN, rng)
+    drawn = found.hypotheses.drawn(_DRAWN, rng)
     robot = np.arange(_DRAWN) % len(off)
     square = _mean(time, left, left) - 3.0 * run.noise**2 * low.of_noise + run.size.fast**2
     crossed = np.array([_mean(time, left, own) for own in off])[robot]

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.learn.history import History
 from coupling.learn.possible import Model
-from coupling.learn.repeatability import VALUES, Pairs
+from coupling.learn.repeatability import VALUES, Hypotheses
 from coupling.learn.repeating import Repeating, repeating
 from coupling.learn.size import Size
 
@@ -49,7 +49,9 @@ class Move:
         return own if self.kind == "parameters" else f"{own}, and learning along the path"
 
 
-def moves(history: History, models: Sequence[Model], absolute: bool, before: Pairs) -> list[Move]:
+def moves(
+    history: History, models: Sequence[Model], absolute: bool, before: Hypotheses
+) -> list[Move]:
     """Return every move with what it would have left of the last pass, the best one first.
 
     From the second pass on each move says from the passes before where the tool is in the last one,
@@ -80,7 +82,7 @@ def moves(history: History, models: Sequence[Model], absolute: bool, before: Pai
     return sorted(found, key=judged)
 
 
-def _left_by_path(history: History, model: Model, before: Pairs) -> Size:
+def _left_by_path(history: History, model: Model, before: Hypotheses) -> Size:
     """Return what learning along the path would have left of the last pass."""
     last = len(history.runs) - 1
     run, beyond = history.runs[last], history.beyond(last, model.x)
@@ -138,7 +140,7 @@ def worse(rms: float, best: float, doubt: float) -> bool:
 
 
 def next_repeating(
-    history: History, move: Move, judgement: Judgement, before: Pairs
+    history: History, move: Move, judgement: Judgement, before: Hypotheses
 ) -> Repeating | None:
     """Return what is corrected along the path beyond the model; None where the move corrects nothing.
 

@@ -17,8 +17,8 @@ from coupling.learn.moves import Judgement, Move, moves, next_repeating
 from coupling.learn.next_options import NextOptions
 from coupling.learn.possible import earlier_models, file_model, learned_model
 from coupling.learn.problem import Frame
-from coupling.learn.repeatability import Pairs
-from coupling.learn.repeating import Repeating, repeating
+from coupling.learn.repeatability import Hypotheses
+from coupling.learn.repeating import Repeating, compared
 from coupling.learn.size import Size
 from coupling.learn.source import Source
 from coupling.run.models import Models
@@ -45,7 +45,7 @@ class Plan:
         repeating: What is corrected along the path; None: nothing.
         learned: What was learned of the parameters now; None where that was not asked for.
         options: How it was found.
-        pairs: What is new in every pass, and how wrong the model is.
+        hypotheses: What is new in every pass, and how wrong the model is.
         causes: What it may be that the model has not, the largest first.
     """
 
@@ -56,7 +56,7 @@ class Plan:
     repeating: Repeating | None
     learned: Learned | None
     options: NextOptions
-    pairs: Pairs
+    hypotheses: Hypotheses
     causes: tuple[Cause, ...] = ()
 
     @property
@@ -101,10 +101,10 @@ def plan(
             known.append(learned_model(history, learned, options))
         elif wanted and len(known) == 1:
             raise LearnError(f"--move {options.move}: no parameters are told: {learned.refusal}")
-    before, every = Pairs.before(options.repeatability), range(len(sources))
+    before, every = Hypotheses.before(options.repeatability), range(len(sources))
     ranked = moves(history, known, options.absolute, before)
-    pairs = repeating(history, ranked[0].model, every, before).pairs
-    judgement = Judgement.of(history, options.absolute, pairs.rms)
+    told = compared(history, ranked[0].model, every, before).hypotheses
+    judgement = Judgement.of(history, options.absolute, told.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
@@ -118,10 +118,11 @@ def plan(
         raise LearnError(f"--move {options.move}: expected a robot with parameters that are told")
     move = offered[0]
     found = next_repeating(history, move, judgement, before)
-    pairs = repeating(history, move.model, every, before).pairs
+    if move.model is not ranked[0].model:
+        told = compared(history, move.model, every, before).hypotheses
     number = judgement.best if judgement.worse else judgement.last
     follows = largest(causes(history, move.model.x, number))
-    return Plan(history, tuple(ranked), move, judgement, found, learned, options, pairs, follows)
+    return Plan(history, tuple(ranked), move, judgement, found, learned, options, told, follows)
 
 
 def _worth_learning(history: History, first: bool) -> bool:

@@ -45,7 +45,7 @@ def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
         else {
             "cutoff_Hz": beyond.cutoff,
             "weights": list(beyond.weights),
-            "new_m": found.pairs.rms,
+            "new_m": found.hypotheses.rms,
             "left_m": beyond.left,
             "time": beyond.time.tolist(),
             "deviation_m": beyond.deviation[:, :3].tolist(),

@@ -35,7 +35,7 @@ class Learnable:
 
     @property
     def vibrates(self) -> bool:
-        """Whether it is a tilt's damping, which acts where the robot vibrates: simulation alone shows it."""
+        """Whether it is a tilt's damping: it acts in vibrations, which simulation alone shows."""
         return self.gear is None and self.kind == "damping"
 
 

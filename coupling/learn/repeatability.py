@@ -27,7 +27,7 @@ _LEAST = 1e-18
 
 
 @dataclass(frozen=True)
-class Pairs:
+class Hypotheses:
     """Pairs of what is new and how wrong a model is, with how likely each is.
 
     Attributes:
@@ -41,7 +41,7 @@ class Pairs:
     likely: np.ndarray
 
     @classmethod
-    def before(cls, repeatability: float) -> Pairs:
+    def before(cls, repeatability: float) -> Hypotheses:
         """Return what is likely before there are passes to compare.
 
         Args:
@@ -59,10 +59,10 @@ class Pairs:
         """Expected rms distance of what is new in a pass [m]."""
         return float(np.sqrt(self.likely @ self.new))
 
-    def drawn(self, count: int, rng: np.random.Generator) -> Pairs:
+    def drawn(self, count: int, rng: np.random.Generator) -> Hypotheses:
         """Return pairs by chance, as likely as they are here, (count,)."""
         rows = rng.choice(len(self.likely), count, p=self.likely)
-        return Pairs(self.new[rows], self.factor[rows], np.full(count, 1.0 / count))
+        return Hypotheses(self.new[rows], self.factor[rows], np.full(count, 1.0 / count))
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,11 @@ class Compared:
 
     Attributes:
         weights: What each counts in what repeats, (passes,).
-        pairs: What is new in a pass, and how wrong the model is.
+        hypotheses: What is new in a pass, and how wrong the model is.
     """
 
     weights: np.ndarray
-    pairs: Pairs
+    hypotheses: Hypotheses
 
     @classmethod
     def of(
@@ -83,7 +83,7 @@ class Compared:
         told: Sequence[np.ndarray],
         noise: Sequence[float],
         changes: Sequence[float],
-        before: Pairs,
+        before: Hypotheses,
         gain: float = 1.0,
     ) -> Compared:
         """Return how much each pass counts.
@@ -114,5 +114,5 @@ class Compared:
             weights = np.append((1.0 - part) * weights, part, axis=1)
             variance = (1.0 - part[:, 0]) * known
         likely = np.exp(score - score.max())
-        pairs = Pairs(new, factor, likely / likely.sum())
-        return cls(pairs.likely @ weights, pairs)
+        found = Hypotheses(new, factor, likely / likely.sum())
+        return cls(found.likely @ weights, found)

@@ -13,7 +13,7 @@ from coupling.learn.history import History
 from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.passes import Simulated
 from coupling.learn.possible import Model
-from coupling.learn.repeatability import Compared, Pairs
+from coupling.learn.repeatability import Compared, Hypotheses
 from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
 from coupling.path.discrepancy import Discrepancy
@@ -33,7 +33,6 @@ class Repeating:
         left: Rms of what it is expected to leave of what repeats: what is faster, and its own noise [m].
         weights: What every pass counts in it, (passes,).
         own_noise: Part of the noise of the last of these passes that is in it.
-        pairs: What is new in every pass, and how wrong the model is.
     """
 
     time: np.ndarray
@@ -42,7 +41,6 @@ class Repeating:
     left: float
     weights: tuple[float, ...]
     own_noise: float
-    pairs: Pairs
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return it at times, (n, 6)."""
@@ -56,14 +54,14 @@ class Repeating:
 
 def as_before(known: Discrepancy) -> Repeating:
     """Return what a command corrected already, to be corrected once more."""
-    return Repeating(known.time, known.deviation, 0.0, 0.0, (), 0.0, Pairs.before(0.0))
+    return Repeating(known.time, known.deviation, 0.0, 0.0, (), 0.0)
 
 
 def repeating(
     history: History,
     model: Model,
     numbers: Sequence[int],
-    before: Pairs,
+    before: Hypotheses,
     gain: float | None = None,
 ) -> Repeating:
     """Return what a robot does beyond a model in every pass.
@@ -79,28 +77,18 @@ def repeating(
         before: What is likely to be new in a pass.
         gain: Gain of a pass at most, where it is to be less than the model's.
     """
-    x, limit = model.x, model.contraction.cutoff
-    gain = model.contraction.gain if gain is None else gain
-    beyond = [history.beyond(number, x) for number in numbers]
-    runs = [history.runs[number] for number in numbers]
-    told = _Told(history, runs, beyond, limit)
-    noise = [
-        3.0 * run.noise**2 * own.of_noise for run, own in zip(runs, told.smoothers, strict=True)
-    ]
-    changes = [0.0] + [
-        _doubt(history, model, *pair, Smoother(told.time, limit)) for pair in pairwise(numbers)
-    ]
-    compared = Compared.of(told.values, noise, changes, before, gain)
-    weights = compared.weights
-    of_noise = 3.0 * runs[-1].noise ** 2 * float(np.sum(np.square(weights)))
-    seen = seen_below(runs[-1].seen.time)
+    limit, last = model.contraction.cutoff, history.runs[numbers[-1]]
+    weights = compared(history, model, numbers, before, gain).weights
+    beyond = history.beyond(numbers[-1], model.x)[:, :3]
+    of_noise = 3.0 * last.noise**2 * float(np.sum(np.square(weights)))
+    seen = seen_below(last.seen.time)
     best, risk = limit, np.inf
     for cutoff in (limit, *(own for own in CUTOFFS if own < limit)):
-        smoother = Smoother(runs[-1].seen.time, cutoff)
-        bias = max(smoother.bias(beyond[-1][:, :3], runs[-1].noise, seen), 0.0)
+        smoother = Smoother(last.seen.time, cutoff)
+        bias = max(smoother.bias(beyond, last.noise, seen), 0.0)
         if bias + of_noise * smoother.of_noise < risk:
             best, risk = cutoff, bias + of_noise * smoother.of_noise
-    told = _Told(history, runs, beyond, best)
+    told = _Told.of(history, model, numbers, best)
     return Repeating(
         told.time,
         np.einsum("p,pkc->kc", weights, np.array(told.values)),
@@ -108,7 +96,35 @@ def repeating(
         float(np.sqrt(risk)),
         tuple(weights.tolist()),
         float(weights[-1]) * told.smoothers[-1].trace,
-        compared.pairs,
+    )
+
+
+def compared(
+    history: History,
+    model: Model,
+    numbers: Sequence[int],
+    before: Hypotheses,
+    gain: float | None = None,
+) -> Compared:
+    """Return how much each pass counts, and what the passes tell of what is new and of the model.
+
+    Args:
+        history: The passes.
+        model: The robot.
+        numbers: The passes that count, in their order.
+        before: What is likely to be new in a pass.
+        gain: Gain of a pass at most, where it is to be less than the model's.
+    """
+    limit = model.contraction.cutoff
+    told = _Told.of(history, model, numbers, limit)
+    noise = [
+        3.0 * run.noise**2 * own.of_noise
+        for run, own in zip(told.runs, told.smoothers, strict=True)
+    ]
+    low = Smoother(told.time, limit)
+    changes = [0.0] + [_doubt(history, model, *pair, low) for pair in pairwise(numbers)]
+    return Compared.of(
+        told.values, noise, changes, before, model.contraction.gain if gain is None else gain
     )
 
 
@@ -125,33 +141,40 @@ def _doubt(history: History, model: Model, first: int, second: int, low: Smoothe
     return float(np.mean(np.sum(np.square(off), axis=2)))
 
 
+@dataclass(frozen=True)
 class _Told:
     """What every pass tells below a cutoff, at even times over the whole path.
 
-    Args:
-        history: All passes.
-        runs: Those that count.
-        beyond: Measured less simulated poses of each, (n, 6).
-        cutoff: [Hz].
-
     Attributes:
-        smoothers: Of every pass.
+        runs: The passes.
+        smoothers: Low-pass of each.
         time: The times [s], (k,).
         values: Of every pass, (k, 6).
     """
 
-    def __init__(
-        self,
-        history: History,
-        runs: Sequence[MeasuredRun],
-        beyond: Sequence[np.ndarray],
-        cutoff: float,
-    ) -> None:
+    runs: list[MeasuredRun]
+    smoothers: list[Smoother]
+    time: np.ndarray
+    values: list[np.ndarray]
+
+    @classmethod
+    def of(cls, history: History, model: Model, numbers: Sequence[int], cutoff: float) -> _Told:
+        """Return what passes tell beyond a model.
+
+        Args:
+            history: All passes.
+            model: The model.
+            numbers: Those that count.
+            cutoff: [Hz].
+        """
+        runs = [history.runs[number] for number in numbers]
         path = history.runs[0].desired.time
-        self.smoothers = [Smoother(run.seen.time, cutoff) for run in runs]
-        count = int(np.ceil(float(np.ptp(path)) / min(own.spacing for own in self.smoothers)))
-        self.time = np.linspace(path[0], path[-1], max(count, _LEAST) + 1)
-        self.values = []
-        for smoother, own in zip(self.smoothers, beyond, strict=True):
-            columns = [np.interp(self.time, smoother.time, slow) for slow in smoother(own).T]
-            self.values.append(np.stack(columns, axis=1))
+        smoothers = [Smoother(run.seen.time, cutoff) for run in runs]
+        count = int(np.ceil(float(np.ptp(path)) / min(own.spacing for own in smoothers)))
+        time = np.linspace(path[0], path[-1], max(count, _LEAST) + 1)
+        values = []
+        for smoother, number in zip(smoothers, numbers, strict=True):
+            slow = smoother(history.beyond(number, model.x))
+            columns = [np.interp(time, smoother.time, own) for own in slow.T]
+            values.append(np.stack(columns, axis=1))
+        return cls(runs, smoothers, time, values)

@@ -19,7 +19,7 @@ from coupling.learn.forecast import forecast
 from coupling.learn.moves import next_repeating, worse
 from coupling.learn.next_command import Plan
 from coupling.learn.parameters import robot_with
-from coupling.learn.repeatability import Pairs
+from coupling.learn.repeatability import Hypotheses
 from coupling.learn.repeating import Repeating, as_before
 from coupling.path.histories import JointPath
 from coupling.robot.moving import Inverter
@@ -77,7 +77,7 @@ def _tried(found: Plan) -> Iterator[Repeating | None]:
     yield found.repeating
     if found.repeating is None:
         return
-    model, before = found.move.model, Pairs.before(found.options.repeatability)
+    model, before = found.move.model, Hypotheses.before(found.options.repeatability)
     for cutoff in _LOWER:
         if cutoff < found.repeating.cutoff:
             lower = replace(model, contraction=replace(model.contraction, cutoff=cutoff))

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.learn.forecast import forecast
 from coupling.learn.passes import Simulated
-from coupling.learn.repeatability import VALUES, Pairs
+from coupling.learn.repeatability import VALUES, Hypotheses
 from coupling.learn.size import Size
 
 TIME = np.linspace(0.0, 20.0, 2001)  # [s]
@@ -63,7 +63,7 @@ def told(
         else SimpleNamespace(weights=(weight,), own_noise=own_noise),
         told_from=0,
         options=SimpleNamespace(absolute=True, seed=1),
-        pairs=Pairs(np.array([new**2]), np.array([factor]), np.array([1.0])),
+        hypotheses=Hypotheses(np.array([new**2]), np.array([factor]), np.array([1.0])),
         left=lambda size: size.rms,
     )
     return forecast(found, SimpleNamespace(), SimpleNamespace())
