@@ -101,12 +101,15 @@ class ElasticRobotSlave(Fmi2Slave):
     def exit_initialization_mode(self) -> None:
         """Compute the initial state from the inputs and parameters set by now."""
         self._instance.initialised()
+        self._warn(self._instance.trajectory_beyond_limits())
         self._instance.phase = lifecycle.Phase.RUNNING
+        self.log(self._instance.start_text, Fmi2Status.ok, "logEvents")
 
     @_allowed(lifecycle.TERMINATE)
     def terminate(self) -> None:
         """End the simulation; values and states are still there."""
         self._instance.phase = lifecycle.Phase.TERMINATED
+        self.log(f"ends at {self._instance.time} s", Fmi2Status.ok, "logEvents")
 
     @_allowed(lifecycle.STEP)
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -128,14 +131,12 @@ class ElasticRobotSlave(Fmi2Slave):
         if vrs and vrs[0] >= OF_DERIVATIVES:  # python_host's fmi2SetRealInputDerivatives
             ignored = self._instance.set_derivatives([vr - OF_DERIVATIVES for vr in vrs], values)
             if ignored:
-                self.log(
+                self._warn(
                     f"derivative of {ignored}: expected that of force, moment, qdd_cmd or the anchor's"
-                    " position, got one without effect",
-                    Fmi2Status.warning,
-                    "logStatusWarning",
+                    " position, got one without effect"
                 )
         else:
-            self._instance.set_reals(vrs, values)
+            self._warn(self._instance.set_reals(vrs, values))
 
     @_allowed(lifecycle.SET)
     def set_string(self, vrs: list[int], values: list[str | None]) -> None:
@@ -171,6 +172,10 @@ class ElasticRobotSlave(Fmi2Slave):
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         """Refuse: there are no boolean variables."""
         self._require_none(vrs, "boolean")
+
+    def _warn(self, text: str) -> None:
+        if text:
+            self.log(text, Fmi2Status.warning, "logStatusWarning")
 
     def _require_none(self, vrs: list[int], kind: str) -> None:
         if vrs:

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from pythonfmu import Fmi2Slave
+from pythonfmu import Fmi2Slave, Fmi2Status
 
 from slave_refusal import refusal
 
@@ -66,6 +66,11 @@ class ProcessSlave(Fmi2Slave):
     def exit_initialization_mode(self) -> None:
         """Compute the first wrench."""
         self._evaluate(0.0)
+        self.log(f"starts at {self._time} s", Fmi2Status.ok, "logEvents")
+
+    def terminate(self) -> None:
+        """End the simulation."""
+        self.log(f"ends at {self._end} s", Fmi2Status.ok, "logEvents")
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Compute the wrench of the pose, which is the robot's at the step's start."""

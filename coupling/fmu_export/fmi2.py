@@ -31,7 +31,11 @@ _FLAGS = (
 
 
 def fmi2_description(
-    about: md.About, blocks: Mapping[str, Block], guid: str, source_files: Iterable[str] = ()
+    about: md.About,
+    blocks: Mapping[str, Block],
+    guid: str,
+    source_files: Iterable[str] = (),
+    statuses: Iterable[str] = md.STATUSES,
 ) -> bytes:
     """Return modelDescription.xml.
 
@@ -42,6 +46,7 @@ def fmi2_description(
         blocks: Its variables.
         guid: Ties the description to the binary.
         source_files: C files under sources/ that make up the library, if they are in the FMU.
+        statuses: Those of which it has messages.
     """
     root = md.root_element(about, "2.0", "guid", guid)
     exchange = about.exchange is not None
@@ -56,7 +61,7 @@ def fmi2_description(
         for name in names:
             SubElement(listed, "File", {"name": name})
     md.add_units(root, blocks, more=["s"] if exchange else [])
-    md.add_log_categories(root, "fmi2")
+    md.add_log_categories(root, "fmi2", statuses)
     md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
     numbers = _numbers(blocks)

@@ -50,7 +50,7 @@ def fmi3_description(
     md.add_model_exchange(root, about, _EXCHANGE_FLAGS)
     md.add_co_simulation(root, about, _FLAGS)
     md.add_units(root, blocks, more=["s"])
-    md.add_log_categories(root, "fmi3")
+    md.add_log_categories(root, "fmi3", md.STATUSES)
     md.add_experiment(root, about)
     variables = SubElement(root, "ModelVariables")
     for name, block in blocks.items():

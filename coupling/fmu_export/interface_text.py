@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from coupling.fmu_export.grouping import Group, Groups
+from elastic_robot.fmi.inputs import limits_of
 from elastic_robot.fmi.outputs import STATES
 from elastic_robot.fmi.tolerance import LEAST, MOST, RELATIVE, TOLERANCE
 
@@ -10,9 +11,10 @@ from elastic_robot.fmi.tolerance import LEAST, MOST, RELATIVE, TOLERANCE
 def interface_text(groups: Groups) -> str:
     """Return a line for each variable, in the order of the value references.
 
-    Before them the tolerance to begin with, the relative one that is the same, and their limits; and
-    how large the states of model exchange are.  Reals: block, unit and the names of the elements.
-    Strings: name, start value and the values that they may have, if not any.
+    Before them the tolerance to begin with, the relative one that is the same, and their limits; how
+    large the states of model exchange are; and the lowest and highest angle of every drive.
+    Reals: block, unit and the names of the elements.  Strings: name, start value and the values that
+    they may have, if not any.
 
     Args:
         groups: The variables.
@@ -27,13 +29,20 @@ def interface_text(groups: Groups) -> str:
         >>> print(interface_text(arrays({"gravity": gravity, "strings": strings})))
         tolerance 1e-06 0.0001 1e-09 1e-05
         nominals 0.001 0.05
+        limits
         reals gravity m/s2 gravity.x gravity.y gravity.z
         string mode fast slow fast
         end
     """
     nominals = " ".join(repr(nominal) for nominal in STATES.values())
     tolerances = " ".join(map(repr, (TOLERANCE, RELATIVE, LEAST, MOST)))
-    lines = [f"tolerance {tolerances}", f"nominals {nominals}"]
+    limits = [
+        repr(limit)
+        for drives in groups.get("q_cmd", ())
+        for variable in drives.elements
+        for limit in limits_of(variable)
+    ]
+    lines = [f"tolerance {tolerances}", f"nominals {nominals}", " ".join(["limits", *limits])]
     for key, variables in groups.items():
         lines += [_line(key, variable) for variable in variables]
     return "\n".join([*lines, "end"])

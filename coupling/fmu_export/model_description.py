@@ -9,6 +9,9 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from coupling.fmu_export.units import BASE_UNITS
 from elastic_robot.fmi.variables import TIME, Block, Variable
 
+# Statuses of which there are messages; a Python that is not found is fatal beside them.
+STATUSES = ("Warning", "Discard", "Error")
+
 
 @dataclass(frozen=True)
 class About:
@@ -98,10 +101,12 @@ def add_units(root: Element, blocks: Mapping[str, Block], more: Iterable[str] = 
         SubElement(element, "BaseUnit", {k: str(n) for k, n in BASE_UNITS[unit].items()})
 
 
-def add_log_categories(root: Element, status_prefix: str) -> None:
-    """Add the categories of the standard; its names of a status begin with a prefix."""
+def add_log_categories(root: Element, status_prefix: str, statuses: Iterable[str]) -> None:
+    """Add the categories of the standard that are used; its names of a status begin with a prefix."""
     categories = SubElement(root, "LogCategories")
-    for status in ("Warning", "Discard", "Error", "Fatal"):
+    events = {"name": "logEvents", "description": "Beginning and end of a simulation"}
+    SubElement(categories, "Category", events)
+    for status in statuses:
         description = f"Messages with status {status_prefix}{status}"
         names = {"name": f"logStatus{status}", "description": description}
         SubElement(categories, "Category", names)

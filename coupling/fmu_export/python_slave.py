@@ -18,6 +18,7 @@ from coupling.fmu_export.archive import write_fmu
 from coupling.fmu_export.compiler import FMU_SOURCES
 from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.identity import about, licenses
+from coupling.fmu_export.model_description import STATUSES
 from coupling.fmu_export.python_host import with_host
 from elastic_robot.fmi.variables import Block
 
@@ -86,7 +87,9 @@ class PythonSlave:
 
         def identified(guid: str) -> dict[str, bytes]:
             return {
-                "modelDescription.xml": fmi2_description(told, self.blocks, guid),
+                "modelDescription.xml": fmi2_description(
+                    told, self.blocks, guid, statuses=(*STATUSES, "Fatal")
+                ),
                 "resources/guid.txt": f"{guid}\n".encode(),
             }
 

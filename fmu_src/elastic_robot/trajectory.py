@@ -51,7 +51,7 @@ class Trajectory:
     With rates and accelerations the motion is the quintic Hermite spline of the samples, else the
     C2 cubic spline through them with zero rate at both ends.
 
-    Args:
+    Args, kept as attributes but for the rates:
         time: Rising [s], (k,), at least 2.
         q: Angles [rad], (k, n).
         qd: Rates [rad/s], (k, n), or None.
@@ -83,6 +83,7 @@ class Trajectory:
         self._joint_count = q.shape[1]
         self._jumps = _jumps_of_third_derivative(position)
         self._kinks: dict[tuple[float, float], list[float]] = {}
+        self.time, self.q = time, q
         self.start = float(time[0])
         self.end = float(time[-1])
 

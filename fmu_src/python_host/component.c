@@ -68,7 +68,9 @@ static void relay(fmi2ComponentEnvironment environment, fmi2String name, fmi2Sta
     }
     c->told = c->told || status == fmi2Error;
     c->warned = c->warned || status == fmi2Warning;
-    wanted = status == fmi2Warning ? ER_LOG_WARNING : ER_LOG_ERROR;
+    wanted = status == fmi2OK        ? ER_LOG_EVENTS
+             : status == fmi2Warning ? ER_LOG_WARNING
+                                     : ER_LOG_ERROR;
     if (c->host.logger != NULL && (c->log & wanted) != 0)
         c->host.logger(c->host.componentEnvironment, c->name, status,
                        category != NULL ? category : "logAll", message);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from places import HOSTS
@@ -23,10 +24,13 @@ USES = [
 
 @pytest.fixture(scope="module")
 def built(example, tmp_path_factory):
-    """The example robot's FMUs."""
+    """FMUs of the example robot with limits of two drives."""
     folder = tmp_path_factory.mktemp("standard")
+    first, second, third, *others = example.joints
+    limited = [replace(own, limits=(-2.0, 1.0)) for own in (second, third)]
+    robot = replace(example, joints=(first, *limited, *others))
     return {
-        name: build_fmu(example, folder / f"{number}.fmu", options)
+        name: build_fmu(robot, folder / f"{number}.fmu", options)
         for number, (name, options) in enumerate(FMUS.items())
     }
 

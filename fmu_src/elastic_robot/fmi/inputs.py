@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+
 from elastic_robot.fmi.sizes import FORCE, MOMENT, RADIUS, SLIP_SPEED, SPRING
 from elastic_robot.fmi.variables import AXES, SYMMETRIC, Array, Block, Variable
 
 # Blocks of inputs that are the first derivatives of others.
 DERIVATIVES = {"wrench": "wrench_rate", "anchor": "anchor_velocity"}
+LARGEST = sys.float_info.max
 # python_host adds this to the value references of inputs whose derivatives it sets, and reads the end of
 # the last step by it.
 OF_DERIVATIVES = LAST_TIME = 1 << 30
 
 
-def inputs(joints: int) -> dict[str, Block]:
-    """Return the inputs by block: the load, the drives, the contact spring, the contact."""
+def limits_of(variable: Variable) -> tuple[float, float]:
+    """Return the range of an input; that of all finite numbers where it has none."""
+    low, high = variable.minimum, variable.maximum
+    return -LARGEST if low is None else low, LARGEST if high is None else high
+
+
+def inputs(limits: Sequence[tuple[float, float] | None]) -> dict[str, Block]:
+    """Return the inputs by block: the load, the drives, the contact spring, the contact.
+
+    Args:
+        limits: Lowest and highest angle of every drive [rad]; None where it has none.
+    """
 
     def block(variables: list[Variable], *arrays: Array) -> Block:
         return Block("input", "continuous", tuple(variables), arrays=arrays)
@@ -21,9 +36,19 @@ def inputs(joints: int) -> dict[str, Block]:
     def drives(name: str, unit: str, text: str, all_text: str) -> Block:
         variables = [
             Variable(f"{name}[{i}]", unit, f"{text} of drive {i}", 0.0)
-            for i in range(1, joints + 1)
+            for i in range(1, len(limits) + 1)
         ]
-        return block(variables, Array(name, all_text, joints))
+        return block(variables, Array(name, all_text, len(limits)))
+
+    def limited(angles: Block) -> Block:
+        # Inputs start at 0, which is in their range whatever the drive's.
+        found = [
+            variable
+            if own is None
+            else replace(variable, minimum=min(own[0], 0.0), maximum=max(own[1], 0.0))
+            for variable, own in zip(angles.variables, limits, strict=True)
+        ]
+        return replace(angles, variables=tuple(found))
 
     on_tool = "on the tool at the TCP"
     of_anchor = "of the spring's anchor, base axes,"
@@ -44,8 +69,13 @@ def inputs(joints: int) -> dict[str, Block]:
             Array("force", f"Force {on_tool}: x, y, z in base axes", 3),
             Array("moment", f"Moment {on_tool}: x, y, z in base axes", 3),
         ),
-        "q_cmd": drives(
-            "q_cmd", "rad", "Angle at the step's start", "Angles of the drives at the step's start"
+        "q_cmd": limited(
+            drives(
+                "q_cmd",
+                "rad",
+                "Angle at the step's start",
+                "Angles of the drives at the step's start",
+            )
         ),
         "qd_cmd": drives(
             "qd_cmd", "rad/s", "Rate at the step's start", "Rates of the drives at the step's start"

@@ -127,15 +127,30 @@ class Instance:
             self._computed.add(key)
         return reals.get(references, places)
 
-    def set_reals(self, references: Sequence[int], values: Sequence[float]) -> None:
-        """Set inputs and parameters."""
+    @property
+    def start_text(self) -> str:
+        """What starts, in words."""
+        strings = self._values.strings.values
+        return (
+            f"starts at {self._time} s: {strings['mode']}, from {strings['initial_state']}, torque curve"
+            f" {strings['torque_curve']}; errors up to {self._allowed_error()} m are allowed at the TCP"
+        )
+
+    def trajectory_beyond_limits(self) -> str:
+        """Return where the trajectory leads beyond the drives' limits, in words; "" if it does not."""
+        motion = self._trajectory
+        return "" if motion is None else self._values.trajectory_beyond_limits(motion)
+
+    def set_reals(self, references: Sequence[int], values: Sequence[float]) -> str:
+        """Set inputs and parameters; return what is wrong with those that were taken, or ""."""
         if not references:
-            return
+            return ""
         if self.phase >= Phase.RUNNING:
             self._values.reals.require_unfixed(references)
         if self._values.reals.set(references, values).has_parameters:
             self._parameters_changed = True
         self._forget_initial()
+        return self._values.command_beyond_limits()
 
     def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
         """Take first derivatives of inputs; return the name of the first that has no effect, or ""."""

@@ -41,7 +41,7 @@ def blocks(robot: Robot) -> dict[str, Block]:
     parameters = _parameters(chain, robot)
     strings = parameters.pop("strings")
     table = {
-        **inputs(len(robot.joints)),
+        **inputs([joint.limits for joint in robot.joints]),
         **outputs(chain),
         **parameters,
         **exchange(chain),

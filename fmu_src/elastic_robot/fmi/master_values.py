@@ -11,7 +11,7 @@ import numpy as np
 from elastic_robot.chain import build_chain
 from elastic_robot.commands import Command
 from elastic_robot.description import Robot
-from elastic_robot.fmi.inputs import DERIVATIVES
+from elastic_robot.fmi.inputs import DERIVATIVES, limits_of
 from elastic_robot.fmi.interface import blocks
 from elastic_robot.fmi.real_variables import RealVariables
 from elastic_robot.fmi.string_variables import StringVariables
@@ -42,12 +42,43 @@ class MasterValues:
         self.strings = StringVariables(strings, first=len(self.reals))
         self.jerk = np.full(len(robot.joints), np.nan)
         self._robot, self._resources = robot, resources
+        limits = np.array([limits_of(variable) for variable in table["q_cmd"].variables])
+        self._low, self._high = limits.T
+        self._beyond = np.zeros(len(limits), dtype=bool)
         self._torsions = build_chain(robot).torsions
         self._wrench, self._wrench_rate = map(self.reals.block, ("wrench", "wrench_rate"))
         anchor = ("anchor", "anchor_velocity", "anchor_stiffness")
         self._anchor = tuple(self.reals.block(key) for key in anchor)
         self._contact, self._normal = map(self.reals.block, ("contact", "contact_normal"))
         self._commands = tuple(self.reals.block(key) for key in ("q_cmd", "qd_cmd", "qdd_cmd"))
+
+    def command_beyond_limits(self) -> str:
+        """Return which drive is told to go beyond its limits, once until it is back; else ""."""
+        q = self._commands[0]
+        beyond = (q < self._low) | (q > self._high)
+        new = np.flatnonzero(beyond & ~self._beyond)
+        self._beyond = beyond
+        if not len(new):
+            return ""
+        i = int(new[-1])
+        return (
+            f"q_cmd[{i + 1}]: expected an angle within the drive's limits, {self._range(i)}, got"
+            f" {q[i]} rad"
+        )
+
+    def trajectory_beyond_limits(self, motion: Trajectory) -> str:
+        """Return where a trajectory leads beyond the drives' limits, in words; "" if it does not."""
+        beyond = np.argwhere((motion.q < self._low) | (motion.q > self._high))
+        if not len(beyond):
+            return ""
+        k, i = beyond[0]
+        return (
+            f"trajectory: expected angles within the limits of drive {i + 1}, {self._range(i)}, got"
+            f" {motion.q[k, i]} rad at {motion.time[k]} s"
+        )
+
+    def _range(self, drive: int) -> str:
+        return f"{self._low[drive]} to {self._high[drive]} rad"
 
     def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
         """Take first derivatives of inputs; return the name of the first that has no effect, or "".

@@ -20,9 +20,10 @@ static double length_of(const double v[3])
 bool er_contact_require(const er_contact *contact, er_failure *failure)
 {
     const double *n = contact->normal;
-    double length = length_of(n);
+    double length;
     if (!er_contact_holds(contact))
         return true;
+    length = length_of(n);
     if (contact->friction > 0.0 && contact->slip_speed == 0.0)
         return er_fail(failure, "contact.slip_speed: expected a number > 0 m/s where there is friction, got"
                        " 0");

@@ -34,17 +34,22 @@ static void multiply_all(er_turns *turns, const er_robot *robot, const double *t
     er_pose(origin, robot->tool_rotation, pose);
     multiply(q, pose + 3);
     memcpy(turns->theta, theta, (size_t)robot->angles * sizeof *theta);
-    turns->nearby = NEARBY / robot->angles;
+    turns->set = true;
 }
 
 double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
                      const double quaternion[4])
 {
     const double *near = turns->theta, *q = turns->quaternion;
-    int far = 0; /* without a branch, as it hardly ever is */
-    for (int i = 0; i < robot->angles; i++)
-        far |= !(fabs(theta[i] - near[i]) < turns->nearby);
-    if (far)
+    double apart[2] = {0.0, 0.0}; /* two sums at a time */
+    int i = 0, n = robot->angles;
+    for (; i + 1 < n; i += 2) {
+        apart[0] += fabs(theta[i] - near[i]);
+        apart[1] += fabs(theta[i + 1] - near[i + 1]);
+    }
+    if (i < n)
+        apart[0] += fabs(theta[i] - near[i]);
+    if (!turns->set || !(apart[0] + apart[1] < NEARBY))
         multiply_all(turns, robot, theta);
     return (quaternion[0] * q[0] + quaternion[1] * q[1]) +
                        (quaternion[2] * q[2] + quaternion[3] * q[3]) < 0.0

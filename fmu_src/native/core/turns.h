@@ -11,7 +11,7 @@
 
 /* A product that serves all angles nearby. */
 typedef struct {
-    double nearby; /* as far from each of these angles [rad]; 0: there is none yet */
+    bool set; /* there is one */
     double theta[ER_MAX_ANGLES];
     double quaternion[4]; /* x, y, z, w */
 } er_turns;

@@ -65,9 +65,22 @@ static void tell_log(er_component *c, unsigned category, const char *text)
         c->log.tell(c, category, text);
 }
 
+void er_component_inform(er_component *c, const char *text)
+{
+    tell_log(c, ER_LOG_EVENTS, text);
+}
+
 void er_component_warn(er_component *c, const char *text)
 {
     tell_log(c, ER_LOG_WARNING, text);
+}
+
+/* What an instance took, although something is wrong with it. */
+static void pass_warning_on(er_component *c)
+{
+    c->warns = c->robot->warned;
+    if (c->warns)
+        er_component_warn(c, c->robot->failure.text);
 }
 
 void er_component_discard(er_component *c, const char *text)
@@ -133,10 +146,30 @@ bool er_component_enter(er_component *c)
     return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
 }
 
+static const char *chosen(const er_instance *robot, int string)
+{
+    const er_options *options = &robot->model->memory.options;
+    int choice = string == ER_MODE            ? options->quasistatic
+                 : string == ER_INITIAL_STATE ? options->undeflected
+                                              : (int)options->curve;
+    return robot->interface.string[string].choice[choice];
+}
+
 bool er_component_exit(er_component *c)
 {
-    return er_component_may(c, ER_CALL_EXIT) &&
-           er_component_told(c, er_instance_start(c->robot));
+    er_instance *robot;
+    er_failure text;
+    char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
+    if (!er_component_may(c, ER_CALL_EXIT) || !er_component_told(c, er_instance_start(c->robot)))
+        return false;
+    pass_warning_on(c);
+    robot = c->robot;
+    er_fail(&text, "starts at %s s: %s, from %s, torque curve %s; errors up to %s m are allowed at"
+            " the TCP",
+            er_shown(robot->progress.time, number), chosen(robot, ER_MODE), chosen(robot, ER_INITIAL_STATE),
+            chosen(robot, ER_TORQUE_CURVE), er_shown(robot->model->memory.options.tolerance, error));
+    er_component_inform(c, text.text);
+    return true;
 }
 
 bool er_component_step(er_component *c, double start, double size)
@@ -149,7 +182,13 @@ bool er_component_step(er_component *c, double start, double size)
 
 bool er_component_terminate(er_component *c)
 {
-    return enter_phase(c, ER_CALL_TERMINATE, ER_TERMINATED);
+    er_failure text;
+    char number[ER_NUMBER_TEXT];
+    if (!enter_phase(c, ER_CALL_TERMINATE, ER_TERMINATED))
+        return false;
+    er_fail(&text, "ends at %s s", er_shown(c->robot->progress.time, number));
+    er_component_inform(c, text.text);
+    return true;
 }
 
 bool er_component_reset(er_component *c)
@@ -157,6 +196,16 @@ bool er_component_reset(er_component *c)
     if (!er_component_may(c, ER_CALL_ANY))
         return false;
     er_instance_reset(c->robot);
+    return true;
+}
+
+bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
+                            const double *values)
+{
+    if (!er_component_may(c, ER_CALL_SET) || !er_component_given(c, count, references, values) ||
+        !er_component_tried(c, er_instance_set_reals(c->robot, references, count, values)))
+        return false;
+    pass_warning_on(c);
     return true;
 }
 

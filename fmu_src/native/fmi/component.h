@@ -25,6 +25,7 @@ typedef struct {
 struct er_component {
     er_instance *robot;
     er_log log;
+    bool warns;    /* the call is answered by a warning, which was told */
     bool discards; /* the refusal that was told last leaves the master another try */
     char name[];
 };
@@ -37,7 +38,10 @@ void er_component_free(er_component *c);
 /* Tells the master a sentence and returns false. */
 bool er_component_refuse(er_component *c, const char *text);
 
-/* Tells the master, where it wants to hear of it, what has no effect. */
+/* Tells the master, where it wants to hear of it, what happens. */
+void er_component_inform(er_component *c, const char *text);
+
+/* The same of what has no effect, or an effect that is hardly meant. */
 void er_component_warn(er_component *c, const char *text);
 
 /* The same of what is not there to be told. */
@@ -66,6 +70,8 @@ bool er_component_exit(er_component *c);
 bool er_component_step(er_component *c, double start, double size);
 bool er_component_terminate(er_component *c);
 bool er_component_reset(er_component *c);
+bool er_component_set_reals(er_component *c, const unsigned *references, size_t count,
+                            const double *values);
 bool er_component_get_strings(er_component *c, er_call call, const unsigned *references,
                               size_t count, const char **values);
 bool er_component_set_strings(er_component *c, const unsigned *references, size_t count,

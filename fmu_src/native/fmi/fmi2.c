@@ -21,6 +21,12 @@ static fmi2Status tried(const er_component *c, bool good)
     return !good && c != NULL && c->discards ? fmi2Discard : status(good);
 }
 
+/* Of a call that may have warned. */
+static fmi2Status taken(const er_component *c, bool good)
+{
+    return good && c->warns ? fmi2Warning : tried(c, good);
+}
+
 const char *fmi2GetTypesPlatform(void)
 {
     return fmi2TypesPlatform;
@@ -37,7 +43,8 @@ static void tell(const er_component *c, unsigned category, const char *text)
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "%#", escaped);
     ((fmi2CallbackLogger)c->log.function)(c->log.environment, c->name,
-                                          category == ER_LOG_WARNING   ? fmi2Warning
+                                          category == ER_LOG_EVENTS    ? fmi2OK
+                                          : category == ER_LOG_WARNING ? fmi2Warning
                                           : category == ER_LOG_DISCARD ? fmi2Discard
                                                                        : fmi2Error,
                                           er_log_name(category), escaped);
@@ -99,7 +106,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    return status(er_component_exit(c));
+    return taken(c, er_component_exit(c));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
@@ -125,11 +132,7 @@ fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference referenc
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                        const fmi2Real values[])
 {
-    er_component *c = instance;
-    return tried(c, er_component_may(c, ER_CALL_SET) &&
-                        er_component_given(c, count, references, values) &&
-                        er_component_tried(c, er_instance_set_reals(c->robot, references, count,
-                                                                    values)));
+    return taken(instance, er_component_set_reals(instance, references, count, values));
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference references[], size_t count,

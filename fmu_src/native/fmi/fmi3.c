@@ -18,6 +18,12 @@ static fmi3Status status(bool good)
     return good ? fmi3OK : fmi3Error;
 }
 
+/* Of a call that may have warned. */
+static fmi3Status taken(const er_component *c, bool good)
+{
+    return good && c->warns ? fmi3Warning : er_fmi3_tried(c, good);
+}
+
 const char *fmi3GetVersion(void)
 {
     return fmi3Version;
@@ -29,7 +35,10 @@ static void tell(const er_component *c, unsigned category, const char *text)
     char escaped[ER_ESCAPED_TEXT];
     er_escape(text, "#", escaped);
     ((fmi3LogMessageCallback)c->log.function)(c->log.environment,
-                                              category == ER_LOG_DISCARD ? fmi3Discard : fmi3Error,
+                                              category == ER_LOG_EVENTS    ? fmi3OK
+                                              : category == ER_LOG_WARNING ? fmi3Warning
+                                              : category == ER_LOG_DISCARD ? fmi3Discard
+                                                                           : fmi3Error,
                                               er_log_name(category), escaped);
 }
 
@@ -99,7 +108,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
-    return status(er_component_exit(c));
+    return taken(c, er_component_exit(c));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c)
@@ -177,14 +186,6 @@ static bool get(er_component *c, const fmi3ValueReference references[], size_t c
     return true;
 }
 
-static bool set(er_component *c, const fmi3ValueReference references[], size_t count,
-                const fmi3Float64 values[], size_t value_count)
-{
-    unsigned elements[ER_MAX_REALS];
-    return expand(c, references, count, value_count, elements) &&
-           er_instance_set_reals(c->robot, elements, value_count, values);
-}
-
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           fmi3Float64 values[], size_t value_count)
 {
@@ -197,10 +198,11 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t count,
                           const fmi3Float64 values[], size_t value_count)
 {
-    return er_fmi3_tried(c, er_component_may(c, ER_CALL_SET) &&
-                                er_component_given(c, count, references, values) &&
-                                er_component_tried(c, set(c, references, count, values,
-                                                          value_count)));
+    unsigned elements[ER_MAX_REALS];
+    return taken(c, er_component_may(c, ER_CALL_SET) &&
+                        er_component_given(c, count, references, values) &&
+                        er_component_tried(c, expand(c, references, count, value_count, elements)) &&
+                        er_component_set_reals(c, elements, value_count, values));
 }
 
 /* A string variable has one value. */

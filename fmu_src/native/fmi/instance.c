@@ -92,6 +92,8 @@ void er_instance_reset(er_instance *instance)
     instance->exchange.held = false;
     memset(instance->exchange.piece, 0, sizeof instance->exchange.piece);
     model->loaded_path[0] = '\0'; /* the file may change before it is wanted again */
+    instance->beyond = 0;
+    instance->warned = false;
     instance->fresh = 0;
 }
 
@@ -181,10 +183,36 @@ bool er_instance_initialise(er_instance *instance)
     return true;
 }
 
+/* A trajectory may lead beyond the drives' limits, as commands may. */
+static void watch_trajectory(er_instance *instance)
+{
+    const er_model *model = instance->model;
+    const er_trajectory *motion = &model->trajectory;
+    const er_interface *interface = &instance->interface;
+    char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT], time[ER_NUMBER_TEXT];
+    instance->warned = false;
+    if (model->memory.options.trajectory[0] == '\0')
+        return;
+    for (size_t k = 0; k < motion->samples; k++) {
+        const double *row = motion->row + k * er_trajectory_width(motion);
+        for (int i = 0; i < motion->joints; i++) {
+            const double *limit = interface->limit[i];
+            if (row[1 + i] >= limit[0] && row[1 + i] <= limit[1])
+                continue;
+            instance->warned = true;
+            er_fail(&instance->failure, "trajectory: expected angles within the limits of drive %d, %s to %s rad, got %s rad"
+                    " at %s s", i + 1, er_shown(limit[0], low), er_shown(limit[1], high),
+                    er_shown(row[1 + i], number), er_shown(row[0], time));
+            return;
+        }
+    }
+}
+
 bool er_instance_start(er_instance *instance)
 {
     if (!er_instance_initialise(instance))
         return false;
+    watch_trajectory(instance);
     instance->progress.phase = instance->exchange.on ? ER_EVENT_MODE : ER_RUNNING;
     return !instance->exchange.on || er_exchange_settle(instance);
 }

@@ -206,15 +206,38 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     return er_let_retry(&instance->failure);
 }
 
+/* A drive that is told to go beyond its limits goes there: said once, until it is back. */
+static void watch_limits(er_instance *instance, int reference)
+{
+    const er_interface *interface = &instance->interface;
+    int i = reference - interface->first[ER_Q_CMD];
+    const double *limit = interface->limit[i];
+    double q = instance->inputs.command.q[i];
+    unsigned bit = 1u << i;
+    char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT];
+    if (q >= limit[0] && q <= limit[1]) {
+        instance->beyond &= ~bit;
+    } else if ((instance->beyond & bit) == 0) {
+        instance->beyond |= bit;
+        instance->warned = true;
+        er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
+                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
+                er_shown(q, number));
+    }
+}
+
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
                            const double *values)
 {
+    instance->warned = false;
     for (size_t i = 0; i < count; i++)
         if (!may_set(instance, references[i], values[i]))
             return false;
     for (size_t i = 0; i < count; i++) {
         er_block block = (er_block)instance->interface.block[references[i]];
         *settable(instance, (int)references[i]) = values[i];
+        if (block == ER_Q_CMD)
+            watch_limits(instance, (int)references[i]);
         if (er_is_tunable(block))
             instance->progress.parameters_changed = true;
     }

@@ -14,6 +14,15 @@ static int place(const char *word, const char *const *known, int count)
     return k;
 }
 
+/* Lowest and highest angle of each drive. */
+static bool read_limits(er_interface *in, int joints, er_lines *lines)
+{
+    for (int i = 0; i < joints; i++)
+        if (!er_lines_numbers(lines, 2, in->limit[i]))
+            return false;
+    return true;
+}
+
 /* Block, unit and names of the elements of an array. */
 static bool read_reals(er_interface *in, er_lines *lines)
 {
@@ -96,7 +105,8 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
                            " FMU again", tolerance[k]);
     in->tolerance = (er_tolerance){tolerance[0], tolerance[1], tolerance[2], tolerance[3]};
     if (!er_lines_key(lines, "nominals") || !er_lines_numbers(lines, 2, in->nominal) ||
-        !er_lines_next(lines))
+        !er_lines_next(lines) || !er_lines_key(lines, "limits") ||
+        !read_limits(in, robot->joints, lines) || !er_lines_next(lines))
         return false;
     while (strcmp(lines->word, "reals") == 0)
         if (!read_reals(in, lines) || !er_lines_next(lines))

@@ -73,6 +73,7 @@ typedef struct {
 typedef struct {
     er_tolerance tolerance;
     double nominal[2];           /* of the states: angles [rad] and rates [rad/s] */
+    double limit[ER_MAX_JOINTS][2]; /* lowest and highest angle of each drive [rad]; infinite without */
     int reals;
     int first[ER_BLOCKS];        /* value reference of each block's first variable */
     int size[ER_BLOCKS];         /* its number of variables */

@@ -12,7 +12,8 @@ enum {
     ER_LOG_DISCARD = 2,
     ER_LOG_ERROR = 4,
     ER_LOG_FATAL = 8,
-    ER_LOG_ALL = ER_LOG_WARNING | ER_LOG_DISCARD | ER_LOG_ERROR | ER_LOG_FATAL
+    ER_LOG_EVENTS = 16,
+    ER_LOG_ALL = ER_LOG_WARNING | ER_LOG_DISCARD | ER_LOG_ERROR | ER_LOG_FATAL | ER_LOG_EVENTS
 };
 
 /* The set that a list of names asks for, all without a list; false if one does not exist. */
@@ -23,7 +24,7 @@ static inline bool er_log_chosen(const char *const *names, size_t count, unsigne
         unsigned set;
     } known[] = {{"logStatusWarning", ER_LOG_WARNING}, {"logStatusDiscard", ER_LOG_DISCARD},
                  {"logStatusError", ER_LOG_ERROR},     {"logStatusFatal", ER_LOG_FATAL},
-                 {"logAll", ER_LOG_ALL}};
+                 {"logEvents", ER_LOG_EVENTS},         {"logAll", ER_LOG_ALL}};
     enum { KNOWN = sizeof known / sizeof *known };
     *chosen = count == 0 ? ER_LOG_ALL : 0;
     for (size_t i = 0; i < count; i++) {
@@ -40,14 +41,15 @@ static inline bool er_log_chosen(const char *const *names, size_t count, unsigne
 
 static inline const char *er_log_name(unsigned category)
 {
-    return category == ER_LOG_WARNING   ? "logStatusWarning"
+    return category == ER_LOG_EVENTS    ? "logEvents"
+           : category == ER_LOG_WARNING ? "logStatusWarning"
            : category == ER_LOG_DISCARD ? "logStatusDiscard"
            : category == ER_LOG_FATAL   ? "logStatusFatal"
                                         : "logStatusError";
 }
 
 #define ER_LOG_REFUSAL                                                                              \
-    "log categories: expected logStatusWarning, logStatusDiscard, logStatusError, logStatusFatal"   \
-    " or logAll, got another name"
+    "log categories: expected logEvents, logStatusWarning, logStatusDiscard, logStatusError,"       \
+    " logStatusFatal or logAll, got another name"
 
 #endif

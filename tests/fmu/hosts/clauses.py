@@ -10,7 +10,14 @@ import traceback
 from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint
 from pathlib import Path
 
-from clauses_of_runs import halved_steps, input_derivatives, quaternion, tolerance
+from clauses_of_runs import (
+    events,
+    halved_steps,
+    input_derivatives,
+    limits,
+    quaternion,
+    tolerance,
+)
 from standard import DISCARD, ERROR, OK, Fmu, doubles
 
 H = 0.01  # [s]
@@ -269,6 +276,8 @@ CLAUSES = {
         halved_steps,
         discarded_evaluations,
         input_derivatives,
+        limits,
+        events,
         quaternion,
         tolerance,
         event_mode_twice,

@@ -45,6 +45,7 @@ def input_derivatives(fmu):
     if fmu.version == "3" or fmu.use == "me":
         return
     i = fmu.instance(logging=True).start()
+    i.log.clear()
 
     def derive(*names):
         orders, ones = (
@@ -62,6 +63,51 @@ def input_derivatives(fmu):
         assert i.log[-1][:2] == (WARNING, b"logStatusWarning")
         assert name.encode() in i.log[-1][-1]
     assert derive("tcp.x") == ERROR
+
+
+def limits(fmu):
+    """FMI 2, 2.1.3: fmi2Warning, "things are not quite right, but the computation can continue", where a
+    drive is told to go beyond its max: once until it is back; a trajectory when it starts."""
+    i = fmu.instance(logging=True)
+    top = float(fmu.variables["q_cmd[2]"].max if fmu.version == "2" else 1.0)
+    assert top == 1.0
+    for phase in ("instantiated", "running"):
+        i.log.clear()
+        assert i.set({"q_cmd[1]": 9.0, "q_cmd[2]": 1.0}) == OK, phase
+        assert i.set({"q_cmd[2]": 1.5}) == WARNING, phase
+        assert phase == "instantiated" or i.get("q_cmd[2]")[1] == [1.5]
+        assert i.set({"q_cmd[2]": 1.6}) == OK
+        assert i.set({"q_cmd[2]": 0.5}) == OK
+        assert i.set({"q_cmd[2]": 0.1, "q_cmd[3]": -2.5}) == WARNING
+        assert i.set({"q_cmd[3]": 0.1}) == OK
+        assert [entry[:2] for entry in i.log] == [(WARNING, b"logStatusWarning")] * 2
+        for entry, name in zip(i.log, (b"q_cmd[2]", b"q_cmd[3]"), strict=True):
+            assert entry[-1].startswith(name)
+            assert b"limits, -2.0 to 1.0 rad" in entry[-1]
+        if phase == "instantiated":
+            i.start()
+    rows = "".join(f"{t},0,{q},0,0,0,0\n" for t, q in ((0, 0), (1, 1.25), (2, 0)))
+    Path("beyond.csv").write_text(f"time,q1,q2,q3,q4,q5,q6\n{rows}")
+    i = fmu.instance(logging=True)
+    assert i.set_string("trajectory", str(Path("beyond.csv").resolve())) == OK
+    assert i.enter() == OK
+    assert i.call("ExitInitializationMode") == WARNING
+    assert b"drive 2, -2.0 to 1.0 rad, got 1.25 rad at 1.0 s" in i.log[0][-1]
+
+
+def events(fmu):
+    """FMI 2, 2.2.4: a category that is listed is one of messages; a run without a fault says where it
+    begins, with what was chosen, and where it ends."""
+    listed = [category.name for category in fmu.description.logCategories]
+    assert ("logStatusFatal" in listed) == (fmu.kind == "python")
+    i = fmu.instance(logging=True).start(time=0.5)
+    assert fmu.use == "me" or i.step(0.5, 0.25)[0] == OK
+    assert i.call("Terminate") == OK
+    assert [entry[:2] for entry in i.log] == [(OK, b"logEvents")] * 2
+    assert i.log[0][-1].startswith(
+        b"starts at 0.5 s: dynamic, from equilibrium, torque curve backlash;"
+    )
+    assert i.log[1][-1] == (b"ends at 0.75 s" if fmu.use == "cs" else b"ends at 0.5 s")
 
 
 def quaternion(fmu):
