@@ -17,7 +17,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from pythonfmu import Fmi2Slave, Fmi2Status
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
 
 from slave_refusal import refusal
 

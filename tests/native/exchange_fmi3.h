@@ -16,7 +16,7 @@ static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, 
                         fmi3String message)
 {
     (void)environment;
-    CHECK((status == fmi3Error || status == fmi3Discard) && category != NULL && strlen(message) > 10);
+    CHECK(status <= fmi3Error && category != NULL && strlen(message) > 10);
 }
 
 static instance create(const char *token, const char *resources)
