@@ -7,14 +7,17 @@ from elastic_robot.fmi.inputs import limits_of
 from elastic_robot.fmi.outputs import STATES
 from elastic_robot.fmi.tolerance import LEAST, MOST, RELATIVE, TOLERANCE
 
+# Stands for a blank in a name; ER_BLANK in C.
+BLANK = "~"
+
 
 def interface_text(groups: Groups) -> str:
     """Return a line for each variable, in the order of the value references.
 
     Before them the tolerance to begin with, the relative one that is the same, and their limits; how
     large the states of model exchange are; and the lowest and highest angle of every drive.
-    Reals: block, unit and the names of the elements.  Strings: name, start value and the values that
-    they may have, if not any.
+    Reals: block, unit and the names of the elements in sentences, without blanks.  Strings: name,
+    start value and the values that they may have, if not any.
 
     Args:
         groups: The variables.
@@ -51,6 +54,7 @@ def interface_text(groups: Groups) -> str:
 def _line(block: str, variable: Group) -> str:
     first = variable.elements[0]
     if first.unit:
-        return " ".join(["reals", block, first.unit, *(v.name for v in variable.elements)])
+        names = [v.shown.replace(" ", BLANK) for v in variable.elements]
+        return " ".join(["reals", block, first.unit, *names])
     start = [str(first.start)] if first.choices else []
     return " ".join(["string", first.name, *start, *first.choices])

@@ -24,10 +24,14 @@ USES = [
 
 @pytest.fixture(scope="module")
 def built(example, tmp_path_factory):
-    """FMUs of the example robot with limits of two drives."""
+    """FMUs of the example robot with limits of two drives, and an odd name of one."""
     folder = tmp_path_factory.mktemp("standard")
     first, second, third, *others = example.joints
-    limited = [replace(own, limits=(-2.0, 1.0)) for own in (second, third)]
+    names = ("upper\x00\n arm~", "")
+    limited = [
+        replace(own, limits=(-2.0, 1.0), name=name)
+        for own, name in zip((second, third), names, strict=True)
+    ]
     robot = replace(example, joints=(first, *limited, *others))
     return {
         name: build_fmu(robot, folder / f"{number}.fmu", options)

@@ -51,14 +51,21 @@ def blocks(robot: Robot) -> dict[str, Block]:
 
 
 def _with_joints(block: Block, robot: Robot) -> Block:
-    """Return a block whose descriptions have the names of the joints beside their numbers."""
+    """Return a block whose variables have the names of the joints beside their numbers."""
+
+    def name_of(found: re.Match[str]) -> str:
+        # Files may name a joint by anything; what XML and a line of a log cannot hold is left out.
+        words = " ".join(robot.joints[int(found[1]) - 1].name.split())
+        return "".join(filter(str.isprintable, words))
 
     def named(found: re.Match[str]) -> str:
-        name = robot.joints[int(found[1]) - 1].name
+        name = name_of(found)
         return f"{found[0]} ({name})" if name else found[0]
 
     def described(variable: Variable) -> Variable:
-        return replace(variable, text=_OF_JOINT.sub(named, variable.text))
+        found = _OF_JOINT.search(variable.text)
+        joint = "" if found is None else name_of(found)
+        return replace(variable, text=_OF_JOINT.sub(named, variable.text), joint=joint)
 
     return replace(block, variables=tuple(map(described, block.variables)))
 

@@ -42,7 +42,8 @@ class MasterValues:
         self.strings = StringVariables(strings, first=len(self.reals))
         self.jerk = np.full(len(robot.joints), np.nan)
         self._robot, self._resources = robot, resources
-        limits = np.array([limits_of(variable) for variable in table["q_cmd"].variables])
+        self._drives = table["q_cmd"].variables
+        limits = np.array([limits_of(variable) for variable in self._drives])
         self._low, self._high = limits.T
         self._beyond = np.zeros(len(limits), dtype=bool)
         self._torsions = build_chain(robot).torsions
@@ -62,8 +63,8 @@ class MasterValues:
             return ""
         i = int(new[-1])
         return (
-            f"q_cmd[{i + 1}]: expected an angle within the drive's limits, {self._range(i)}, got"
-            f" {q[i]} rad"
+            f"{self._drives[i].shown}: expected an angle within the drive's limits, {self._range(i)},"
+            f" got {q[i]} rad"
         )
 
     def trajectory_beyond_limits(self, motion: Trajectory) -> str:

@@ -56,7 +56,7 @@ class RealVariables:
             first = len(self._block_of)
             self._block_of += [key] * len(block.variables)
             self._slices[key] = slice(first, len(self._block_of))
-        self._names = [variable.name for variable in variables]
+        self._names = [variable.shown for variable in variables]
         self._units = [variable.unit for variable in variables]
         self.values = np.array([float(variable.start or 0.0) for variable in variables])
         self._lists: dict[tuple[int, ...], Places] = {}
@@ -66,7 +66,7 @@ class RealVariables:
         return len(self._names)
 
     def name(self, reference: int) -> str:
-        """Return the name of a variable."""
+        """Return the name of a variable in sentences."""
         return self._names[reference]
 
     def slice_of(self, key: str) -> slice:

@@ -11,6 +11,7 @@ SYMMETRIC = ("xx", "xy", "xz", "yy", "yz", "zz")
 Names = tuple[str, ...]
 # In `exchanged`: the independent variable.
 TIME = "time"
+LONGEST_NAME = 63  # bytes; ER_NAME in C has its end beside them
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Variable:
         minimum, maximum: Range, where there is one.
         nominal: Usual size, where it is not about 1.
         choices: Values that a string may have; empty for any.
+        joint: Name of its joint in the robot's description; empty where there is none.
     """
 
     name: str
@@ -35,6 +37,14 @@ class Variable:
     maximum: float | None = None
     nominal: float | None = None
     choices: Names = ()
+    joint: str = ""
+
+    @property
+    def shown(self) -> str:
+        """Its name in sentences: `q_cmd[2] (shoulder_lift)`, in at most `LONGEST_NAME` bytes."""
+        room = max(LONGEST_NAME - len(f"{self.name} ()".encode()), 0)
+        joint = self.joint.encode()[:room].decode(errors="ignore")
+        return f"{self.name} ({joint})" if joint else self.name
 
 
 @dataclass(frozen=True)

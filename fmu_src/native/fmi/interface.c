@@ -44,6 +44,9 @@ static bool read_reals(er_interface *in, er_lines *lines)
             return er_lines_refuse(lines, "at most as many reals as the largest robot has");
         if (!er_lines_text(lines, ER_NAME, in->name[k], "a name of less than 64 letters"))
             return false;
+        for (char *letter = in->name[k]; *letter != '\0'; letter++)
+            if (*letter == ER_BLANK)
+                *letter = ' ';
         strcpy(in->unit[k], unit);
         in->block[k] = (unsigned char)block;
         in->size[block]++;

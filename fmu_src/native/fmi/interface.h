@@ -53,6 +53,7 @@ enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 
 #define ER_MAX_CHOICES ER_CURVES
 #define ER_NAME 64
+#define ER_BLANK '~' /* stands for a blank in a name */
 #define ER_UNIT 16
 #define ER_CHOICE 16
 
@@ -80,7 +81,7 @@ typedef struct {
     int torsion[ER_MAX_JOINTS];    /* entry of x of each backlash */
     unsigned char block[ER_MAX_REALS]; /* of each real */
     unsigned char array[ER_MAX_REALS]; /* elements of the FMI 3.0 variable that starts there, or 0 */
-    char name[ER_MAX_REALS][ER_NAME];  /* of each real */
+    char name[ER_MAX_REALS][ER_NAME];  /* of each real, in sentences */
     char unit[ER_MAX_REALS][ER_UNIT];
     er_string string[ER_STRINGS];
 } er_interface;

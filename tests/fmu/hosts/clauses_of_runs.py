@@ -81,7 +81,7 @@ def limits(fmu):
         assert i.set({"q_cmd[2]": 0.1, "q_cmd[3]": -2.5}) == WARNING
         assert i.set({"q_cmd[3]": 0.1}) == OK
         assert [entry[:2] for entry in i.log] == [(WARNING, b"logStatusWarning")] * 2
-        for entry, name in zip(i.log, (b"q_cmd[2]", b"q_cmd[3]"), strict=True):
+        for entry, name in zip(i.log, (b"q_cmd[2] (upper arm", b"q_cmd[3]:"), strict=True):
             assert entry[-1].startswith(name)
             assert b"limits, -2.0 to 1.0 rad" in entry[-1]
         if phase == "instantiated":
