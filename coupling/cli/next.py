@@ -121,9 +121,20 @@ def mirror(
     no_store: NoStore = False,
 ) -> None:
     """Learn along the path alone: next with --move path, no parameters are fitted."""
-    known = frame_known, own_frame, tip_known
-    how = cutoff_hz, repeatability, seed
-    next_command(passes, output, "path", *known, *how, overwrite, store, no_store)
+    next_command(
+        passes,
+        output,
+        move="path",
+        frame_known=frame_known,
+        own_frame=own_frame,
+        tip_known=tip_known,
+        cutoff_hz=cutoff_hz,
+        repeatability=repeatability,
+        seed=seed,
+        overwrite=overwrite,
+        store=store,
+        no_store=no_store,
+    )
 
 
 def _options(

@@ -65,25 +65,20 @@ class Effect:
         theta = self.theta.at(inside)
         twists = self._twists(x) if np.any(x) else self._of_file
         rate = self.theta.at(inside, order=1)
-        settling = self._settling(x)
+        own = Parameters.of(robot_with(self._robot, self._parameters, x))
+        settling = own.damping / own.stiffness  # [s]
         columns = np.empty((len(time), 6, len(x)))
         for k, parameter in enumerate(self._parameters):
             if parameter.gear is None:
                 angle = int(model.chain.elastic[parameter.coordinate])
-                moved = -theta[:, angle]
-                if parameter.vibrates:
-                    moved = -settling[parameter.coordinate] * rate[:, angle]
+                behind = settling[parameter.coordinate] * rate if parameter.vibrates else theta
+                moved = -behind[:, angle]
             else:
                 angle = int(model.gears[parameter.gear])
                 change = twists[parameter.kind] - twists[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
-
-    def _settling(self, x: np.ndarray) -> np.ndarray:
-        """Return damping by stiffness of every elastic coordinate [s]."""
-        own = Parameters.of(robot_with(self._robot, self._parameters, x))
-        return own.damping / own.stiffness
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:

@@ -16,7 +16,9 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
                         fmi2String category, fmi2String message, ...)
 {
     (void)environment;
-    CHECK(name != NULL && category != NULL && status <= fmi2Error && strlen(message) > 10);
+    CHECK(name != NULL && category != NULL && strlen(message) > 10);
+    CHECK(strcmp(category, "logEvents") == 0 ? status == fmi2OK
+                                             : status >= fmi2Warning && status <= fmi2Error);
 }
 
 static const fmi2CallbackFunctions callbacks = {log_message, NULL, NULL, NULL, NULL};

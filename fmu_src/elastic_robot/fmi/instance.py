@@ -147,10 +147,11 @@ class Instance:
             return ""
         if self.phase >= Phase.RUNNING:
             self._values.reals.require_unfixed(references)
-        if self._values.reals.set(references, values).has_parameters:
+        places = self._values.reals.set(references, values)
+        if places.has_parameters:
             self._parameters_changed = True
         self._forget_initial()
-        return self._values.command_beyond_limits()
+        return self._values.command_beyond_limits() if places.has_angles else ""
 
     def set_derivatives(self, references: Sequence[int], values: Sequence[float]) -> str:
         """Take first derivatives of inputs; return the name of the first that has no effect, or ""."""

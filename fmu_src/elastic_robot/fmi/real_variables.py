@@ -26,6 +26,7 @@ class Places:
         rows: Their index in the array of values; a slice where they follow one another.
         outputs: The blocks of what is computed among them: outputs and local variables.
         has_parameters: Whether there are parameters among them.
+        has_angles: Whether there are angles of drives among them.
         has_ranges: Whether there are variables with a range among them.
         fixed: Value references of the fixed ones.
     """
@@ -33,6 +34,7 @@ class Places:
     rows: slice | list[int]
     outputs: frozenset[str]
     has_parameters: bool
+    has_angles: bool
     has_ranges: bool
     fixed: tuple[int, ...]
 
@@ -170,6 +172,7 @@ class RealVariables:
             rows=slice(first, first + len(references)) if follow else list(references),
             outputs=frozenset(key for key in blocks if kinds[key] in ("output", "local")),
             has_parameters="parameter" in kinds.values(),
+            has_angles="q_cmd" in blocks,
             has_ranges=not blocks.isdisjoint(_AT_LEAST_ZERO),
             fixed=tuple(
                 k for k in references if self._table[self._block_of[k]].variability == "fixed"
