@@ -22,8 +22,11 @@ from coupling.learn.smoothing import SlowPart
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
 MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
-# Damping of a step, as part of the diagonal, one after the other until it makes the fit better.
-_DAMPINGS = (0.0, 0.1, 0.5, 2.0, 10.0, 50.0)
+# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better and
+# after one that did not, of which there are so many before the way ends.  The valley is narrow, long and
+# bent: along it a stiff and a soft gear make up for each other, and a step across it must not be longer
+# than it is straight.
+_DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
 # A step that explains less ends the way; noise explains 1 for every unknown.
 SETTLED = 0.3
 # Cauchy's scale, by the median of the residual.
@@ -93,8 +96,9 @@ class Descent:
         self, now: At, effects: Sequence[Columns], most: int = MOST_PASSES
     ) -> tuple[At, bool]:
         """Return the best that derivatives lead to, and whether they lead no further."""
+        damping = _DAMPING
         for _ in range(most):
-            after = self._along(now, *self.equations(now, effects))
+            after, damping = self._along(now, *self.equations(now, effects), damping)
             gained = 0.0 if after is None else now.cost - after.cost
             if after is not None:
                 scale, cost = self.costed(after.z, after.slow)
@@ -194,14 +198,20 @@ class Descent:
         """Return how much rows count, by what they do under Cauchy's scale [m]."""
         return 1.0 if self._variance is None else scale**2 / self._variance
 
-    def _along(self, now: At, matrix: np.ndarray, right: np.ndarray) -> At | None:
-        """Return what is better in the direction of a step, damped until it is, or None."""
-        for damping in _DAMPINGS:
+    def _along(
+        self, now: At, matrix: np.ndarray, right: np.ndarray, damping: float
+    ) -> tuple[At | None, float]:
+        """Return what is better in the direction of a step, damped until it is, and the next damping.
+
+        Levenberg and Marquardt's rule (D. Marquardt, J. SIAM 11 (1963) 431).  None: nothing is better.
+        """
+        for _ in range(_TRIED):
             step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
             after = self._tried(now.z + step, now.scale)
             if after is not None and after.cost < now.cost:
-                return after
-        return None
+                return after, _AFTER_BETTER * damping
+            damping *= _AFTER_WORSE
+        return None, damping
 
     def _tried(self, z: np.ndarray, scale: float) -> At | None:
         """Return what some unknowns leave; None of a robot that gives way under its own weight."""
