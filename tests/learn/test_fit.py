@@ -62,6 +62,20 @@ def test_a_fit_that_looks_along_the_pass_finds_what_one_that_looks_at_all_of_it_
     assert over_noise() > 2.0
 
 
+@pytest.mark.parametrize("seed", [604, 607])
+def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robots, example, seed):
+    """Where stiffnesses make up for each other the valley is bent; a fit follows it to its ground."""
+    short = Robots(example, robots.models, seconds=4.0)
+    truth = short.drawn(seed, 1.0)
+    fitter = short.fitter(short.measured(short.moved(truth)))
+    found = fitter.fit(0.0 * truth)
+    slow = [SlowPart.of(one.seen.time) for one in fitter.problem.passes]
+    variance = fitter.noise(found.residuals) ** 2 / 3.0
+    likely = Descent(fitter.problem, slow, variance)
+    here = likely.at(found.z)
+    assert here.cost < likely.at(likely.framed(truth).z, here.scale).cost
+
+
 def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
     """The fit goes on with a shorter one."""
     truth = robots.factors(backlash=1.2, damping=0.9)
