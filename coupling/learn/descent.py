@@ -22,10 +22,10 @@ from coupling.learn.smoothing import SlowPart
 # Smallest scale of the residual's slow part [m]: below it lies what the model itself is not worth.
 FLOOR = 1e-6
 MOST_PASSES, _FRAME_PASSES, _FITTED = 12, 3, 1
-# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better and
-# after one that did not, of which there are so many before the way ends.  The valley is narrow, long and
-# bent: along it a stiff and a soft gear make up for each other, and a step across it must not be longer
-# than it is straight.
+# Damping of the first step, as part of the diagonal; its factors after a step that made the fit better
+# and after one that did not, of which there are so many before the way ends.  The valley is narrow, long
+# and bent: along it a stiff and a soft gear make up for each other, and no step may be longer than it is
+# straight.
 _DAMPING, _AFTER_BETTER, _AFTER_WORSE, _TRIED = 1e-3, 0.2, 4.0, 8
 # A step that explains less ends the way; noise explains 1 for every unknown.
 SETTLED = 0.3
