@@ -72,7 +72,7 @@ def test_every_test_named_is_there():
         assert function in functions_of(file), (file, function)
     clauses = {
         name
-        for file in ("clauses.py", "clauses_of_runs.py")
+        for file in ("clauses.py", "clauses_of_absence.py", "clauses_of_runs.py")
         for name in functions_of(str((HOSTS / file).relative_to(ROOT)))
     }
     used = {"clauses"}

@@ -10,6 +10,15 @@ import traceback
 from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint
 from pathlib import Path
 
+from clauses_of_absence import (
+    absent_clocks,
+    absent_modes,
+    absent_results,
+    absent_variables,
+    debug_lists,
+    state_numbers,
+    versions,
+)
 from clauses_of_runs import (
     events,
     halved_steps,
@@ -281,6 +290,13 @@ CLAUSES = {
         quaternion,
         tolerance,
         event_mode_twice,
+        versions,
+        absent_variables,
+        absent_clocks,
+        absent_modes,
+        absent_results,
+        debug_lists,
+        state_numbers,
     )
 }
 
