@@ -4,7 +4,8 @@ from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c
 
 from standard import DISCARD, ERROR, OK
 
-NUMBERS = "Float32 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean".split()
+SIZES = ("8", "16", "32", "64")
+NUMBERS = [f"{sign}Int{size}" for sign in ("", "U") for size in SIZES] + ["Float32", "Boolean"]
 SPARE = 64  # bytes of a result that nothing may be written to
 
 
@@ -20,8 +21,8 @@ def versions(fmu):
 
 
 def absent_variables(fmu):
-    """FMI 2, 2.1.7, FMI 3, 2.2.7.2: functions by type are there whatever types the FMU has; FMI 3, 2.2.4:
-    "illegal arguments" are Error."""
+    """FMI 2, 2.1.7, FMI 3, 2.2.7.2: functions by type are there whatever types the FMU has; FMI 3,
+    2.2.4: "illegal arguments" are Error."""
     i = fmu.instance(logging=True).start()
     before = i.bytes()
     kinds = ("Integer", "Boolean") if fmu.version == "2" else (*NUMBERS, "Binary", "Clock")
@@ -85,8 +86,8 @@ def absent_modes(fmu):
 
 
 def absent_results(fmu):
-    """FMI 2, 4.2.1: derivatives of outputs up to maxOutputDerivativeOrder; 4.2.2: fmi2CancelStep ends what
-    is pending; 4.2.3: a status that is not there is Discard."""
+    """FMI 2, 4.2.1: derivatives of outputs up to maxOutputDerivativeOrder; 4.2.2: fmi2CancelStep ends
+    what is pending; 4.2.3: a status that is not there is Discard."""
     if fmu.version == "3" or fmu.use == "me":
         return
     i = fmu.instance().start()
