@@ -10,23 +10,25 @@ ISO_PATH = str(REFERENCE / "iso_path_joints.npz")
 
 
 @pytest.mark.parametrize(
-    ("curve", "mode", "trajectory", "stiffness"),
+    ("curve", "mode", "trajectory", "spring", "plane"),
     [
-        ("linear", "dynamic", "", 0.0),
-        ("backlash", "dynamic", "", 0.0),
-        ("backlash", "dynamic", ISO_PATH, 0.0),
-        ("spline", "dynamic", ISO_PATH, 0.0),
-        ("backlash", "quasistatic", ISO_PATH, 0.0),
-        ("backlash", "dynamic", "", 1e6),
-        ("spline", "dynamic", "", 1e4),
-        ("backlash", "quasistatic", "", 1e7),
+        ("linear", "dynamic", "", 0.0, 0.0),
+        ("backlash", "dynamic", "", 0.0, 0.0),
+        ("backlash", "dynamic", ISO_PATH, 0.0, 0.0),
+        ("spline", "dynamic", ISO_PATH, 0.0, 0.0),
+        ("backlash", "quasistatic", ISO_PATH, 0.0, 0.0),
+        ("backlash", "dynamic", "", 1e6, 0.0),
+        ("spline", "dynamic", "", 1e4, 0.0),
+        ("backlash", "quasistatic", "", 1e7, 0.0),
+        ("backlash", "dynamic", "", 0.0, 1e7),
+        ("spline", "quasistatic", "", 0.0, 1e6),
     ],
 )
 def test_a_state_goes_on_bit_for_bit(
-    example_fmu, run_host, tmp_path, curve, mode, trajectory, stiffness
+    example_fmu, run_host, tmp_path, curve, mode, trajectory, spring, plane
 ):
     for what in ("save", "load"):
-        run_host("state", example_fmu, tmp_path, curve, mode, trajectory, stiffness, what)
+        run_host("state", example_fmu, tmp_path, curve, mode, trajectory, spring, plane, what)
 
 
 def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
@@ -34,10 +36,19 @@ def test_a_state_of_another_motion_is_refused(example_fmu, run_host, tmp_path):
     file = tmp_path / "motion.csv"
     line = "{0},0,-0.3,0.5,0,{1},0\n"
     file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.7))
-    run_host("state", example_fmu, tmp_path, "linear", "quasistatic", file, 0.0, "save")
+    run_host("state", example_fmu, tmp_path, "linear", "quasistatic", file, 0.0, 0.0, "save")
     file.write_text("time,q1,q2,q3,q4,q5,q6\n" + line.format(0, 0.6) + line.format(10, 0.71))
     said = run_host(
-        "state", example_fmu, tmp_path, "linear", "quasistatic", file, 0.0, "load", succeeds=False
+        "state",
+        example_fmu,
+        tmp_path,
+        "linear",
+        "quasistatic",
+        file,
+        0.0,
+        0.0,
+        "load",
+        succeeds=False,
     )
     assert "expected the motion that the state was saved with, got another" in said
 

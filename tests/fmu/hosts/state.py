@@ -1,6 +1,7 @@
-"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE TRAJECTORY STIFFNESS save|load.
+"""Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE TRAJECTORY SPRING PLANE save|load.
 
-The stiffness [N/m] is that of a spring at the TCP whose anchor moves; it comes and goes.
+Stiffnesses [N/m] of a spring at the TCP, whose anchor moves, and of a plane below the tool that lifts off;
+both come and go.
 """
 
 import sys
@@ -13,8 +14,19 @@ STEPS = [0.004, 0.004, 0.011, 0.0007, 0.02, 0.004, 0.003, 0.05]
 
 
 def contact(k):
-    """A spring in every other four steps, its anchor rising and falling."""
+    """Spring and plane in every other four steps, their anchor rising and falling."""
     touches = stiffness * (k // 4 % 2)
+    if plane:
+        return {
+            "anchor.x": 1.417,
+            "anchor.z": 1.4146 + 2e-4 * (k % 5),
+            "anchor.vz": 0.02 * (k % 3 - 1),
+            "contact.stiffness": plane * (k // 4 % 2),
+            "contact.dissipation": 0.5,
+            "contact.friction": 0.3,
+            "contact.nx": 0.1,
+            "contact.nz": 2.0,
+        }
     return {
         "anchor.x": 1.75,
         "anchor.z": 0.8 + 1e-3 * (k % 5),
@@ -41,6 +53,9 @@ def save(fmu, folder, strings):
     plain = instance.time, instance.slave.getFMUstate()
     plain_data = instance.slave.serializeFMUstate(plain[1])
     plain_expected = shake(instance, 24)
+    if plane:
+        touching = plain_expected[:, fmu.outputs.index("contact.fz")] > 0.0
+        assert 2 < np.count_nonzero(touching) < 12
     for again in (plain[1], instance.slave.deSerializeFMUstate(plain_data)):
         instance.slave.setFMUstate(again)
         instance.time = plain[0]
@@ -128,7 +143,7 @@ def load(fmu, folder, strings):
 
 
 if __name__ == "__main__":
-    file, folder, curve, mode, trajectory, stiffness, what = sys.argv[1:]
-    stiffness = float(stiffness)
+    file, folder, curve, mode, trajectory, *numbers, what = sys.argv[1:]
+    stiffness, plane = map(float, numbers)
     strings = {"torque_curve": curve, "mode": mode, "trajectory": trajectory}
     {"save": save, "load": load}[what](Fmu(file), Path(folder), strings)
