@@ -1,7 +1,7 @@
 """Saved states go on bit for bit: state.py FMU FOLDER CURVE MODE TRAJECTORY SPRING PLANE save|load.
 
-Stiffnesses [N/m] of a spring at the TCP, whose anchor moves, and of a plane below the tool that lifts off;
-both come and go.
+Stiffnesses [N/m] of a spring at the TCP, whose anchor moves, and of a plane below the tool that lifts
+off; both come and go.
 """
 
 import sys
