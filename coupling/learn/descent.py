@@ -1,4 +1,4 @@
-"""The way down: Gauss and Newton's method on the slow part of what the simulated robot leaves.
+"""The way down: Gauss and Newton's method, damped, on the slow part of what the simulated robot leaves.
 
 Weights follow Cauchy's law, and what was known before is a prior; derivatives are those of the gears'
 equation (`coupling.learn.effect`) or of simulations (`coupling.learn.secant`).
