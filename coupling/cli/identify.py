@@ -14,7 +14,6 @@ from rich.console import Console
 from coupling.cli.plan import print_plan, write_plan
 from coupling.errors import IdentifyError, one_of
 from coupling.files.robot_file import find_robot, load_robot
-from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.identify.console import lines
 from coupling.identify.figures import figures
@@ -27,7 +26,6 @@ from coupling.identify.plan import Wish, planned
 from coupling.identify.robot_file import identified_text
 from coupling.report.identify_page import identify_page
 from elastic_robot.description import Robot
-from elastic_robot.errors import RobotFileError
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 _REFUSED = 1
@@ -114,8 +112,7 @@ def identify(
         )
         raise typer.Exit(_REFUSED)
     source = f"{measurements.name}, {measured.count} measurements"
-    content = load_toml(start, RobotFileError)
-    _write(target, identified_text(found, content, start, target, source))
+    _write(target, identified_text(found, start, target, source))
     console.print(f"Robot file: {target}", highlight=False, soft_wrap=True)
 
 

@@ -28,7 +28,6 @@ from coupling.run.console import RunView, gear_lines, print_summary
 from coupling.run.models import Models
 from coupling.run.new_folder import require_free
 from coupling.run.study import run_compensation
-from elastic_robot.errors import RobotFileError
 
 _REFUSED = 1
 
@@ -97,7 +96,7 @@ def learn(
     if found.refusal:
         _say(console, f"{target}: NOT WRITTEN: {found.refusal}", "yellow")
         raise typer.Exit(_REFUSED)
-    _write(target, learned_text(found, load_toml(start, RobotFileError), target))
+    _write(target, learned_text(found, target))
     _say(console, f"Robot file: {target}")
     last = pairs[-1][0]
     case = target.with_name(f"{target.stem}_case.toml")

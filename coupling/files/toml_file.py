@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import tomlkit
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -47,6 +48,12 @@ def load_toml(path: Path, error: type[Exception]) -> dict[str, Any]:
         raise error(f"{path}: cannot be read: {cause.strerror or cause}") from cause
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as cause:
         raise error(f"{path}: is not valid TOML: {cause}") from cause
+
+
+def document(path: Path, error: type[Exception]) -> tomlkit.TOMLDocument:
+    """Parse a TOML file to be edited, its comments and its order kept; errors as `load_toml`."""
+    load_toml(path, error)
+    return tomlkit.parse(path.read_text(encoding="utf-8"))
 
 
 def _from_folder(value: object, info: ValidationInfo) -> object:

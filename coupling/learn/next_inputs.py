@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import tomli_w
+import tomlkit
 
 from coupling.errors import CaseError, LearnError
 from coupling.files.toml_file import load_toml
@@ -18,7 +18,6 @@ from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import Plan
 from coupling.learn.robot_file import learned_text
 from coupling.path.discrepancy import Discrepancy
-from elastic_robot.errors import RobotFileError
 
 CASE, ROBOT, DISCREPANCY, PLAN = "case.toml", "robot.toml", "discrepancy.csv", "next.json"
 
@@ -73,9 +72,8 @@ def _robot_file(folder: Path, found: Plan) -> Path:
     """Return the file of the robot that the command is computed for, written if it is a new one."""
     model, runs = found.move.model, found.history.runs
     if found.learned is not None and model.since == len(runs):
-        start = load_toml(runs[0].source.file, RobotFileError)
         target = folder / ROBOT
-        write_whole(target, learned_text(found.learned, start, target), LearnError)
+        write_whole(target, learned_text(found.learned, target), LearnError)
         learned = json.dumps(figures(found.learned), indent=1) + "\n"
         write_whole(folder / "learned.json", learned, LearnError)
         return target
@@ -108,4 +106,4 @@ def next_case_text(data: Mapping[str, Any], robot: Path, discrepancy: Path | Non
     plant = content.get("plant")
     if plant is not None:
         plant.setdefault("description", before)
-    return tomli_w.dumps(content)
+    return tomlkit.dumps(content)

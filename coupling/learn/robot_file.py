@@ -2,49 +2,36 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from coupling.errors import LearnError
-from coupling.files.robot_writer import robot_text
-from coupling.files.sources import SOURCES
-from coupling.identify.robot_file import joint_tables, move_urdf, place_of
+from coupling.files.robot_edit import RobotEdit
 from coupling.learn.judge import Judged
 from coupling.learn.learning import Learned
 
 
-def learned_text(found: Learned, data: Mapping[str, Any], target: Path) -> str:
-    """Return the robot file with what was learned.
+def learned_text(found: Learned, target: Path) -> str:
+    """Return the robot file of the first run with what was learned.
 
     Args:
         found: What was learned.
-        data: Content of the first run's robot file.
-        target: Where the new one will be.
+        target: Where the new file will be.
 
     Raises:
         LearnError: If nothing should be written.
+        RobotFileError: If the run's robot file cannot be read.
     """
     if found.refusal:
         raise LearnError(f"{target}: not written: {found.refusal}")
     start = found.sources[0].file
-    content = copy.deepcopy(dict(data))
-    sources = dict(content.pop(SOURCES, {}))
     measured = " and ".join(source.seen.name for source in found.sources)
-    tables, remarks = joint_tables(found.robot, content), dict[str, str]()
+    file = RobotEdit(start, found.robot)
     for own in found.parameters:
-        joint, tilt = place_of(own.parameter.name)
-        at, table = tables[joint]
-        place = f"joint[{at}]" + (f".tilt[{tilt}]" if tilt else "")
-        kind = own.parameter.kind
         if own.written != 1.0:
-            (table["tilt"][tilt - 1] if tilt else table)[kind] = own.written * own.parameter.value
-            sources[f"{place}.{kind}"] = f"learned, {measured}"
-        remarks[f"{place}.{kind}"] = remark(own)
-    content[SOURCES] = sources
-    move_urdf(content, start, target)
-    return robot_text(content, remarks, _head(found, start, measured))
+            value = own.written * own.parameter.value
+            file.change(own.parameter.name, value, f"learned, {measured}")
+        file.remark(own.parameter.name, remark(own))
+    return file.text(_head(found, start, measured), target)
 
 
 def remark(own: Judged) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import Case, load_case
 from coupling.errors import CaseError, PlanningError
@@ -63,7 +63,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
         raise PlanningError("out of reach")
     is_present = np.array_equal(setting, placing.present)
     home = placing.case.robots[0].home if is_present else q
-    content = tomli_w.dumps(placing.content(setting, home))
+    content = tomlkit.dumps(placing.content(setting, home))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"{placing.case.name}.toml")
         file.write_text(content, encoding="utf-8")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import Case
 from coupling.errors import ResultError
@@ -34,7 +34,7 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         ResultError: If a file cannot be written.
     """
     try:
-        (folder / "case.toml").write_text(tomli_w.dumps(case.resolved), encoding="utf-8")
+        (folder / "case.toml").write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
         _write_figures(folder, figures_of(run, case.name) | {"robots": drawn_robots(case, run)})
         if run.gap is None:

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import tomlkit
 from scipy.spatial.transform import Rotation
+from tomlkit import TOMLDocument
 
 from coupling.case import Case, load_case
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.examples import example
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
-from coupling.files.toml_text import with_value
+from coupling.files.toml_file import document
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.path.histories import ToolPath
 from coupling.place.seat import Seat, seats
@@ -61,21 +63,21 @@ def new_case(robot: str, process: str, two_robots: bool, folder: Path) -> NewCas
     file = find_robot(robot)
     source = example(f"cases/{_example_name(start, process, two_robots)}.toml")
     shown = load_case(source)
-    text, texts = source.read_text(encoding="utf-8"), {}
+    case, texts = document(source, CaseError), dict[str, str]()
     own = robot in shipped_robots()
     named = file.name if own else Path(os.path.relpath(file, folder)).as_posix()
     if own:
         texts[file.name] = file.read_text(encoding="utf-8")
     tables = [placed.name.replace("forming", "robot") for placed in shown.robots]
     for table in tables:
-        text = with_value(text, table, "description", named)
+        case[table]["description"] = named
     if load_robot(file) != load_robot(find_robot(_NAME_IN_EXAMPLES)):
-        text = _seated(text, shown, load_robot(file), tables)
+        _seat(case, shown, load_robot(file), tables)
     for own_file in start.files:
         texts[own_file.name] = example(own_file.example).read_text(encoding="utf-8")
-        text = with_value(text, "process", own_file.key, own_file.value)
+        case["process"][own_file.key] = own_file.value
     head = f"# Made by elastic-robot init from the example {source.name}, for {robot}.\n#\n"
-    return NewCase({CASE: head + text, **texts}, start.about)
+    return NewCase({CASE: head + tomlkit.dumps(case), **texts}, start.about)
 
 
 # Robot of the examples, for which they are as they stand.
@@ -93,8 +95,8 @@ def _example_name(start: Start, process: str, two_robots: bool) -> str:
     return start.cell
 
 
-def _seated(text: str, shown: Case, robot: Robot, tables: list[str]) -> str:
-    """Return a case whose part lies where the robot reaches it; a second robot stands opposite."""
+def _seat(case: TOMLDocument, shown: Case, robot: Robot, tables: list[str]) -> None:
+    """Put a case's part where the robot reaches it; a second robot stands opposite."""
     part = shown.task.part
     points = part.coordinates(shown.task.forming.position[0])
     base_from_tool = shown.task.forming.rotations[0][0]
@@ -104,12 +106,12 @@ def _seated(text: str, shown: Case, robot: Robot, tables: list[str]) -> str:
         if not all(_follows(robot, np.deg2rad(home), path) for path in _moved(shown, seat)):
             continue
         for table in tables:
-            text = with_value(text, table, "home_deg", home.tolist())
-        text = with_value(text, "part", "position_m", seat.position.tolist())
+            case[table]["home_deg"] = home.tolist()
+        case["part"]["position_m"] = seat.position.tolist()
         if "support" in tables:
             opposite = [2.0 * float(seat.position[0]), 0.0, 0.0]
-            text = with_value(text, "support", "base_position_m", opposite)
-        return text
+            case["support"]["base_position_m"] = opposite
+        return
     raise PlanningError(
         f"{robot.name}: expected a place for the part of the example, got none where the whole path"
         " can be followed: describe part and home posture yourself"

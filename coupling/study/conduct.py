@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 import elastic_robot
 from coupling.case import Case
@@ -74,7 +74,7 @@ def changed_table(table: StudyTable, **options: int | None) -> StudyTable:
 def require_run_of(case: Case, run: Path) -> None:
     """Raise a StudyError unless a run folder's command is that of a case."""
     whole = load_toml(run / "case.toml", StudyError)
-    wanted = tomllib.loads(tomli_w.dumps(case.resolved))
+    wanted = tomllib.loads(tomlkit.dumps(case.resolved))
     for name in ("plant", "study"):
         whole.pop(name, None)
         wanted.pop(name, None)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 from filelock import FileLock, Timeout
 
 from coupling.errors import StudyError, one_of
@@ -96,7 +96,7 @@ def require_same(folder: Path, identity: Mapping[str, Any]) -> bool:
     file = folder / IDENTITY
     if not file.exists():
         return False
-    begun, wanted = load_toml(file, StudyError), tomllib.loads(tomli_w.dumps(dict(identity)))
+    begun, wanted = load_toml(file, StudyError), tomllib.loads(tomlkit.dumps(dict(identity)))
     other = different(begun, wanted)
     if other:
         raise StudyError(
@@ -138,7 +138,7 @@ def begin(folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: 
     """Begin a study: what is left of one that never began is removed."""
     (folder / ROWS).unlink(missing_ok=True)
     write_points(folder, points, names)
-    replaced(folder / IDENTITY, tomli_w.dumps(dict(identity)))
+    replaced(folder / IDENTITY, tomlkit.dumps(dict(identity)))
 
 
 def write_points(folder: Path, points: np.ndarray, parameters: Parameters) -> None:

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import Case, load_case
 from coupling.files.csv_table import POSE_COLUMNS, write_table
@@ -47,5 +47,5 @@ def _part_of(whole: Case, cut: tuple[float, float], folder: Path) -> Case:
     data = tomllib.loads((CASES / "iso9283.toml").read_text(encoding="utf-8"))
     data["tool_path"] = {"kind": "csv", "file": str(folder / "path.csv")}
     file = folder / "case.toml"
-    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    file.write_text(tomlkit.dumps(data), encoding="utf-8")
     return load_case(file)

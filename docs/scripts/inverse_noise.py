@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import Case, load_case
 from coupling.files.csv_table import write_table
@@ -70,7 +70,7 @@ def _measured(robot: str, keys: dict[str, str]) -> Case:
     data["process"] = {"model": "measured", "frame": "base", **keys}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
-        file.write_text(tomli_w.dumps(data), encoding="utf-8")
+        file.write_text(tomlkit.dumps(data), encoding="utf-8")
         return load_case(file)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 from scipy.spatial.transform import Rotation
 
 from coupling.case import Case, load_case
@@ -58,7 +58,7 @@ class Shop:
         self._folder = Path(self._scratch.name)
         self._models = Models("native")
         self._count = 0
-        self._first = self._compensated(tomli_w.dumps(data))
+        self._first = self._compensated(tomlkit.dumps(data))
 
     def __enter__(self) -> Shop:
         return self
@@ -175,8 +175,7 @@ class Shop:
     def written(self, found: Learned) -> Path:
         """Return the file of a robot that was learned."""
         file = self._folder / f"learned{self._count}.toml"
-        start = tomllib.loads(found.sources[0].file.read_text(encoding="utf-8"))
-        file.write_text(learned_text(found, start, file), encoding="utf-8")
+        file.write_text(learned_text(found, file), encoding="utf-8")
         return file
 
     def left_by(self, robot: Path, truth: Truth) -> Left:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-import tomli_w
+import tomlkit
 
 from coupling.files.robot_file import find_robot
 from coupling.learn.learning import Learned
@@ -150,7 +150,7 @@ def _second_robot() -> dict[str, Any]:
     for joint in data["joint"]:
         joint["backlash"] = PLAY
     file = Path(tempfile.mkdtemp(), "irb7600.toml")
-    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    file.write_text(tomlkit.dumps(data), encoding="utf-8")
     return {"description": str(file)}
 
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import tomli_w
+import tomlkit
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
@@ -70,7 +70,7 @@ class Cell:
         }
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "press.toml")
-            file.write_text(tomli_w.dumps(data), encoding="utf-8")
+            file.write_text(tomlkit.dumps(data), encoding="utf-8")
             return load_case(file)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import load_case
 from coupling.cli.next import expected
@@ -192,7 +192,7 @@ def told(trial: Trial) -> Told:
             trial.path.case, robot={"description": str(file)}, tool_path=trial.path.keys
         )
         case_file = folder / "case.toml"
-        case_file.write_text(tomli_w.dumps(data), encoding="utf-8")
+        case_file.write_text(tomlkit.dumps(data), encoding="utf-8")
         run = folder / "run1"
         run.mkdir()
         case = load_case(case_file)
@@ -247,4 +247,4 @@ def _robot_text(trial: Trial) -> str:
     data.pop("sources", None)
     roll = np.deg2rad(trial.path.roll)
     data["gravity"] = [0.0, float(-9.81 * np.sin(roll)), float(-9.81 * np.cos(roll))]
-    return tomli_w.dumps(data)
+    return tomlkit.dumps(data)

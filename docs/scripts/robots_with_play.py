@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import tomli_w
+import tomlkit
 
 from docs.scripts.runs import CASES
 
@@ -30,7 +30,7 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 def kept(data: Mapping[str, Any], name: str) -> Path:
     """Return the file of a robot."""
     file = Path(_folder().name, f"{name}.toml")
-    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    file.write_text(tomlkit.dumps(data), encoding="utf-8")
     return file
 
 

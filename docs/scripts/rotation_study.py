@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-import tomli_w
+import tomlkit
 from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
@@ -40,7 +40,7 @@ def _task(angle: float, points: list[list[float]], folder: Path) -> Placing:
     data["tcp"]["position"] = [0.15 + 0.15 * np.cos(turn), 0.0, -0.15 * np.sin(turn)]
     data["tcp"]["rpy"] = [0.0, turn, 0.0]
     file = folder / f"spindle_{angle}.toml"
-    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    file.write_text(tomlkit.dumps(data), encoding="utf-8")
     (seat,) = seats(load_robot(file), Rotation.from_euler("y", 90.0, degrees=True), _HALF, 1)
     case = example(
         "milling_20000",

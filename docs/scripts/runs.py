@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
+import tomlkit
 
 from coupling.case import Case, load_case
 from coupling.path.workpiece import Workpiece
@@ -25,7 +25,7 @@ def example(name: str, **changes: Mapping[str, Any]) -> Case:
         data.setdefault(section, {}).update(keys)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
-        file.write_text(tomli_w.dumps(data), encoding="utf-8")
+        file.write_text(tomlkit.dumps(data), encoding="utf-8")
         return load_case(file)
 
 

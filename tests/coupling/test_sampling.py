@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from places import CASES
 from wall_case import WALL_CASE
 
@@ -50,7 +50,7 @@ def cone(tmp_path: Path, sample: float, **robot: object) -> Case:
 
 def written(tables: dict, folder: Path) -> Case:
     file = folder / "sampled.toml"
-    file.write_text(tomli_w.dumps(tables))
+    file.write_text(tomlkit.dumps(tables))
     return load_case(file)
 
 

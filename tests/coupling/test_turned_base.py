@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from places import CASES, LINE_CASE
 from scipy.spatial.transform import Rotation
 
@@ -29,7 +29,7 @@ def changed(folder: Path, case: Path, **tables: dict) -> Case:
     for table, keys in tables.items():
         data.setdefault(table, {}).update(keys)
     file = folder / "case.toml"
-    file.write_text(tomli_w.dumps(data))
+    file.write_text(tomlkit.dumps(data))
     return load_case(file)
 
 
@@ -169,7 +169,7 @@ def test_a_sphere_on_a_tool_that_is_turned_along_its_path_is_led_by_its_centre(t
     file, found = tmp_path / "case.toml", []
     for process in (wall, {"model": "elastic-wall", "stiffness_N_m": 1e4}):
         for tilt in ({"rotation_deg": 30.0}, {"lead_deg": 5.0}):
-            file.write_text(tomli_w.dumps(data | {"process": process, "tool_path": path | tilt}))
+            file.write_text(tomlkit.dumps(data | {"process": process, "tool_path": path | tilt}))
             found.append(load_case(file))
     plain, tilted, tip, tilted_tip = (case.desired for case in found)
     centre = plain.position[0] - 0.005 * plain.rotations[0].apply(APPROACH)

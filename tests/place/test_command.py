@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from command_line import command
 from places import CASES, LINE_CASE
 
@@ -44,7 +44,7 @@ def written(folder: Path, source: Path = LINE_CASE, **tables: dict) -> Path:
     for table, keys in tables.items():
         data.setdefault(table, {}).update(keys)
     file = folder / "line.toml"
-    file.write_text(tomli_w.dumps(data))
+    file.write_text(tomlkit.dumps(data))
     return file
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
@@ -41,7 +41,7 @@ def task_of(name: str, tool_path: dict | None = None, **place_keys: object):
 
 def written(task, setting: np.ndarray, folder: Path):
     file = folder / "case.toml"
-    file.write_text(tomli_w.dumps(task.content(setting, task.case.robots[0].home)))
+    file.write_text(tomlkit.dumps(task.content(setting, task.case.robots[0].home)))
     return load_case(file)
 
 
@@ -188,7 +188,7 @@ def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypa
     own["process"] = own["process"] | {"wall_angle_deg": 45.0, "step_down_m": 0.0005}
     own["place"] = FREE
     text = tmp_path / "placed.toml"
-    text.write_text(tomli_w.dumps(own))
+    text.write_text(tomlkit.dumps(own))
     case = load_case(text)
     task = placing(case, case.process)
     assert task.stations.centered

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-import tomli_w
+import tomlkit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_robots import make_robot
@@ -262,7 +262,7 @@ def test_a_cell_places_part_tool_and_base_as_a_case_does(cone, tmp_path):
     setting = place.ranges.sampled(8, 3)[5].copy()
     setting[NAMES.index("base_roll")] = 0.1
     file = tmp_path / "placed.toml"
-    file.write_text(tomli_w.dumps(place.content(setting, case.robots[0].home)))
+    file.write_text(tomlkit.dumps(place.content(setting, case.robots[0].home)))
     other = load_case(file)
     robot, rows = other.robots[0], np.array([100, 700])
     path = robot.placement.path_in_base(other.desired)

@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from places import DOCS
 
 from coupling.case import load_case
@@ -60,7 +60,7 @@ def test_the_printed_case_couples_and_its_resolved_case_finds_the_process(printe
     assert run.correction.converged, run.correction.reason
     (tmp_path / "elsewhere").mkdir()
     resolved = tmp_path / "elsewhere" / "case.toml"
-    resolved.write_text(tomli_w.dumps(case.resolved))
+    resolved.write_text(tomlkit.dumps(case.resolved))
     again = load_case(resolved).process
     assert (again.stiffness, again.thickness) == (1e5, 0.01)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 from places import CASES
 
 from coupling.case import load_case
@@ -130,7 +130,7 @@ def measured(folder, level: float, every: float = 0.0, **keys: object):
     tables["tool_path"] |= {"depth_m": 0.0005}
     tables["robot"]["description"] = "fanuc_r2000ic"
     file = folder / "clean.toml"
-    file.write_text(tomli_w.dumps(tables))
+    file.write_text(tomlkit.dumps(tables))
     clean = load_case(file)
     force = clean.process.evaluate(clean.desired).wrench
     drawn = np.random.default_rng(1).standard_normal(force.force[0].shape)
@@ -138,7 +138,7 @@ def measured(folder, level: float, every: float = 0.0, **keys: object):
     write_table(folder / "record.csv", ("time", "fx", "fy", "fz"), rows)
     tables["process"] = {"model": "measured", "file": "record.csv", "frame": "base"} | keys
     file = folder / "measured.toml"
-    file.write_text(tomli_w.dumps(tables))
+    file.write_text(tomlkit.dumps(tables))
     return load_case(file), force
 
 

@@ -41,7 +41,7 @@ def run(fmu, job):
 def main(file, order_file, answer_file):
     fmu = Fmu(file)
     # The FMU needs numpy, scipy and pin on its host, nothing else of the desk's.
-    for desk_only in ("pydantic", "typer", "rich", "plotly", "tomli_w"):
+    for desk_only in ("pydantic", "typer", "rich", "plotly", "tomlkit"):
         sys.modules[desk_only] = None
     assert not any(name.startswith(("elastic_robot", "coupling")) for name in sys.modules)
     answers = [run(fmu, job) for job in json.loads(Path(order_file).read_text())]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
+import tomlkit
 
 from coupling.case import load_case
 from coupling.cli import main
@@ -35,7 +35,7 @@ def require_libcosim() -> None:
 def case_of(data: dict):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.toml")
-        file.write_text(tomli_w.dumps(data))
+        file.write_text(tomlkit.dumps(data))
         return load_case(file)
 
 
@@ -175,7 +175,7 @@ def test_where_no_step_is_safe_packing_is_refused_and_an_asked_one_is_warned_of(
 
 def test_command_says_what_is_safe(tmp_path, monkeypatch, capsys):
     file = tmp_path / "press.toml"
-    file.write_text(tomli_w.dumps(UR10.case(2e4).resolved))
+    file.write_text(tomlkit.dumps(UR10.case(2e4).resolved))
     arguments = ["ssp", str(file), "-o", str(tmp_path / "s.ssp"), "--force-only", "--step", "0.01"]
     monkeypatch.setattr(
         sys, "argv", ["elastic-robot", *arguments, "--platforms", host_platform().name]

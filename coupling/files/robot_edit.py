@@ -1,0 +1,119 @@
+"""A robot file with other numbers: its comments and its order stay as they are."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import MutableMapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import AoT
+
+from coupling.files.sources import SOURCES
+from coupling.files.toml_file import document
+from elastic_robot.description import Robot
+from elastic_robot.errors import RobotFileError
+
+
+class RobotEdit:
+    """A robot file while numbers of its joints change, named as in `joint[3].tilt[1].stiffness`.
+
+    Args:
+        file: The file.
+        robot: What it describes; joints count along its chain, in a file beside a URDF they may not.
+
+    Raises:
+        RobotFileError: If the file cannot be read.
+
+    Example:
+        >>> import tempfile
+        >>> from coupling.files.robot_file import load_robot, shipped_robots
+        >>> file = shipped_robots()["icme2008"]
+        >>> edit = RobotEdit(file, load_robot(file))
+        >>> edit.change("joint[2].stiffness", 2e6, "a hammer test")
+        >>> edit.remark("joint[2].stiffness", "to 5 %")
+        >>> "stiffness = 2000000.0 # to 5 %" in edit.text("Softer.", file)
+        True
+    """
+
+    def __init__(self, file: Path, robot: Robot) -> None:
+        self._file, self._content = file, document(file, RobotFileError)
+        entries = list(enumerate(self._content.get("joint", []), start=1))
+        order = list(range(1, len(entries) + 1))
+        if "urdf" in self._content:
+            numbers = {joint.name: i for i, joint in enumerate(robot.joints, start=1)}
+            order = [numbers[table["name"]] for _, table in entries]
+        self._joints: dict[int, tuple[int, MutableMapping[str, Any]]] = dict(
+            zip(order, entries, strict=True)
+        )
+        self._tilt_remarks: dict[tuple[int, int], str] = {}
+
+    def change(self, name: str, value: object, source: str = "") -> None:
+        """Give a parameter another value, with what [sources] says of it."""
+        place, table, key = self._found(name)
+        table[key] = value
+        if source:
+            self._content.setdefault(SOURCES, tomlkit.table())[f"{place}.{key}"] = source
+
+    def remark(self, name: str, text: str) -> None:
+        """Set the comment beside a parameter, if the file has it; a tilt's array has one a tilt."""
+        _, table, key = self._found(name)
+        joint, tilt = place_of(name)
+        text = " ".join(text.split())
+        if tilt and not isinstance(self._joints[joint][1]["tilt"], AoT):
+            if key == "stiffness":
+                self._tilt_remarks[joint, tilt] = text
+        elif key in table:
+            table[key].comment(text)
+
+    def add_tilt(self, joint: int, tilt: dict[str, Any], sources: dict[str, str]) -> None:
+        """Add a tilt behind those of a joint, with what [sources] says of its keys."""
+        at, table = self._joints[joint]
+        table.setdefault("tilt", []).append(tilt)
+        for key, source in sources.items():
+            said = self._content.setdefault(SOURCES, tomlkit.table())
+            said[f"joint[{at}].tilt[{len(table['tilt'])}].{key}"] = source
+
+    def text(self, head: str, target: Path) -> str:
+        """Return the new file.
+
+        Args:
+            head: Comment at its beginning.
+            target: Where it will be: it names its URDF from there.
+        """
+        for joint in {joint for joint, _ in self._tilt_remarks}:
+            table = self._joints[joint][1]
+            lines = tomlkit.array()
+            for number, tilt in enumerate(table["tilt"], start=1):
+                lines.add_line(tilt, comment=self._tilt_remarks.get((joint, number)))
+            lines.add_line(indent="")
+            table["tilt"] = lines
+        urdf = self._content.get("urdf")
+        if urdf is not None and not urdf["file"].startswith("package://"):
+            file = (self._file.parent / urdf["file"]).resolve()
+            urdf["file"] = Path(os.path.relpath(file, target.parent.resolve())).as_posix()
+        above = "".join(f"{f'# {line}'.rstrip()}\n" for line in head.splitlines())
+        return f"{above}\n{tomlkit.dumps(self._content)}"
+
+    def _found(self, name: str) -> tuple[str, MutableMapping[str, Any], str]:
+        """Return a parameter's place as [sources] names it, its table and its key."""
+        joint, tilt = place_of(name)
+        at, table = self._joints[joint]
+        key = name.rpartition(".")[2]
+        if not tilt:
+            return f"joint[{at}]", table, key
+        return f"joint[{at}].tilt[{tilt}]", table["tilt"][tilt - 1], key
+
+
+def place_of(name: str) -> tuple[int, int]:
+    """Return the joint's and the tilt's number of a parameter, from 1; tilt 0 for the torsion.
+
+    Example:
+        >>> place_of("joint[3].tilt[1].stiffness"), place_of("joint[2].backlash")
+        ((3, 1), (2, 0))
+    """
+    head, _, rest = name.partition("]")
+    joint = int(head.removeprefix("joint["))
+    tilt = int(rest[len(".tilt[") :].partition("]")[0]) if rest.startswith(".tilt[") else 0
+    return joint, tilt
