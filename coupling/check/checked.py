@@ -15,8 +15,8 @@ from coupling.events import Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.cell import Placement
 from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
@@ -46,7 +46,7 @@ class CheckedRobot:
     """
 
     name: str
-    placement: Placement
+    placement: Frame
     path: ToolPath
     way: float
     demands: tuple[JointDemand, ...]

@@ -8,15 +8,15 @@ import numpy as np
 
 from coupling.case import PlacedRobot
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
-from coupling.export.frames import Placed, part_frame, tool_frame
+from coupling.export.frames import in_controller, part_frame, tool_frame
 from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.toolpaths.part import Part
 from elastic_robot.trajectory import Trajectory
 
 # Speed with which the tool goes to where the path begins [m/s].
@@ -45,14 +45,14 @@ class Sampled:
     points: np.ndarray
     jacobians: np.ndarray
     lever: float
-    base: Placed
-    tool: Placed
+    base: Frame
+    tool: Frame
     axes: ControllerAxes
     postures: Postures
 
     @classmethod
     def of(
-        cls, robot: PlacedRobot, axes: ControllerAxes, part: Part, command: JointPath, cycle: float
+        cls, robot: PlacedRobot, axes: ControllerAxes, part: Frame, command: JointPath, cycle: float
     ) -> Sampled:
         """Sample a command.
 
@@ -74,8 +74,7 @@ class Sampled:
         planner = InverseKinematics(description, robot.home)
         still = ToolPath(time, _forward(planner, q, time))
         base = part_frame(part, robot, axes)
-        in_controller = ToolPath(time, still.pose - np.append(axes.base_position, np.zeros(4)))
-        pose = base.inside(in_controller).pose[0]
+        pose = still.transformed(base.inverse() @ in_controller(axes)).pose[0]
         pose[:, 3:] = continuous(pose[:, 3:])
         postures = Postures(description, axes)
         return cls(

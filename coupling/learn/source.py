@@ -18,8 +18,8 @@ from coupling.learn.parameters import learnables
 from coupling.learn.passes import Pass, Seen
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.cell import Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.forecast import Forecast
 from coupling.run.stored_run import StoredRobot, read_run
@@ -56,7 +56,7 @@ class Source:
     file: Path
     torque_curve: str
     home: np.ndarray
-    placement: Placement
+    placement: Frame
     controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
@@ -112,12 +112,10 @@ def read_source(folder: Path, seen: Seen) -> Source:
     description = load_toml(file, CaseError)["robot"]["description"]
     at, stored = placed.placement, run.first
     # All that follows is in axes of the robot's base.
-    turned = at.rotation.inv()
-    position = turned.apply(seen.position - at.position)
-    rotation = None if seen.rotation is None else turned * seen.rotation
+    base_from_world = at.inverse()
     return Source(
         folder,
-        replace(seen, position=position, rotation=rotation),
+        seen.transformed(base_from_world),
         placed.description,
         find_robot(description, folder),
         placed.torque_curve,
@@ -126,10 +124,10 @@ def read_source(folder: Path, seen: Seen) -> Source:
         case.controller,
         replace(
             stored,
-            desired=at.path_in_base(stored.desired),
-            wrench=at.wrench_in_base(stored.wrench),
+            desired=stored.desired.transformed(base_from_world),
+            wrench=stored.wrench.transformed(base_from_world),
         ),
-        None if placed.discrepancy is None else placed.discrepancy.seen_from(at.position, turned),
+        placed.discrepancy and placed.discrepancy.transformed(base_from_world),
         None if (told := run.figures.get("forecast")) is None else Forecast.from_dict(told),
     )
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import CORRECTION_COLUMNS, read_table, write_table
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 
 _POSITION = ("x", "y", "z")
@@ -85,15 +85,9 @@ class Discrepancy:
         write_table(table, columns, np.column_stack([self.time, self.position, self.deviation]))
         return table.getvalue()
 
-    def seen_from(self, origin: np.ndarray, turn: Rotation) -> Discrepancy:
-        """Return the same in another frame.
-
-        Args:
-            origin: Origin of the other frame in this one [m], (3,).
-            turn: Rotation other_from_own.
-        """
-        turned = [turn.apply(own) for own in (self.deviation[:, :3], self.deviation[:, 3:])]
-        return Discrepancy(self.time, turn.apply(self.position - origin), np.hstack(turned))
+    def transformed(self, frame: Frame) -> Discrepancy:
+        """Return the same in another frame, in which `frame` is the present one."""
+        return Discrepancy(self.time, frame.points(self.position), frame.turned(self.deviation))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return it at given times, (n, 6); beyond its ends it holds its last value."""

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.frame import Frame
 
 _POSE, _WRENCH = 7, 6  # columns
 
@@ -97,6 +98,11 @@ class ToolPath:
         object.__setattr__(self, "pose", _of_tools(self.time, self.pose, _POSE, "tool path"))
 
     @classmethod
+    def held(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
+        """Return the path of one tool through points [m], (n, 3), whose orientation stays."""
+        return cls(time, poses(points, Rotation.concatenate([rotation] * len(time))))
+
+    @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
         """Return the path of several tools that move at the same time."""
         return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
@@ -132,6 +138,12 @@ class ToolPath:
         """Return the distances at equal times [m], (n,): of the tool that is farthest off."""
         distances: np.ndarray = np.linalg.norm(self.position - other.position, axis=2)
         return distances.max(axis=0)
+
+    def transformed(self, frame: Frame) -> ToolPath:
+        """Return the path in another frame, in which `frame` is the present one."""
+        pairs = zip(self.position, self.rotations, strict=True)
+        moved = [poses(frame.points(position), frame.rotation * own) for position, own in pairs]
+        return ToolPath(self.time, np.stack(moved))
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
         """Return the path that deviates from this one.
@@ -346,6 +358,11 @@ class WrenchHistory:
         if spring is not None:
             spring = ContactSpring(spring.anchor[:, instants], spring.stiffness[:, instants])
         return WrenchHistory(self.time[rows], self.wrench[:, rows], spring)
+
+    def transformed(self, frame: Frame) -> WrenchHistory:
+        """Return the loads in another frame, in which `frame` is the present one."""
+        spring = self.spring and self.spring.transformed(frame)
+        return WrenchHistory(self.time, frame.turned(self.wrench), spring)
 
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""

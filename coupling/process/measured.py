@@ -11,12 +11,12 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.low_pass import low_pass
 from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
@@ -31,13 +31,13 @@ class Measured(Identified):
     """A wrench that was recorded along the desired path, and does not ask where the tool is now.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         wrench_along_path: Wrench on the tool at the TCP in axes of `frame` [N, N m], (n, 6), one row
             per sample of the desired path.
         frame: "part", "base", or "tool" for a sensor that turns with the tool.
     """
 
-    part: Part
+    part: Frame
     wrench_along_path: np.ndarray
     frame: WrenchFrame
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified, ProcessSchema
 from coupling.process.corners import level_crossings
@@ -22,7 +23,6 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.toolpaths.instants import Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
@@ -62,7 +62,7 @@ class Milling:
     """A milling cut along a desired path, in the part's x-y plane.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         desired: Path of the tip's centre.
         cutter: The tool, its axis along the part's z.
         coefficients: Cutting coefficients of the material.
@@ -71,7 +71,7 @@ class Milling:
         surface: Height of the raw surface in the part frame [m].
     """
 
-    part: Part
+    part: Frame
     desired: ToolPath
     cutter: Cutter
     coefficients: CuttingCoefficients
@@ -123,7 +123,7 @@ class Milling:
         def turned(vectors: np.ndarray) -> np.ndarray:
             f, n, z = vectors.T
             in_part = np.column_stack([cos * f - sin * n, sin * f + cos * n, z])
-            in_base: np.ndarray = self.part.rotation.apply(in_part)
+            in_base: np.ndarray = self.part.turned(in_part)
             return in_base
 
         return np.hstack([turned(wrench[:, :3]), turned(wrench[:, 3:])])

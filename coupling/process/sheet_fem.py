@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified
 from coupling.sheet_fem.box import Box
@@ -17,7 +18,6 @@ from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
 from coupling.sheet_fem.threads import aside
-from coupling.toolpaths.part import Part
 
 _WHAT = "evaluating the process"
 
@@ -30,7 +30,7 @@ class SheetFem(Identified):
     sheet: spheres that press on either of its faces.
 
     Attributes:
-        part: Placement of the part; the sheet's upper face is its x-y plane.
+        part: base_from_part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
         radii: Of the spheres [m]; one for each tool of the path.
         tips: From their centres to the TCPs, tool axes [m], (3,) each.
@@ -40,7 +40,7 @@ class SheetFem(Identified):
         watch: Function that is told how many positions are done.
     """
 
-    part: Part
+    part: Frame
     model: SheetModel
     radii: tuple[float, ...]
     tips: tuple[np.ndarray, ...]
@@ -125,7 +125,7 @@ class SheetFem(Identified):
         that of the stiffness that it feels, (n, 3, 3).  One that would pull is none.
         """
         between = self.force_factor * self.schedule.interpolated(forces)
-        between = self.part.rotation.apply(between)
+        between = self.part.turned(between)
         beyond = away - self.schedule.interpolated(away[self.schedule.positions])
         force = between - np.einsum("nij,nj->ni", felt, beyond)
         holds = np.sum(force * between, axis=1) > 0.0
@@ -135,8 +135,8 @@ class SheetFem(Identified):
         self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray
     ) -> WrenchHistory:
         """Return the wrench at a TCP of the force along the path and moments at the positions."""
-        own = self.part.rotation.apply(self.force_factor * self.schedule.interpolated(moments))
-        center = self.part.position + self.part.rotation.apply(centers)
+        own = self.part.turned(self.force_factor * self.schedule.interpolated(moments))
+        center = self.part.points(centers)
         moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 

@@ -13,10 +13,11 @@ from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
+from coupling.path.frame import Frame
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
 from coupling.toolpaths.instants import NONE, Corners, Instants
 from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.upright import UprightPath
@@ -40,7 +41,7 @@ class GcodePath(ToolPathTable):
     def _program(self) -> Program:
         return read_program(self.file)
 
-    def task(self, part: Part, corners: Corners = NONE) -> Task:
+    def task(self, part: Frame, corners: Corners = NONE) -> Task:
         """Return what is to be made, which words change nothing, and how much the acceleration jumps."""
         ignored = self._program.ignored
         words = ", ".join(
@@ -70,7 +71,7 @@ class GcodePath(ToolPathTable):
             default=0.0,
         )
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -78,7 +79,7 @@ class GcodePath(ToolPathTable):
         """
         motion = Motion(list(self._driven()))
         instants = Instants.of(motion.ends, self.sample_s, corners)
-        path = part.tool_path(instants.time, motion.at(instants.time))
+        path = tool_path(part, instants.time, motion.at(instants.time))
         return self._of_file(part, path, instants.asked)
 
     def _driven(self) -> Iterator[Leg]:

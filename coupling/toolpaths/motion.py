@@ -11,9 +11,10 @@ import numpy as np
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
 from coupling.toolpaths.instants import NONE, Corners, Instants
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
 
@@ -87,7 +88,7 @@ class Driven(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -104,7 +105,7 @@ class Driven(ToolPathTable):
             raise CaseError(f"tool_path: {cause}") from cause
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
-        path = part.tool_path(instants.time, moved[:, :3])
+        path = tool_path(part, instants.time, moved[:, :3])
         upright = UprightPath(part, path, instants.asked)
         return upright.headed(moved[:, 3]) if follows else upright
 

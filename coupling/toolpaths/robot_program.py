@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import FilePath, Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
 from coupling.toolpaths.instants import NONE, Corners, Instants
 from coupling.toolpaths.motion import Motion, Segment, drive, require_few
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
 
@@ -39,7 +39,7 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -66,8 +66,7 @@ class ProgramPath(ToolPathTable):
                 if np.any(stretch == k)
             ]
         )
-        in_world = part.position + part.rotation.apply(moved[:, :3])
-        path = ToolPath(instants.time, poses(in_world, part.rotation * turned))
+        path = ToolPath(instants.time, poses(moved[:, :3], turned)).transformed(part)
         return self._of_file(part, path, instants.asked)
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:

@@ -20,12 +20,13 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 from coupling.case import load_case
 from coupling.errors import BuildError, CaseError
 from coupling.path.deviation import measure
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
-from coupling.robot.cell import Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
 from coupling.run.deviations import Deviations
@@ -37,7 +38,6 @@ from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
 
 CASE = CASES / "two_robots.toml"
@@ -47,26 +47,6 @@ TIME = np.linspace(0.0, 1.0, 20)
 def random_path(rng: np.random.Generator) -> ToolPath:
     turned = Rotation.random(len(TIME), random_state=rng.integers(2**31))
     return ToolPath(TIME, poses(rng.normal(size=(len(TIME), 3)), turned))
-
-
-def random_placement(rng: np.random.Generator) -> Placement:
-    return Placement(rng.normal(size=3), Rotation.random(random_state=rng.integers(2**31)))
-
-
-@given(st.integers(0, 10**6))
-def test_placement_there_and_back_and_the_work_of_a_wrench_is_the_same_in_all_frames(seed):
-    rng = np.random.default_rng(seed)
-    placement, path = random_placement(rng), random_path(rng)
-    back = placement.path_in_base(placement.path_in_world(path))
-    np.testing.assert_allclose(back.pose, path.pose, rtol=0, atol=1e-12)
-    wrench = WrenchHistory(TIME, rng.normal(size=(len(TIME), 6)))
-    moved = path.displaced(1e-6 * rng.normal(size=(1, len(TIME), 6)))
-    in_base = moved.deviation_from(path)
-    in_world = placement.path_in_world(moved).deviation_from(placement.path_in_world(path))
-    # A load in world axes does on motions in the world what its image does in the base.
-    work = np.sum(wrench.wrench * in_world, axis=2)
-    image = placement.wrench_in_base(wrench).wrench
-    np.testing.assert_allclose(np.sum(image * in_base, axis=2), work, rtol=0, atol=1e-14)
 
 
 @given(st.integers(0, 10**6))
@@ -112,8 +92,8 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     compliance = {"forming": 2e-6, "support": 1e-6}  # [m/N]
     force, share, stiffness = 400.0, 0.6, 1e5
     placements = {
-        "forming": Placement(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("z", 0.7)),
-        "support": Placement(np.array([-1.0, 0.5, 2.0]), Rotation.from_euler("x", np.pi)),
+        "forming": Frame(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("z", 0.7)),
+        "support": Frame(np.array([-1.0, 0.5, 2.0]), Rotation.from_euler("x", np.pi)),
     }
     cell = Cell(
         tuple(
@@ -148,8 +128,8 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     np.testing.assert_allclose(on_forming, -force - pinch, rtol=1e-6)
 
 
-def cone_task() -> tuple[Part, ToolPath]:
-    part = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
+def cone_task() -> tuple[Frame, ToolPath]:
+    part = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
     cone = Cone(
         kind="cone",
         radius_m=0.03,

@@ -18,10 +18,11 @@ from coupling.case import load_case
 from coupling.errors import CaseError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
-from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.solve.correction import Uncorrected
 from coupling.solve.fixed_point import Loop
@@ -127,7 +128,7 @@ def test_forward_kinematics_are_those_of_another_engine(example):
     between = np.sort(np.append(time, time[:-1] + 0.5))
     pose = planner.forward(joints, between).pose[0, ::2]
     np.testing.assert_allclose(pose, expected[:, :7], rtol=0, atol=1e-13)
-    turned = Placement(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 0.5 * np.pi))
+    turned = Frame(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 0.5 * np.pi))
     cell = Cell((Member("turned", turned, None, planner),))
     x, y, z = expected[:, :3].T
     np.testing.assert_allclose(

@@ -11,10 +11,11 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.errors import SimulationError
 from coupling.path.contact_spring import straight
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.process import Answer, ElasticWall
-from coupling.robot.cell import Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
 from coupling.solve.robin import Robin
 from elastic_robot.fmi.interface import Mode
@@ -58,7 +59,7 @@ def cell_of_springs(rng: np.random.Generator, gain: float, stiffness: np.ndarray
     size = gain / np.abs(np.linalg.eigvals(whole @ stiffness)).max()
     members = []
     for name, compliance in zip(("first", "second"), compliances, strict=True):
-        at = Placement(rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)))
+        at = Frame(rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)))
         turn = at.rotation.as_matrix()
         robot = SpringRobot(size * turn.T @ compliance @ turn)
         members.append(Member(name, at, robot, SpringPlanner()))

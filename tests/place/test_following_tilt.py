@@ -122,7 +122,7 @@ def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_p
     for number, k in enumerate(wound):
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
-        path = robot.placement.path_in_base(placed.desired)
+        path = placed.desired.transformed(robot.placement.inverse())
         (q,) = InverseKinematics(robot.description, lanes.q[0, :, k]).plan(path).q
         assert figures.limit_margin[number] == pytest.approx(9.0 - np.abs(q).max(), abs=0.02)
 
@@ -202,5 +202,5 @@ def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypa
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
         planner = InverseKinematics(robot.description, lanes.q[0, :, k])
-        (exact,) = planner.plan(robot.placement.path_in_base(placed.desired)).q
+        (exact,) = planner.plan(placed.desired.transformed(robot.placement.inverse())).q
         np.testing.assert_allclose(lanes.q[:, :, k], exact[::40], atol=1e-6)

@@ -15,6 +15,7 @@ pytest.importorskip("numba")
 
 from coupling.case import load_case
 from coupling.errors import CaseError
+from coupling.path.frame import Frame
 from coupling.process import PROCESSES, Answer
 from coupling.report.page import write_report
 from coupling.run.folder import write_run
@@ -24,7 +25,7 @@ from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 from coupling.toolpaths.support import Support
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
@@ -144,7 +145,7 @@ def test_the_box_covers_both_tools_and_stays_while_it_does():
     assert sheet.near(box, away) != box
 
 
-UPRIGHT = Part(np.array([1.2, -0.3, 0.5]), Rotation.from_rotvec([0.4, 0.1, -0.8]))
+UPRIGHT = Frame(np.array([1.2, -0.3, 0.5]), Rotation.from_rotvec([0.4, 0.1, -0.8]))
 
 
 def table(**changes):
@@ -162,8 +163,8 @@ def stroke(height: float) -> Task:
     points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
-    forming = UPRIGHT.tool_path(at, points)
-    support = Support(forming, UPRIGHT.support_path(at, back), down, 1e-3, 0.01)
+    forming = tool_path(UPRIGHT, at, points)
+    support = Support(forming, tool_path(UPRIGHT, at, back, PART_FROM_SUPPORT), down, 1e-3, 0.01)
     return Task(UPRIGHT, forming, support=support)
 
 
@@ -203,11 +204,12 @@ def test_a_part_turned_over_turns_the_forces_of_both_tools():
     """The same forces in the axes of the part, whose z now points down."""
     task = stroke(height=-1e-3)
     over = UPRIGHT.rotation * Rotation.from_euler("x", np.pi)
-    turned = Part(UPRIGHT.position, over)
+    turned = Frame(UPRIGHT.position, over)
     upper = table().process(task).evaluate(task.desired).wrench
     points = [UPRIGHT.coordinates(position) for position in task.desired.position]
     time = task.desired.time
-    forming, behind = turned.tool_path(time, points[0]), turned.support_path(time, points[1])
+    forming = tool_path(turned, time, points[0])
+    behind = tool_path(turned, time, points[1], PART_FROM_SUPPORT)
     direction = over.apply(UPRIGHT.rotation.inv().apply(task.support.direction))
     support = replace(task.support, forming=forming, desired=behind, direction=direction)
     below = Task(turned, forming, support=support)
