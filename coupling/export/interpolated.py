@@ -100,10 +100,9 @@ def _found_near(
     jacobians = Postures(robot, axes).jacobians(near)
     if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _REGULAR:
         return None
-    q, still = near.copy(), np.zeros_like(near)
+    q = near.copy()
     for _ in range(_STEPS):
-        now = planner.forward(JointPath(path.time, (q,), (still,), (still,)), path.time)
-        off = path.deviation_from(now)[0]
+        off = path.deviation_from(ToolPath(path.time, planner.poses(q)))[0]
         if np.abs(off).max() < _REACHED:
             return JointPath(path.time, (q,))
         q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]

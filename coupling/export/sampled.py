@@ -17,7 +17,6 @@ from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
-from elastic_robot.trajectory import Trajectory
 
 # Speed with which the tool goes to where the path begins [m/s].
 _APPROACH = 0.01
@@ -66,13 +65,11 @@ class Sampled:
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
         time = np.interp(np.arange(2 * steps + 1) / 2, np.arange(steps + 1), rows)
-        rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
-        motion = Trajectory(command.time, command.q[0], rates, accelerations)
         # A last row behind the command's end holds its end.
-        q = motion.at(time.clip(max=command.time[-1]))[0]
+        q = command.trajectory.at(time.clip(max=command.time[-1]))[0]
         description = robot.description
         planner = InverseKinematics(description, robot.home)
-        still = ToolPath(time, _forward(planner, q, time))
+        still = ToolPath(time, planner.poses(q))
         base = part_frame(part, robot, axes)
         pose = still.transformed(base.inverse() @ in_controller(axes)).pose[0]
         pose[:, 3:] = continuous(pose[:, 3:])
@@ -134,9 +131,3 @@ class Sampled:
             for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)
         ]
         return Program(name, tuple(moves), self.base.pose, self.tool.pose)
-
-
-def _forward(planner: InverseKinematics, q: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return poses of the undeflected TCP at drive angles, (n, 7)."""
-    still = np.zeros_like(q)
-    return planner.forward(JointPath(time, (q,), (still,), (still,)), time).pose[0]

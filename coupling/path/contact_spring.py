@@ -71,20 +71,3 @@ class ContactSpring:
         """Return the springs in another frame, in which `frame` is the present one."""
         matrix = frame.rotation.as_matrix()
         return ContactSpring(frame.points(self.anchor), matrix @ self.stiffness @ matrix.T)
-
-
-def straight(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return values (tools, n, ...) that go straight from row to row, at other times.
-
-    Args:
-        time: Times of the rows, rising [s], (n,).
-        values: One row after another along the second axis.
-        at: Rising, between the first and the last time [s], (k,).
-    """
-    after = np.searchsorted(time, at).clip(1, len(time) - 1)
-    share = (at - time[after - 1]) / (time[after] - time[after - 1])
-    share = share.reshape(-1, *(1,) * (values.ndim - 2))
-    between: np.ndarray = (1.0 - share) * values[:, after - 1] + share * values[:, after]
-    exact = time[after] == at
-    between[:, exact] = values[:, after[exact]]
-    return between

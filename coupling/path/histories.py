@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
+from coupling.path.linear import interpolated
+from elastic_robot.trajectory import Trajectory
 
 _POSE, _WRENCH = 7, 6  # columns
 
@@ -209,6 +211,16 @@ class JointPath:
         )
 
     @property
+    def trajectory(self) -> Trajectory:
+        """Motion of the only robot at any time, as its FMU reads it.
+
+        Raises:
+            TrajectoryError: If its rows are closer or larger than the model takes.
+        """
+        (q,), (qd,), (qdd,) = self.q, self.qd or (None,), self.qdd or (None,)
+        return Trajectory(self.time, q, qd, qdd)
+
+    @property
     def columns(self) -> dict[str, np.ndarray]:
         """Columns q1.., and qd1.., qdd1.. where there are rates, of the first robot, by name."""
         blocks = {"q": self.q, "qd": self.qd, "qdd": self.qdd}
@@ -347,7 +359,7 @@ class WrenchHistory:
         if spring is not None:
             instants = self.instants
             held = np.searchsorted(instants, time).clip(max=len(instants) - 1)
-            anchor = straight(instants, spring.anchor, time)
+            anchor = interpolated(time, instants, spring.anchor, axis=1)
             spring = ContactSpring(anchor, spring.stiffness[:, held])
         return WrenchHistory(rows, wrench, spring)
 

@@ -13,6 +13,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
@@ -81,8 +82,7 @@ class MeasuredTable(NoisySchema):
             # What is faster than the samples would come as something slower.
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
-        for k in range(record.shape[1]):
-            wrench[:, k] = np.interp(asked, stations, record[:, k])
+        wrench[:, : record.shape[1]] = interpolated(asked, stations, record)
         return Measured(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.process.base import Answer, Identified, ProcessSchema
 from coupling.process.corners import level_crossings
 from coupling.process.cutting_force import (
@@ -105,7 +106,7 @@ class Milling:
         )
 
         def at(instants: np.ndarray, values: np.ndarray) -> np.ndarray:
-            return np.column_stack([np.interp(instants, path.time, v) for v in values.T])
+            return interpolated(instants, path.time, values)
 
         now = at(time, actual)
         way = (now - at(time - self.cutter.tooth_period, actual))[:, :2]

@@ -14,6 +14,7 @@ from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
+from coupling.path.linear import interpolated
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
 from coupling.toolpaths.instants import NONE, Corners, Instants
@@ -119,7 +120,7 @@ class _Stretch:
         position = np.array([point.position for point in self.points])
 
         def point(s: np.ndarray) -> np.ndarray:
-            return np.column_stack([*(np.interp(s, arc, axis) for axis in position.T), s])
+            return np.column_stack([interpolated(s, arc, position), s])
 
         return Segment(float(arc[-1]), point)
 

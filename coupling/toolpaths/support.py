@@ -10,6 +10,7 @@ import numpy as np
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
+from coupling.path.linear import interpolated
 from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 
 
@@ -56,9 +57,7 @@ class Support:
         forming, desired = (
             InterpolatedPath(path).at(time) for path in (self.forming, self.desired)
         )
-        across = np.column_stack(
-            [np.interp(time, self.forming.time, axis) for axis in self.direction.T]
-        )
+        across = interpolated(time, self.forming.time, self.direction)
         direction = across / np.linalg.norm(across, axis=1, keepdims=True)
         return replace(self, forming=forming, desired=desired, direction=direction)
 

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.errors import SimulationError
-from coupling.path.contact_spring import straight
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.linear import interpolated
 from coupling.process import Answer, ElasticWall
 from coupling.robot.cell import Cell, Member
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
@@ -114,7 +114,7 @@ def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
     assert len(found.evaluations) <= 3
 
     answered = wall.evaluate(found.path.at_rows(rows)).wrench.wrench
-    force = WrenchHistory(told.time, straight(samples, answered, told.time))
+    force = WrenchHistory(told.time, interpolated(told.time, samples, answered, axis=1))
     again = robot.simulate(command, force, "quasistatic")
     np.testing.assert_allclose(again.position, found.path.position, rtol=0, atol=1e-6)
 

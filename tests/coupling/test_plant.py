@@ -15,8 +15,8 @@ from coupling.case import Case, load_case
 from coupling.errors import CaseError
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.contact_spring import straight
 from coupling.path.deviation import measure
+from coupling.path.linear import interpolated
 from coupling.robot.difference import Difference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
@@ -117,7 +117,7 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     assert run.plant.coupling.converged
     rows = np.searchsorted(run.desired.time, case.desired.time)
     answer = case.process.evaluate(run.plant.path.at_rows(rows)).wrench
-    expected = straight(answer.time, 1.2 * answer.wrench, run.desired.time)
+    expected = interpolated(run.desired.time, answer.time, 1.2 * answer.wrench, axis=1)
     met = run.plant.wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     alone = run_compensation(loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2"))

@@ -11,8 +11,9 @@ from places import EXAMPLES
 from spring_robot import SpringRobot
 
 from coupling.case import load_case
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.process import Answer, ElasticWall
 from coupling.run.folder import write_run
 from coupling.run.models import Models
@@ -248,7 +249,7 @@ def test_straight_keeps_its_rows():
     time = np.cumsum(rng.uniform(0.1, 1.0, 20))
     values = rng.normal(size=(2, 20, 3, 3))
     more = np.sort(np.concatenate([time, rng.uniform(time[0], time[-1], 50)]))
-    found = straight(time, values, more)
+    found = interpolated(more, time, values, axis=1)
     np.testing.assert_array_equal(found[:, np.searchsorted(more, time)], values)
     expected = np.interp(more, time, values[1, :, 2, 0])
     np.testing.assert_allclose(found[1, :, 2, 0], expected, atol=1e-12)

@@ -1,0 +1,25 @@
+"""Histories that go straight from row to row."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Return rows at other times; beyond the ends the end values hold.
+
+    Args:
+        at: Times, or arc lengths, that are asked for, (k,).
+        time: Those of the rows, rising, (n,).
+        values: The rows, n of them along an axis.
+        axis: That axis, which is k long in what is returned.
+
+    Example:
+        >>> interpolated(np.array([0.5, 3.0]), np.array([0.0, 1.0]), np.array([[0.0, 2.0], [1.0, 4.0]]))
+        array([[0.5, 3. ],
+               [1. , 4. ]])
+    """
+    rows = np.moveaxis(values, axis, 0)
+    columns = [np.interp(at, time, column) for column in rows.reshape(len(time), -1).T]
+    found = np.stack(columns, axis=1).reshape(len(at), *rows.shape[1:])
+    return np.moveaxis(found, 0, axis)
