@@ -17,6 +17,7 @@ from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import arc_length
 from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
@@ -85,7 +86,7 @@ def checked(
                     placed.description.name,
                     placed.placement,
                     path,
-                    float(np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()),
+                    float(arc_length(path.position[0])[-1]),
                     joint_demands(path.time, q, limits),
                     room_around(placed.description, path, q),
                     gears,

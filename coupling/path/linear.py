@@ -23,3 +23,14 @@ def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int
     columns = [np.interp(at, time, column) for column in rows.reshape(len(time), -1).T]
     found = np.stack(columns, axis=1).reshape(len(at), *rows.shape[1:])
     return np.moveaxis(found, 0, axis)
+
+
+def arc_length(points: np.ndarray) -> np.ndarray:
+    """Return the way from point to point [m], (n,), zero at the first of them, (n, 3).
+
+    Example:
+        >>> arc_length(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]))
+        array([0., 5.])
+    """
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.append(0.0, np.cumsum(steps))

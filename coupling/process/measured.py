@@ -13,7 +13,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.path.linear import interpolated
+from coupling.path.linear import arc_length, interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
@@ -76,7 +76,7 @@ class MeasuredTable(NoisySchema):
         """
         axis, stations, record = self._record()
         time = task.desired.time
-        asked = time if axis == "time" else distance_along(task.desired)
+        asked = time if axis == "time" else arc_length(task.desired.position[0])
         _require_cover(self.file, axis, stations, asked)
         if axis == "time" and _is_finer(stations, time):
             # What is faster than the samples would come as something slower.
@@ -96,18 +96,6 @@ class MeasuredTable(NoisySchema):
     def own_files(self) -> tuple[Path, ...]:
         """Return the record."""
         return (self.file,)
-
-
-def distance_along(path: ToolPath) -> np.ndarray:
-    """Return the distance travelled by the TCP [m], (n,), zero at the start.
-
-    Example:
-        >>> pose = np.array([[0, 0, 0, 0, 0, 0, 1.0], [3, 4, 0, 0, 0, 0, 1.0]])
-        >>> distance_along(ToolPath(np.array([0.0, 1.0]), pose))
-        array([0., 5.])
-    """
-    steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _is_finer(recorded: np.ndarray, time: np.ndarray) -> bool:

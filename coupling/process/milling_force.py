@@ -104,30 +104,22 @@ class Milling:
         actual, desired = (
             self.part.coordinates(known.position[0]) for known in (path, self.desired)
         )
-
-        def at(instants: np.ndarray, values: np.ndarray) -> np.ndarray:
-            return interpolated(instants, path.time, values)
-
-        now = at(time, actual)
-        way = (now - at(time - self.cutter.tooth_period, actual))[:, :2]
+        now = interpolated(time, path.time, actual)
+        before = interpolated(time - self.cutter.tooth_period, path.time, actual)
+        way = (now - before)[:, :2]
         left = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * left, axis=1)])
-        offset = np.sum((now - at(time, desired))[:, :2] * left, axis=1)
+        offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * left, axis=1)
         radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
         start, end = ARCS[self.engagement](radial, self.cutter.radius)
         return Cut(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
 
     def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
         """Turn wrenches from the axes of the cut to those of the base, (n, 6)."""
-        cos, sin = feed[:, 0], feed[:, 1]
-
-        def turned(vectors: np.ndarray) -> np.ndarray:
-            f, n, z = vectors.T
-            in_part = np.column_stack([cos * f - sin * n, sin * f + cos * n, z])
-            in_base: np.ndarray = self.part.turned(in_part)
-            return in_base
-
-        return np.hstack([turned(wrench[:, :3]), turned(wrench[:, 3:])])
+        cos, sin = feed.T[..., None]
+        f, n, z = np.moveaxis(wrench.reshape(-1, 2, 3), 2, 0)
+        in_part = np.stack([cos * f - sin * n, sin * f + cos * n, z], axis=2)
+        return self.part.turned(in_part).reshape(-1, 6)
 
 
 def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:

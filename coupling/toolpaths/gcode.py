@@ -11,7 +11,6 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
@@ -88,22 +87,16 @@ class GcodePath(ToolPathTable):
         for stretch in self._stretches():
             if isinstance(stretch, Dwell):
                 count += stretch.duration / self.sample_s
-                self._require_few(count)
+                require_few(count, self.file)
                 if stretch.duration > 0.0 and here is not None:
                     yield waiting(here, stretch.duration)
                 continue
             curve = chain([move.segment for move in stretch])
             feed = stretch[0].feed or self.rapid_m_s
             count += (curve.length / feed + 2.0 * self.blend_s) / self.sample_s
-            self._require_few(count)
+            require_few(count, self.file)
             here = curve.point(np.array([curve.length]))[0]
             yield drive(curve, feed, self.blend_s)
-
-    def _require_few(self, count: float) -> None:
-        try:
-            require_few(count)
-        except ValueError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
 
     def _stretches(self) -> Iterator[list[Move] | Dwell]:
         """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""

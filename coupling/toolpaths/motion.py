@@ -99,10 +99,7 @@ class Driven(ToolPathTable):
         if follows and all(own.heading is None for own in segments):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
-        try:
-            require_few(float(motion.ends[-1]) / self.sample_s)
-        except ValueError as cause:
-            raise CaseError(f"tool_path: {cause}") from cause
+        require_few(float(motion.ends[-1]) / self.sample_s, "tool_path")
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         path = tool_path(part, instants.time, moved[:, :3])
@@ -114,16 +111,16 @@ class Driven(ToolPathTable):
         """Return the segments in the part frame, joined end to end."""
 
 
-def require_few(samples: float) -> None:
+def require_few(samples: float, where: object) -> None:
     """Refuse a path of more samples than fit into memory: its feed or period is in a wrong unit.
 
     Raises:
-        ValueError: If there are more.
+        CaseError: If there are more.
     """
     if not samples <= _MOST_SAMPLES:
-        raise ValueError(
-            f"expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds and at"
-            " sample_s"
+        raise CaseError(
+            f"{where}: expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds"
+            " and at sample_s"
         )
 
 

@@ -14,7 +14,7 @@ from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.path.linear import interpolated
+from coupling.path.linear import arc_length, interpolated
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
 from coupling.toolpaths.instants import NONE, Corners, Instants
@@ -52,10 +52,7 @@ class ProgramPath(ToolPathTable):
             raise CaseError(f"{self.file}: {cause}") from cause
         stretches = self._stretches(_points(self.file, moves, self.feed_m_s))
         count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
-        try:
-            require_few(count / self.sample_s)
-        except ValueError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
+        require_few(count / self.sample_s, self.file)
         motion = Motion([drive(own.segment(), own.feed, self.blend_s) for own in stretches])
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
@@ -104,11 +101,12 @@ class _Stretch:
         return self.points[-1].feed
 
     @property
+    def _position(self) -> np.ndarray:
+        return np.array([point.position for point in self.points])
+
+    @property
     def _arc(self) -> np.ndarray:
-        position = np.array([point.position for point in self.points])
-        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        arc: np.ndarray = np.append(0.0, np.cumsum(steps))
-        return arc
+        return arc_length(self._position)
 
     @property
     def length(self) -> float:
@@ -116,8 +114,7 @@ class _Stretch:
 
     def segment(self) -> Segment:
         """Return it as a curve of x, y, z and arc length."""
-        arc = self._arc
-        position = np.array([point.position for point in self.points])
+        arc, position = self._arc, self._position
 
         def point(s: np.ndarray) -> np.ndarray:
             return np.column_stack([interpolated(s, arc, position), s])

@@ -111,7 +111,7 @@ class Shop:
         if trial.beyond is not None:
             command = source.stored.joints
             noise += trial.beyond.at(source.robot, source.home, command, clock[rows])
-        seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
+        seen = at.points(path.position[0][rows] + noise)
         held = None
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))

@@ -19,6 +19,7 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
 from coupling.errors import BuildError, CaseError
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
@@ -47,6 +48,27 @@ TIME = np.linspace(0.0, 1.0, 20)
 def random_path(rng: np.random.Generator) -> ToolPath:
     turned = Rotation.random(len(TIME), random_state=rng.integers(2**31))
     return ToolPath(TIME, poses(rng.normal(size=(len(TIME), 3)), turned))
+
+
+@given(st.integers(0, 10**6))
+def test_a_wrench_and_its_spring_do_the_same_work_in_all_frames(seed):
+    """A load in world axes does on motions in the world what its image does in the base."""
+    rng = np.random.default_rng(seed)
+    rotation = Rotation.random(random_state=rng.integers(2**31))
+    world_from_base, path = Frame(rng.normal(size=3), rotation), random_path(rng)
+    base_from_world = world_from_base.inverse()
+    back = path.transformed(world_from_base).transformed(base_from_world)
+    np.testing.assert_allclose(back.pose, path.pose, rtol=0, atol=1e-12)
+    root = rng.normal(size=(1, len(TIME), 3, 3))
+    spring = ContactSpring(rng.normal(size=(1, len(TIME), 3)), root @ root.swapaxes(-1, -2))
+    wrench = WrenchHistory(TIME, rng.normal(size=(len(TIME), 6)), spring)
+    moved = path.displaced(1e-6 * rng.normal(size=(1, len(TIME), 6)))
+    in_world = [own.transformed(world_from_base) for own in (path, moved)]
+    loads = wrench.on(in_world[0])
+    image = wrench.transformed(base_from_world).on(path)
+    work = np.sum(loads.wrench * in_world[1].deviation_from(in_world[0]), axis=2)
+    own = np.sum(image.wrench * moved.deviation_from(path), axis=2)
+    np.testing.assert_allclose(own, work, rtol=0, atol=1e-13)
 
 
 @given(st.integers(0, 10**6))

@@ -115,8 +115,7 @@ def test_forward_kinematics_are_those_of_another_engine(example):
     """MuJoCo's poses without gravity, in the robot's base and in the world of a cell."""
     postures, expected = reference("poses")[:, 1:], reference("a_fk")[:, 1:]
     time = np.arange(float(len(postures)))
-    rest = np.zeros_like(postures)
-    joints = JointPath(time, (postures,), (rest,), (rest,))
+    joints = JointPath(time, (postures,))
     planner = InverseKinematics(example, np.zeros(6))
     between = np.sort(np.append(time, time[:-1] + 0.5))
     pose = planner.forward(joints, between).pose[0, ::2]

@@ -14,6 +14,7 @@ from coupling.errors import CaseError
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
+from coupling.path.linear import interpolated
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
 
@@ -33,10 +34,7 @@ def waves(desired: ToolPath, size: float = 1e-4, count: int = 60) -> Discrepancy
         ],
         axis=1,
     )
-    position = np.stack(
-        [np.interp(time, desired.time, column) for column in desired.position[0].T], axis=1
-    )
-    return Discrepancy(time, position, deviation)
+    return Discrepancy(time, interpolated(time, desired.time, desired.position[0]), deviation)
 
 
 # Without backlash a gear does not cross elsewhere.

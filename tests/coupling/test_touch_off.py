@@ -46,7 +46,7 @@ def resting(robot: Robot, seed: int, at: Frame) -> tuple[RestingRobot, np.ndarra
     rng = np.random.default_rng(seed)
     home, chain = rng.uniform(-1.0, 1.0, len(robot.joints)), build_chain(robot)
     pose = base_from_tool(chain, chain.model.createData(), chain.theta(home))
-    middle = at.position + at.rotation.apply(pose.translation)
+    middle = at.points(pose.translation)
     rotation = at.rotation * Rotation.from_matrix(pose.rotation)
     return RestingRobot(robot, "linear", home, at), middle + rng.normal(0, 0.02, (3, 3)), rotation
 
@@ -120,7 +120,7 @@ def test_the_second_robot_of_a_cell_is_calibrated_at_the_same_points(tmp_path):
     file.write_text(text.replace(PART, f"{PART}\ntouch_off = {THREE}", 1))
     case, plain = load_case(file), load_case(CASES / "two_robots.toml")
     part, points = case.task.part, np.array(POINTS)
-    real = part.position + part.rotation.apply(points)
+    real = part.points(points)
     forming, support = case.robots
     shown = forming.touch_off.real_from_shown.coordinates(part.position)
     np.testing.assert_allclose(shown, plain.task.part.position, rtol=0, atol=1e-12)

@@ -23,6 +23,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.models import Models
@@ -251,8 +252,8 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     with Models(own.fmu) as models:
         fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
         path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.placement)
-    position = [np.interp(stored.achieved.time, path.time, p) for p in path.position[0].T]
-    off = np.linalg.norm(np.transpose(position) - stored.achieved.position[0], axis=1)
+    position = interpolated(stored.achieved.time, path.time, path.position[0])
+    off = np.linalg.norm(position - stored.achieved.position[0], axis=1)
     assert off.max() < 1e-8
 
 

@@ -27,8 +27,8 @@ from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.linear import arc_length
 from coupling.process import External, ExternalTable, MeasuredTable
-from coupling.process.measured import distance_along
 from coupling.process.program import is_running
 from coupling.robot.cell import Cell, Member
 from coupling.run.study import run_coupling
@@ -419,12 +419,14 @@ def test_a_record_in_tool_axes_turns_with_the_tool(tmp_path):
 def test_a_record_over_distance_belongs_to_the_place(tmp_path):
     """fx = 100 N times the share of the way, whatever the speed; no moments measured."""
     path = task().desired
-    length = distance_along(path)[-1]
+    length = arc_length(path.position[0])[-1]
     table = measured(
         tmp_path / "w.csv", f"distance,fx,fy,fz\n0,0,0,0\n{length},100,0,0\n", frame="base"
     )
     wrench = table.process(task()).evaluate(path).wrench.wrench[0]
-    np.testing.assert_allclose(wrench[:, 0], 100.0 * distance_along(path) / length, atol=1e-10)
+    np.testing.assert_allclose(
+        wrench[:, 0], 100.0 * arc_length(path.position[0]) / length, atol=1e-10
+    )
     assert np.all(wrench[:, 1:] == 0.0)
     middle = wrench[10, 0]
     assert middle == pytest.approx(26.0, abs=2.0)  # a quarter of the way at half time

@@ -16,6 +16,7 @@ pytest.importorskip("numba")
 from coupling.case import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
+from coupling.path.linear import interpolated
 from coupling.process import PROCESSES, Answer
 from coupling.report.page import write_report
 from coupling.run.folder import write_run
@@ -160,7 +161,7 @@ def stroke(height: float) -> Task:
     corners = np.array(
         [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
     )
-    points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
+    points = interpolated(at, np.arange(4.0), corners)
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
     forming = tool_path(UPRIGHT, at, points)
@@ -188,10 +189,7 @@ def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
     """Its force points off the sheet, at its centre; the forming tool has to press harder."""
     task = stroke(height=-1e-3)
     found = table().process(task).evaluate(task.desired).wrench
-    forming, behind = (
-        UPRIGHT.rotation.inv().apply(wrench.reshape(-1, 3)).reshape(-1, 6)
-        for wrench in found.wrench
-    )
+    forming, behind = found.transformed(UPRIGHT.inverse()).wrench
     deep = UPRIGHT.coordinates(task.forming.position[0])[:, 2] < -3e-4
     assert np.all(behind[deep, 2] < -10.0)
     assert np.all(forming[deep, 2] > 10.0)
@@ -203,20 +201,18 @@ def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
 def test_a_part_turned_over_turns_the_forces_of_both_tools():
     """The same forces in the axes of the part, whose z now points down."""
     task = stroke(height=-1e-3)
-    over = UPRIGHT.rotation * Rotation.from_euler("x", np.pi)
-    turned = Frame(UPRIGHT.position, over)
+    turned = UPRIGHT @ Frame.of_rpy([0.0, 0.0, 0.0], [np.pi, 0.0, 0.0])
     upper = table().process(task).evaluate(task.desired).wrench
     points = [UPRIGHT.coordinates(position) for position in task.desired.position]
     time = task.desired.time
     forming = tool_path(turned, time, points[0])
     behind = tool_path(turned, time, points[1], PART_FROM_SUPPORT)
-    direction = over.apply(UPRIGHT.rotation.inv().apply(task.support.direction))
+    direction = turned.turned(UPRIGHT.inverse().turned(task.support.direction))
     support = replace(task.support, forming=forming, desired=behind, direction=direction)
     below = Task(turned, forming, support=support)
     found = table().process(below).evaluate(below.desired).wrench
-    for here, there in zip(upper.force, found.force, strict=True):
-        forces = UPRIGHT.rotation.inv().apply(here)
-        np.testing.assert_allclose(over.inv().apply(there), forces, atol=1e-6 * upper.peak_force)
+    here, there = upper.transformed(UPRIGHT.inverse()), found.transformed(turned.inverse())
+    np.testing.assert_allclose(there.force, here.force, atol=1e-6 * upper.peak_force)
 
 
 def test_a_support_that_leaves_the_sheet_is_refused():

@@ -40,7 +40,7 @@ def path_at_the_wall() -> ToolPath:
     time = np.linspace(0.0, 1.0, 20)
     depth = 1e-3 * np.cos(7.0 * time)
     points = np.column_stack([0.1 * time, 0.0 * time, depth])
-    return ToolPath(time, upright(PART.position + PART.rotation.apply(points)))
+    return ToolPath(time, upright(PART.points(points)))
 
 
 def program(folder: Path, names: list[str]) -> External:
