@@ -56,10 +56,8 @@ class SheetFem(Identified):
         Raises:
             ProcessError: If no equilibrium is found.
         """
-        centers = [
-            self._centers(tool, tip) for tool, tip in zip(path.tools, self.tips, strict=True)
-        ]
-        places = np.stack(centers, axis=1)[self.schedule.positions]
+        centers = self._centers(path)
+        places = centers.swapaxes(0, 1)[self.schedule.positions]
         boxes = self._boxes()
         moves = [self._spheres(place) for place in places]
         forces, moments = np.zeros(places.shape), np.zeros(places.shape)
@@ -100,12 +98,8 @@ class SheetFem(Identified):
 
         They are those of the desired paths, so that only its path tells an evaluation from another one.
         """
-        centers = [
-            self._centers(tool, tip)
-            for tool, tip in zip(self.desired.tools, self.tips, strict=True)
-        ]
         boxes: list[Box] = []
-        for place in np.stack(centers, axis=1)[self.schedule.positions]:
+        for place in self._centers(self.desired).swapaxes(0, 1)[self.schedule.positions]:
             boxes.append(self.model.near(boxes[-1] if boxes else None, place))
         return boxes
 
@@ -140,9 +134,10 @@ class SheetFem(Identified):
         moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
-    def _centers(self, path: ToolPath, tip: np.ndarray) -> np.ndarray:
-        """Return a sphere's centres in the part frame."""
-        return self.part.coordinates(path.position[0] - path.rotations[0].apply(tip))
+    def _centers(self, path: ToolPath) -> np.ndarray:
+        """Return the spheres' centres in the part frame, (tools, n, 3)."""
+        turned = [own.apply(tip) for own, tip in zip(path.rotations, self.tips, strict=True)]
+        return self.part.coordinates(path.position - np.stack(turned))
 
     def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""

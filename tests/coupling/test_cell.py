@@ -11,6 +11,7 @@ import pytest
 from command_line import BY_MODE, FILES
 from hypothesis import given
 from hypothesis import strategies as st
+from line_case import changed_text
 from places import CASES
 from reported import compensated
 from rich.console import Console
@@ -222,12 +223,8 @@ def test_opening_is_the_drift_of_the_tools_across_the_sheet():
 
 
 def changed(tmp_path, *changes: tuple[str, str]):
-    text = CASE.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
     file = tmp_path / "two_robots.toml"
-    file.write_text(text)
+    file.write_text(changed_text(CASE, *changes))
     return file
 
 

@@ -9,6 +9,7 @@ import pytest
 from conftest import reference
 from hypothesis import given
 from hypothesis import strategies as st
+from line_case import changed_text
 from places import LINE_CASE
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
@@ -169,11 +170,7 @@ def test_limits_are_the_robots_and_the_controller_lowers_them(example):
 
 
 def case_with(tmp_path, *changes: tuple[str, str], tail: str = ""):
-    text = LINE_CASE.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "case.toml").write_text(text + tail)
+    (tmp_path / "case.toml").write_text(changed_text(LINE_CASE, *changes) + tail)
     return load_case(tmp_path / "case.toml")
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import BY_MODE, FILES, command
-from places import CASES, LINE_CASE
+from line_case import moving_line
+from places import CASES
 
 from coupling.case import Case, load_case
 from coupling.errors import CaseError
@@ -26,16 +27,8 @@ from elastic_robot.description import Body, Robot
 
 def moving(folder: Path, plant: str) -> Path:
     """The small case on the moving robot with backlash, by method inverse, with a plant."""
-    text = LINE_CASE.read_text()
-    for old, new in (
-        ('"linear"', '"backlash"'),
-        ('"quasistatic"', '"dynamic"'),
-        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
     file = folder / "stroke.toml"
-    file.write_text(f"{text}\n[plant]\n{plant}\n")
+    file.write_text(f"{moving_line()}\n[plant]\n{plant}\n")
     return file
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from calculix_disc import Disc, disc_force
 from calculix_plate import CCX, Plate, plunge_force
+from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
 
@@ -252,15 +253,13 @@ def test_a_workpiece_survives_its_file(tmp_path, pressed):
 
 def test_couple_leaves_the_formed_sheet_in_the_run_folder_and_the_report(tmp_path):
     """The example cut down to one contour of 8 mm radius on a sheet of 50 mm."""
-    text = (CASES / "cone_fem.toml").read_text()
-    for old, new in (
+    text = changed_text(
+        CASES / "cone_fem.toml",
         ("radius_m       = 0.06", "radius_m = 0.008"),
         ("depth_m        = 0.005", "depth_m = 0.001"),
         ("[0.16, 0.16]", "[0.05, 0.05]"),
         ("[process]\n", "[process]\nelement_m = 0.005\n"),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
+    )
     text += "\n[coupling]\ntolerance_m = 1e-4\nmax_evaluations = 2\n"
     (tmp_path / "small.toml").write_text(text)
     program = [sys.executable, "-m", "coupling.cli", "couple", "small.toml", "-o", "out"]
