@@ -74,7 +74,7 @@ class PlacedRobot:
         description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad].
-        placement: world_from_base.
+        world_from_base: Where it stands in the world.
         mounting: How its description differs from its file.
         touch_off: What it takes for the world where it was touched off; None: the world.
         ratings: What its file rates it for.
@@ -85,7 +85,7 @@ class PlacedRobot:
     description: Robot
     torque_curve: str
     home: np.ndarray
-    placement: Frame
+    world_from_base: Frame
     mounting: Mounting
     ratings: Ratings
     touch_off: TouchOff | None = None
@@ -314,7 +314,7 @@ def _placed(
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
-    at = table.placement()
+    at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
     return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting, ratings)
@@ -345,7 +345,9 @@ def _touched_off(
     for robot, tool in zip(robots, tools, strict=True):
         points = part.points(file.part.touched)
         rotation = tool.rotations[0][0]
-        resting = RestingRobot(robot.description, robot.torque_curve, robot.home, robot.placement)
+        resting = RestingRobot(
+            robot.description, robot.torque_curve, robot.home, robot.world_from_base
+        )
         try:
             if not found:
                 own = TouchOff.of(points, resting.tool_at(points, rotation))

@@ -106,7 +106,7 @@ class RobotTable(_MemberTable):
     fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
-    def placement(self) -> Frame:
+    def world_from_base(self) -> Frame:
         """Return where the robot stands: at the world's origin."""
         return Frame.of_rpy([0.0, 0.0, 0.0], np.deg2rad(self.base_rpy_deg))
 
@@ -124,7 +124,7 @@ class SupportTable(_MemberTable):
     gap_m: Positive
     tool_diameter_m: Positive
 
-    def placement(self) -> Frame:
+    def world_from_base(self) -> Frame:
         """Return where the robot stands."""
         return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 

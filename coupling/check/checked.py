@@ -34,7 +34,7 @@ class CheckedRobot:
 
     Attributes:
         name: Of the robot's description.
-        placement: Place of its base in the world.
+        world_from_base: Where it stands in the world.
         path: Desired path of its tool, in its base.
         way: Length of the path [m].
         demands: What the path asks of the joints of the robot that does not give way.
@@ -47,7 +47,7 @@ class CheckedRobot:
     """
 
     name: str
-    placement: Frame
+    world_from_base: Frame
     path: ToolPath
     way: float
     demands: tuple[JointDemand, ...]
@@ -84,7 +84,7 @@ def checked(
             found.append(
                 CheckedRobot(
                     placed.description.name,
-                    placed.placement,
+                    placed.world_from_base,
                     path,
                     float(arc_length(path.position[0])[-1]),
                     joint_demands(path.time, q, limits),

@@ -162,7 +162,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         description=description,
         torque_curve=_TORQUE_CURVE,
         home=joints.q[0][0],
-        placement=AT_THE_ORIGIN,
+        world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
         ratings=load_ratings(described, description),
     )

@@ -17,7 +17,7 @@ def part_frame(world_from_part: Frame, robot: PlacedRobot, axes: ControllerAxes)
     """
     if robot.touch_off is not None:
         world_from_part = robot.touch_off.real_from_shown.inverse() @ world_from_part
-    return in_controller(axes) @ robot.placement.inverse() @ world_from_part
+    return in_controller(axes) @ robot.world_from_base.inverse() @ world_from_part
 
 
 def in_controller(axes: ControllerAxes) -> Frame:

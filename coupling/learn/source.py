@@ -43,7 +43,7 @@ class Source:
         file: Its file.
         torque_curve: Name of its gears' torque curve.
         home: Joint angles near which paths start [rad].
-        placement: Where the robot stands in the frame of the run folder's files.
+        world_from_base: Where it stands in the world.
         controller: What takes its command.
         stored: What the folder holds; desired path and wrench in axes of the robot's base.
         discrepancy: What the tool was taken to do beyond the model, in these axes; None: nothing.
@@ -56,7 +56,7 @@ class Source:
     file: Path
     torque_curve: str
     home: np.ndarray
-    placement: Frame
+    world_from_base: Frame
     controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
@@ -110,7 +110,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
     case = load_case(file)
     placed = case.robots[0]
     description = load_toml(file, CaseError)["robot"]["description"]
-    at, stored = placed.placement, run.first
+    at, stored = placed.world_from_base, run.first
     # All that follows is in axes of the robot's base.
     base_from_world = at.inverse()
     return Source(

@@ -42,7 +42,7 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        placement: world_from_base.
+        world_from_base: Where it stands in the world.
         robot: Its simulation, in its own base frame.
         planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
@@ -51,7 +51,7 @@ class Member:
     """
 
     name: str
-    placement: Frame
+    world_from_base: Frame
     robot: SimulatedRobot
     planner: Planner
     inverter: Inverter | None = None
@@ -68,14 +68,16 @@ class Member:
         Raises:
             SimulationError: If it cannot be simulated.
         """
-        path = self.robot.simulate(command, wrench.transformed(self.placement.inverse()), mode)
-        path = path.transformed(self.placement)
+        path = self.robot.simulate(
+            command, wrench.transformed(self.world_from_base.inverse()), mode
+        )
+        path = path.transformed(self.world_from_base)
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def model_path(self, path: ToolPath) -> ToolPath:
         """Return where the tool of its model has to be, in its base, for the tool to be on a path."""
         own = path if self.discrepancy is None else self.discrepancy.model(path)
-        return own.transformed(self.placement.inverse())
+        return own.transformed(self.world_from_base.inverse())
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class Cell:
     def _undeflected(self, path: ToolPath) -> JointPath:
         """Return the joint angles that put the undeflected tools on their paths."""
         motions = [
-            member.planner.plan(tool.transformed(member.placement.inverse()))
+            member.planner.plan(tool.transformed(member.world_from_base.inverse()))
             for member, tool in zip(self.members, path.tools, strict=True)
         ]
         return JointPath.of_robots(motions)
@@ -120,7 +122,7 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.planner.forward(own, time).transformed(member.placement)
+                member.planner.forward(own, time).transformed(member.world_from_base)
                 for member, own in zip(self.members, joints.robots, strict=True)
             ]
         )
@@ -160,7 +162,7 @@ class Cell:
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
-            loads = load.transformed(member.placement.inverse())
+            loads = load.transformed(member.world_from_base.inverse())
             wanted = Wanted(member.model_path(tool), own, loads)
             found.append(member.inverter.invert(wanted, controller, goal, watch))
         changes = [

@@ -71,13 +71,13 @@ class RestingRobot:
         robot: Its description, gravity in the axes of its base.
         torque_curve: Name of its gears' torque curve.
         home: Joint angles near which the points are reached [rad].
-        placement: world_from_base.
+        world_from_base: Where it stands in the world.
     """
 
     robot: Robot
     torque_curve: str
     home: np.ndarray
-    placement: Frame
+    world_from_base: Frame
 
     def tool_at(self, commanded: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return where the tool rests under commands to points, world axes [m], (n, 3).
@@ -94,7 +94,7 @@ class RestingRobot:
         dynamics, near, found = Dynamics(chain, parameters.gravity), self.home, []
         for k, point in enumerate(commanded, start=1):
             still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
-            path = still.transformed(self.placement.inverse())
+            path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
                 x = equilibrium(dynamics, curve, near, Acting())
@@ -104,7 +104,7 @@ class RestingRobot:
                     " can touch"
                 ) from cause
             found.append(pose_of(base_from_tool(chain, data, chain.theta(near, x)))[:3])
-        return self.placement.points(np.array(found))
+        return self.world_from_base.points(np.array(found))
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return the commands under which the tool rests at real points; as `tool_at`.

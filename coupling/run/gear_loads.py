@@ -39,9 +39,9 @@ def wanted_of(
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     found = []
     for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
-        own = path.transformed(placed.placement.inverse())
+        own = path.transformed(placed.world_from_base.inverse())
         rigid = InverseKinematics(placed.description, placed.home).plan(own)
-        found.append(Wanted(own, rigid, load.transformed(placed.placement.inverse())))
+        found.append(Wanted(own, rigid, load.transformed(placed.world_from_base.inverse())))
     return tuple(found)
 
 

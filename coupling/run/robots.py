@@ -38,7 +38,7 @@ def drawn_robots(case: Case, run: Run) -> list[dict[str, Any]]:
                 "torque_curve": placed.torque_curve,
                 "sources": by_source(numbers),
                 "touch_off": _touch_off(case, placed),
-                "links_m": np.round(placed.placement.points(own), 6).tolist(),
+                "links_m": np.round(placed.world_from_base.points(own), 6).tolist(),
             }
         )
     return found

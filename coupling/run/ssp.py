@@ -70,7 +70,7 @@ class System:
             )
         robot, task = case.robots[0], _in_base(case)
         process = memoryless(case.process_table.process(task))
-        program = robot.programmed(case.task.forming).transformed(robot.placement.inverse())
+        program = robot.programmed(case.task.forming).transformed(robot.world_from_base.inverse())
         planned = InverseKinematics(robot.description, robot.home).plan(program)
         system = cls(case, answer, task, process, planned, step)
         if system.step == 0.0:
@@ -189,7 +189,7 @@ class System:
 
 def _in_base(case: Case) -> Task:
     """Return the task in the frame of the robot's base, which is that of its FMU."""
-    base_from_world, task = case.robots[0].placement.inverse(), case.task
+    base_from_world, task = case.robots[0].world_from_base.inverse(), case.task
     forming = task.forming.transformed(base_from_world)
     return replace(task, part=base_from_world @ task.part, forming=forming)
 

@@ -105,7 +105,7 @@ class Shop:
         """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
-        clock, at = source.stored.desired.time, source.placement
+        clock, at = source.stored.desired.time, source.world_from_base
         rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))[:: trial.every]
         noise = trial.noise * rng.standard_normal((len(rows), 3))
         if trial.beyond is not None:

@@ -82,7 +82,7 @@ def test_two_tools_that_press_on_each_other_take_three_evaluations(gain, seed):
     assert found.converged, found.reason
     assert len(found.evaluations) <= 3
 
-    turns = [member.placement.rotation.as_matrix() for member in cell.members]
+    turns = [member.world_from_base.rotation.as_matrix() for member in cell.members]
     soft = np.zeros((6, 6))
     for k, (turn, member) in enumerate(zip(turns, cell.members, strict=True)):
         soft[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = turn @ member.robot.compliance @ turn.T

@@ -290,12 +290,12 @@ def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
     folder, _ = mirrored
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]
-    wrench = robot.wrench.transformed(case.robots[1].placement.inverse())
+    wrench = robot.wrench.transformed(case.robots[1].world_from_base.inverse())
     with Models(case.fmu) as models:
         placed = case.robots[1]
         fmu = models.of(placed.description, placed.torque_curve).fmu
-        path = fmu.simulate(robot.joints, wrench, "quasistatic").transformed(placed.placement)
+        path = fmu.simulate(robot.joints, wrench, "quasistatic").transformed(placed.world_from_base)
         alone = fmu.simulate(robot.joints, replace(wrench, spring=None), "quasistatic")
-        alone = alone.transformed(placed.placement)
+        alone = alone.transformed(placed.world_from_base)
     assert path.distance_to(robot.achieved).max() < 1e-8
     assert alone.distance_to(robot.achieved).max() > 5e-5

@@ -105,7 +105,7 @@ def test_the_simulated_robot_commanded_to_the_touched_point_rests_where_the_part
     with Models("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
         joints = cell.members[0].planner.plan(
-            ToolPath(time, pose).transformed(cell.members[0].placement.inverse())
+            ToolPath(time, pose).transformed(cell.members[0].world_from_base.inverse())
         )
         there = cell.simulate(JointPath(time, joints.q), WrenchHistory.none(time, 1), "quasistatic")
     np.testing.assert_allclose(there.position[0, 0], case.task.part.position, rtol=0, atol=1e-9)
@@ -124,7 +124,9 @@ def test_the_second_robot_of_a_cell_is_calibrated_at_the_same_points(tmp_path):
     forming, support = case.robots
     shown = forming.touch_off.real_from_shown.coordinates(part.position)
     np.testing.assert_allclose(shown, plain.task.part.position, rtol=0, atol=1e-12)
-    own = RestingRobot(support.description, support.torque_curve, support.home, support.placement)
+    own = RestingRobot(
+        support.description, support.torque_curve, support.home, support.world_from_base
+    )
     commanded = support.touch_off.real_from_shown.coordinates(real)
     there = own.tool_at(commanded, plain.desired.rotations[1][0])
     limit = 2.0 * support.touch_off.residual + 1e-7

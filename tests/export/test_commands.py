@@ -190,7 +190,7 @@ def edited(run) -> Path:
     placed = load_case(run / "case.toml").robots[0]
     planner = InverseKinematics(placed.description, placed.home)
     motion = JointPath(table[:, 0], (table[:, 8:14],))
-    table[:, 1:8] = planner.forward(motion, table[:, 0]).transformed(placed.placement).pose[0]
+    table[:, 1:8] = planner.forward(motion, table[:, 0]).transformed(placed.world_from_base).pose[0]
     return written(run.parent / "next.csv", table, tuple(names))
 
 
@@ -214,7 +214,7 @@ def test_an_edited_command_becomes_a_program_in_every_language(run, edited, comm
     placed = case.robots[0]
     axes = controller_axes(find_robot("icme2008"), 6)
     motion = drive_motion(program, placed.description, axes, 0.004, 0.0)
-    loads = stored.wrench.transformed(placed.placement.inverse())
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
     time = np.append(motion.time[:-1], max(motion.time[-1], loads.time[-1]))
     table = read_trajectory(edited, 6)
     own = np.loadtxt(edited, delimiter=",", skiprows=1)
@@ -230,7 +230,7 @@ def test_an_edited_command_becomes_a_program_in_every_language(run, edited, comm
     assert read.distance_to(asked).max() == pytest.approx(says["loss_m"], abs=2e-9)
     assert says["loss_m"] <= 5e-6
     assert asked.distance_to(first).max() > 5e-5
-    deviation = read.transformed(placed.placement).distance_to(stored.desired).max()
+    deviation = read.transformed(placed.world_from_base).distance_to(stored.desired).max()
     assert deviation == pytest.approx(says["deviation_of_file_m"]["maximum"], abs=2e-9)
 
 
@@ -242,7 +242,7 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     text = find_robot("icme2008").read_text()
     head, _, tail = text.partition("gravity")
     robot.write_text(f"{head}gravity = {gravity}{tail[tail.index(chr(10)) :]}")
-    loads = stored.wrench.transformed(placed.placement.inverse())
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
     load = np.column_stack([loads.time, loads.wrench[0]])
     file = written(tmp_path / "wrench.csv", load, ("time", *WRENCH_COLUMNS))
     table = np.loadtxt(run / "command.csv", delimiter=",", skiprows=1)
@@ -251,7 +251,7 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     (own,) = command_of_table(way, str(robot), file)
     with Models(own.fmu) as models:
         fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
-        path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.placement)
+        path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.world_from_base)
     position = interpolated(stored.achieved.time, path.time, path.position[0])
     off = np.linalg.norm(position - stored.achieved.position[0], axis=1)
     assert off.max() < 1e-8
