@@ -110,22 +110,21 @@ class Sampled:
             spline: Whether a spline goes through them.
             posture: Whether poses state it.
         """
-        angles = self.axes.controller_angles(self.q[rows])
+        angles = [tuple(row) for row in self.axes.controller_angles(self.q[rows]).tolist()]
         durations = np.diff(self.time[rows]).tolist()
-        start = Move("joint", joints=tuple(angles[0].tolist()))
+        moves = [Move("joint", joints=angles[0])]
         if targets == "joints":
-            way = [start]
-            way += [
-                Move("spline" if spline else "joint", joints=tuple(row), duration=duration)
-                for row, duration in zip(angles[1:].tolist(), durations, strict=True)
+            moves += [
+                Move("spline" if spline else "joint", joints=row, duration=duration)
+                for row, duration in zip(angles[1:], durations, strict=True)
             ]
-            return Program(name, tuple(way), self.base.pose, self.tool.pose)
+            return Program(name, tuple(moves), self.base.pose, self.tool.pose)
         poses = [tuple(row) for row in self.pose[rows].tolist()]
         stated = posture == "always" or (
             posture == "known" and self.axes.stated and self.postures.are_named(self.q[0])
         )
         postures = [self.postures.configuration(q) if stated else None for q in self.q[rows]]
-        moves = [start, Move("linear", poses[0], speed=_APPROACH, configuration=postures[0])]
+        moves.append(Move("linear", poses[0], speed=_APPROACH, configuration=postures[0]))
         moves += [
             Move("spline" if spline else "linear", pose, duration=duration, configuration=named)
             for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)

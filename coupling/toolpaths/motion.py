@@ -221,12 +221,8 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
 def _headed(segment: Segment, feed: float, blend: float, before: float) -> Leg:
     """Return the motion along a segment with its headings, at most half a turn from one before it."""
     driven = drive(segment, feed, blend)
-    if segment.heading is None:
-        return Leg(
-            driven.duration,
-            lambda time: np.column_stack([driven.at(time), np.full(len(time), before)]),
-        )
-    own, arc = segment.heading, _arc(segment, driven.duration, blend)
+    own = segment.heading or (lambda s: np.full_like(s, before))
+    arc = _arc(segment, driven.duration, blend)
     start = float(own(np.zeros(1))[0])
     shift = turned_to(before, start) - start
     return Leg(
