@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 from coupling.errors import CaseError
 from coupling.files.csv_table import CORRECTION_COLUMNS, read_table, write_table
 from coupling.path.frame import Frame
-from coupling.path.histories import ToolPath
+from coupling.path.histories import ToolPath, require_history
 
 _POSITION = ("x", "y", "z")
 # A path is the one that was measured if its points are as near as this [m]: a part that is touched off
@@ -59,11 +59,7 @@ class Discrepancy:
             raise ValueError(
                 f"expected positions ({count}, 3) and deviations ({count}, 6), got {shapes}"
             )
-        if np.any(np.diff(self.time) <= 0.0):
-            row = int(np.argmax(np.diff(self.time) <= 0.0))
-            raise ValueError(
-                f"time: expected rising times, got {self.time[row + 1]:.9g} in row {row + 2}"
-            )
+        require_history(self.time, np.hstack([self.position, self.deviation]), "discrepancy")
 
     @classmethod
     def read(cls, file: Path) -> Discrepancy:

@@ -20,7 +20,7 @@ from elastic_robot.trajectory import Trajectory
 _POSE, _WRENCH = 7, 6  # columns
 
 
-def _require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
+def require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
     """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,).
 
     Where there may be jumps a time may stand twice.
@@ -54,7 +54,7 @@ def _of_tools(
             f" shape {values.shape}"
         )
     for tool in stacked:
-        _require_history(time, tool, name, jumps)
+        require_history(time, tool, name, jumps)
     return stacked
 
 
@@ -190,7 +190,7 @@ class JointPath:
                 f" {len(self.qd)} and {len(self.qdd)}"
             )
         for values in (*self.q, *self.qd, *self.qdd):
-            _require_history(self.time, values, "joint path")
+            require_history(self.time, values, "joint path")
 
     @classmethod
     def of_robots(cls, motions: Sequence[JointPath]) -> JointPath:
