@@ -16,7 +16,7 @@ from coupling.export.checks import (
     require_robots,
     require_same_robot,
 )
-from coupling.export.frames import in_controller
+from coupling.export.frames import controller_from_base
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
 from coupling.files.ratings import load_ratings
@@ -177,7 +177,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         joints=joints,
         wrench=none if wrench is None else _met(wrench, start, instants, _last_cycle(joints)),
         desired=None,
-        part=in_controller(axes).inverse(),
+        part=controller_from_base(axes).inverse(),
         axes=axes,
         controller=controller,
         fmu=DEFAULT_KIND,

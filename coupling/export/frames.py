@@ -17,25 +17,25 @@ def part_frame(world_from_part: Frame, robot: PlacedRobot, axes: ControllerAxes)
     """
     if robot.touch_off is not None:
         world_from_part = robot.touch_off.real_from_shown.inverse() @ world_from_part
-    return in_controller(axes) @ robot.world_from_base.inverse() @ world_from_part
+    return controller_from_base(axes) @ robot.world_from_base.inverse() @ world_from_part
 
 
-def in_controller(axes: ControllerAxes) -> Frame:
+def controller_from_base(axes: ControllerAxes) -> Frame:
     """Return controller_from_base, of the robot file's base."""
     return Frame(-axes.base_position, AT_THE_ORIGIN.rotation)
 
 
 def tool_frame(robot: Robot, axes: ControllerAxes) -> Frame:
     """Return the TCP's frame in that of the maker's flange."""
-    return _flange(axes).inverse() @ Frame.of_rpy(robot.tcp_position, robot.tcp_rpy)
+    return _last_from_flange(axes).inverse() @ Frame.of_rpy(robot.tcp_position, robot.tcp_rpy)
 
 
-def _flange(axes: ControllerAxes) -> Frame:
+def _last_from_flange(axes: ControllerAxes) -> Frame:
     return Frame(axes.flange_position, axes.last_from_flange)
 
 
 def with_tool(robot: Robot, flange_from_tool: Frame, axes: ControllerAxes) -> Robot:
     """Return a robot that carries a tool as a program states it."""
-    tcp = _flange(axes) @ flange_from_tool
+    tcp = _last_from_flange(axes) @ flange_from_tool
     rpy = tcp.rotation.as_euler("xyz").tolist()
     return replace(robot, tcp_position=tuple(tcp.position.tolist()), tcp_rpy=tuple(rpy))

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
-from coupling.export.frames import in_controller, with_tool
+from coupling.export.frames import controller_from_base, with_tool
 from coupling.export.postures import Postures
 from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
@@ -75,7 +75,7 @@ def drive_motion(
     rows[:, 3:] = continuous(rows[:, 3:])
     values = smooth(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
     values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
-    base_from_path = in_controller(axes).inverse() @ Frame.of_pose(program.base or HERE)
+    base_from_path = controller_from_base(axes).inverse() @ Frame.of_pose(program.base or HERE)
     in_base = ToolPath(at, values).transformed(base_from_path)
     carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]

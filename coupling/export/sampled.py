@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.case import PlacedRobot
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
-from coupling.export.frames import in_controller, part_frame, tool_frame
+from coupling.export.frames import controller_from_base, part_frame, tool_frame
 from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
@@ -71,7 +71,7 @@ class Sampled:
         planner = InverseKinematics(description, robot.home)
         still = ToolPath(time, planner.poses(q))
         base = part_frame(part, robot, axes)
-        pose = still.transformed(base.inverse() @ in_controller(axes)).pose[0]
+        pose = still.transformed(base.inverse() @ controller_from_base(axes)).pose[0]
         pose[:, 3:] = continuous(pose[:, 3:])
         postures = Postures(description, axes)
         return cls(
