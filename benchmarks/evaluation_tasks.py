@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import Case, PlacedRobot
 from coupling.path.controller import Controller, on_cycle
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import Answer, ElasticWall, Process
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of
 from coupling.store import Store, StoredProcess
 from coupling.toolpaths.line import Line
-from coupling.toolpaths.part import Part
 from docs.scripts.runs import CASES, example
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
@@ -168,7 +168,7 @@ def on_a_wall(
         sample: Period at which the process is evaluated [s]; a longer one tells less than what a
             moving robot does against a wall.
     """
-    part = Part(np.array([1.6, 0.0, 0.8]), Rotation.identity())
+    part = Frame(np.array([1.6, 0.0, 0.8]), Rotation.identity())
     desired = Line(kind="line", points_m=points, feed_m_s=0.02, sample_s=sample).path(part)
     normal = np.array([0.0, 0.0, 1.0])
     cell, _ = cell_of(example("cone").robots, models)

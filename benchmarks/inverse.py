@@ -42,7 +42,6 @@ from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import Trajectory
 
 CURVES = ("linear", "backlash", "spline")
 PARTS = ("plan", "links", "gears", "drives")
@@ -123,8 +122,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
     (loads,) = task.wrench.at(np.append(times[:1], 0.5 * (times[1:] + times[:-1])))
 
     def in_python() -> np.ndarray:
-        (rates,), (accelerations,) = command.qd, command.qdd
-        drives = Trajectory(command.time, command.q[0], rates, accelerations)
+        drives = command.trajectory
         robot = ElasticRobot(ROBOT, curve)
         robot.reset(times[0], drives, Load(loads[0]))
         poses = [robot.tcp()]

@@ -26,20 +26,18 @@ from coupling.files.ratings import Ratings
 from coupling.files.toml_file import Schema, load_toml, validate
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema
 from coupling.process.plugin import find_process
-from coupling.robot.cell import Placement
 from coupling.robot.difference import Plant
 from coupling.robot.mounting import Mounting
-from coupling.robot.programmed import TouchOff
-from coupling.robot.touch_off import RestingRobot, touched_off
+from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS
 from coupling.solve.correction import Compensation
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -76,7 +74,7 @@ class PlacedRobot:
         description: The robot as it stands, gravity in the axes of its base.
         torque_curve: "linear", "backlash" or "spline".
         home: Joint angles where inverse kinematics starts [rad].
-        placement: Place of its base in the world.
+        world_from_base: Where it stands in the world.
         mounting: How its description differs from its file.
         touch_off: What it takes for the world where it was touched off; None: the world.
         ratings: What its file rates it for.
@@ -87,7 +85,7 @@ class PlacedRobot:
     description: Robot
     torque_curve: str
     home: np.ndarray
-    placement: Placement
+    world_from_base: Frame
     mounting: Mounting
     ratings: Ratings
     touch_off: TouchOff | None = None
@@ -160,8 +158,9 @@ class Case:
             if robot.touch_off is None:
                 continue
             origin = self.task.part.position
-            shift = 1e6 * np.linalg.norm(origin - robot.touch_off.shown(origin))
-            turn = 1e3 * robot.touch_off.rotation.magnitude()
+            shown = robot.touch_off.real_from_shown
+            shift = 1e6 * np.linalg.norm(origin - shown.coordinates(origin))
+            turn = 1e3 * shown.rotation.magnitude()
             x, y, z = origin.tolist()
             said.append(
                 f"{robot.name} robot: touched off with its sag, the part is really at {x:.6f}, {y:.6f},"
@@ -282,7 +281,7 @@ def _process_table(path: Path, data: dict[str, Any]) -> ProcessSchema:
 
 
 def _task(
-    tool_path: ToolPathTable, part: Part, process_table: ProcessSchema
+    tool_path: ToolPathTable, part: Frame, process_table: ProcessSchema
 ) -> tuple[Task, Corners]:
     """Return what is to be made, with the point of a tool's sphere that is its TCP, and the corners.
 
@@ -315,7 +314,7 @@ def _placed(
     with _errors_of(f"{path}: {'robot' if name == 'forming' else name}"):
         robot = table.robot(path.parent)
         ratings = table.ratings(path.parent, robot)
-    at = table.placement()
+    at = table.world_from_base()
     mounting = Mounting(at.rotation, tcp_shift)
     home = np.deg2rad(table.home_deg)
     return PlacedRobot(name, mounting.of(robot), table.torque_curve, home, at, mounting, ratings)
@@ -323,7 +322,7 @@ def _placed(
 
 def _touched_off(
     file: CaseFile, task: Task, process_table: ProcessSchema, robots: list[PlacedRobot]
-) -> tuple[Part, list[PlacedRobot]]:
+) -> tuple[Frame, list[PlacedRobot]]:
     """Return the part where it really is, and the robots with what they then take for the world.
 
     The forming robot is commanded to the points as [part] has them, and where it rests with its sag the
@@ -344,15 +343,17 @@ def _touched_off(
     part = task.part
     found: list[PlacedRobot] = []
     for robot, tool in zip(robots, tools, strict=True):
-        points = part.position + part.rotation.apply(file.part.touched)
+        points = part.points(file.part.touched)
         rotation = tool.rotations[0][0]
-        resting = RestingRobot(robot.description, robot.torque_curve, robot.home, robot.placement)
+        resting = RestingRobot(
+            robot.description, robot.torque_curve, robot.home, robot.world_from_base
+        )
         try:
             if not found:
-                own = touched_off(points, resting.tool_at(points, rotation))
-                part = Part(own.real(part.position), own.rotation * part.rotation)
+                own = TouchOff.of(points, resting.tool_at(points, rotation))
+                part = own.real_from_shown @ part
             else:
-                own = touched_off(resting.command_for(points, rotation), points)
+                own = TouchOff.of(resting.command_for(points, rotation), points)
         except PlanningError as cause:
             raise CaseError(f"{robot.name} robot: {cause}") from cause
         found.append(replace(robot, touch_off=own))

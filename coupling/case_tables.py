@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError, one_of
 from coupling.files.ratings import Ratings, load_ratings
@@ -16,11 +15,10 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.toml_file import Positive, Schema, Vector3
 from coupling.fmu_export.build import DEFAULT_KIND, KINDS
 from coupling.path.controller import INTERPOLATIONS, Controller, Interpolation
-from coupling.robot.cell import Placement
+from coupling.path.frame import Frame
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
@@ -42,11 +40,6 @@ def _one_of(names: Iterable[str]) -> BeforeValidator:
         return value
 
     return BeforeValidator(check, json_schema_input_type=Literal.__getitem__(tuple(known)))
-
-
-def turned(rpy_deg: Sequence[float]) -> Rotation:
-    """Return the rotation of roll, pitch and yaw [deg]: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    return Rotation.from_euler("xyz", rpy_deg, degrees=True)
 
 
 OneOfCurves = Annotated[str, _one_of(TORQUE_CURVES)]
@@ -113,9 +106,9 @@ class RobotTable(_MemberTable):
     fmu: Annotated[str, _one_of(KINDS)] = DEFAULT_KIND
     base_rpy_deg: Vector3 = [0.0, 0.0, 0.0]
 
-    def placement(self) -> Placement:
+    def world_from_base(self) -> Frame:
         """Return where the robot stands: at the world's origin."""
-        return Placement(np.zeros(3), turned(self.base_rpy_deg))
+        return Frame.of_rpy([0.0, 0.0, 0.0], np.deg2rad(self.base_rpy_deg))
 
 
 class SupportTable(_MemberTable):
@@ -131,9 +124,9 @@ class SupportTable(_MemberTable):
     gap_m: Positive
     tool_diameter_m: Positive
 
-    def placement(self) -> Placement:
+    def world_from_base(self) -> Frame:
         """Return where the robot stands."""
-        return Placement(np.array(self.base_position_m), turned(self.base_rpy_deg))
+        return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 
     def support(self, task: Task, forming_tool_diameter: float) -> Support:
         """Return what the supporting tool is to do along a task's path.
@@ -182,9 +175,9 @@ class PartTable(Schema):
             return np.zeros((int(self.touch_off), 3))
         return np.array(self.touch_off)
 
-    def part(self) -> Part:
+    def part(self) -> Frame:
         """Return the placement."""
-        return Part(np.array(self.position_m), turned(self.rpy_deg))
+        return Frame.of_rpy(self.position_m, np.deg2rad(self.rpy_deg))
 
 
 class CouplingTable(Schema):

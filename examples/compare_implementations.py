@@ -13,11 +13,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Iso9283
-from coupling.toolpaths.part import Part
 from elastic_robot.description import Robot
 from elastic_robot.motion import Drives
 from elastic_robot.robot import ElasticRobot
@@ -46,7 +46,7 @@ LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
 # (c): squares, diagonal and circles in a plane inclined by 45 degrees.
 SIZE, FEED, BLEND = 0.4, 0.2, 0.15  # [m], [m/s], [s]
 SAMPLE = 0.005  # [s]
-part = Part(np.array([1.7, 0.0, 1.0]), Rotation.from_euler("y", 45.0, degrees=True))
+part = Frame(np.array([1.7, 0.0, 1.0]), Rotation.from_euler("y", 45.0, degrees=True))
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 INSTANT = np.array([0.0, 1e-3])  # [s], of a robot at rest
 RELEASE_TIME = 10.0  # [s], in which the robot let go undeflected comes to rest

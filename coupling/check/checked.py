@@ -15,8 +15,9 @@ from coupling.events import Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.joint_limits import JointLimits
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.robot.cell import Placement
+from coupling.path.linear import arc_length
 from coupling.robot.robot import LimitWarning
 from coupling.run.gear_loads import wanted_of
 from coupling.run.load_limits import passed
@@ -33,7 +34,7 @@ class CheckedRobot:
 
     Attributes:
         name: Of the robot's description.
-        placement: Place of its base in the world.
+        world_from_base: Where it stands in the world.
         path: Desired path of its tool, in its base.
         way: Length of the path [m].
         demands: What the path asks of the joints of the robot that does not give way.
@@ -46,7 +47,7 @@ class CheckedRobot:
     """
 
     name: str
-    placement: Placement
+    world_from_base: Frame
     path: ToolPath
     way: float
     demands: tuple[JointDemand, ...]
@@ -83,9 +84,9 @@ def checked(
             found.append(
                 CheckedRobot(
                     placed.description.name,
-                    placed.placement,
+                    placed.world_from_base,
                     path,
-                    float(np.linalg.norm(np.diff(path.position[0], axis=0), axis=1).sum()),
+                    float(arc_length(path.position[0])[-1]),
                     joint_demands(path.time, q, limits),
                     room_around(placed.description, path, q),
                     gears,

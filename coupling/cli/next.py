@@ -246,8 +246,8 @@ def _advance(
 def expected(case: Case, found: Plan, models: Models, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     run = run_compensation(case, watch)
-    correction, at = run.correction, case.robots[0].placement
-    wrench = at.wrench_in_base(correction.answer.wrench)
+    correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
+    wrench = correction.answer.wrench.transformed(base_from_world)
     told = forecast(found, correction.joints, wrench, watch)
     return replace(run, forecast=told)
 

@@ -129,7 +129,7 @@ def require_poses(
 def _undeflected(placed: PlacedRobot, joints: JointPath) -> ToolPath:
     """Return the path of a robot's undeflected tool at the rows of a command, in the world."""
     planner = InverseKinematics(placed.description, placed.home)
-    return placed.placement.path_in_world(planner.forward(joints, joints.time))
+    return planner.forward(joints, joints.time).transformed(placed.world_from_base)
 
 
 def require_joints(language: Language, joints: int) -> None:

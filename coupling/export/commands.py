@@ -16,6 +16,7 @@ from coupling.export.checks import (
     require_robots,
     require_same_robot,
 )
+from coupling.export.frames import controller_from_base
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import WRENCH_COLUMNS, read_table
 from coupling.files.ratings import load_ratings
@@ -23,11 +24,10 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.command_table import read_command
 from coupling.path.controller import Controller
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.cell import AT_THE_ORIGIN
 from coupling.robot.mounting import AS_DESCRIBED
 from coupling.run.stored_run import read_run
-from coupling.toolpaths.part import Part
 
 # The torque curve of a case that does not say another one.
 _TORQUE_CURVE = "backlash"
@@ -63,7 +63,7 @@ class RobotCommand:
     joints: JointPath
     wrench: WrenchHistory
     desired: ToolPath | None
-    part: Part
+    part: Frame
     axes: ControllerAxes
     controller: Controller
     fmu: str
@@ -162,7 +162,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         description=description,
         torque_curve=_TORQUE_CURVE,
         home=joints.q[0][0],
-        placement=AT_THE_ORIGIN,
+        world_from_base=AT_THE_ORIGIN,
         mounting=AS_DESCRIBED,
         ratings=load_ratings(described, description),
     )
@@ -177,7 +177,7 @@ def command_of_table(file: Path, robot: str, wrench: Path | None) -> tuple[Robot
         joints=joints,
         wrench=none if wrench is None else _met(wrench, start, instants, _last_cycle(joints)),
         desired=None,
-        part=Part(axes.base_position, AT_THE_ORIGIN.rotation),
+        part=controller_from_base(axes).inverse(),
         axes=axes,
         controller=controller,
         fmu=DEFAULT_KIND,

@@ -9,11 +9,12 @@ import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
-from coupling.export.frames import Placed, with_tool
+from coupling.export.frames import controller_from_base, with_tool
 from coupling.export.postures import Postures
 from coupling.export.spline_points import spline_values
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.program import HERE, Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -74,9 +75,9 @@ def drive_motion(
     rows[:, 3:] = continuous(rows[:, 3:])
     values = smooth(time, rows, at) if spline else _straight(PoseCurve(rows, 0.0), time, at)
     values[:, 3:] /= np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
-    path = Placed.of(program.base or HERE).outside(ToolPath(at, values))
-    in_base = ToolPath(at, path.pose + np.append(axes.base_position, np.zeros(4)))
-    carrying = with_tool(robot, Placed.of(program.tool or HERE), axes)
+    base_from_path = controller_from_base(axes).inverse() @ Frame.of_pose(program.base or HERE)
+    in_base = ToolPath(at, values).transformed(base_from_path)
+    carrying = with_tool(robot, Frame.of_pose(program.tool or HERE), axes)
     home = axes.file_angles(np.array([_home(program)]))[0]
     planner = InverseKinematics(_unlimited(carrying), home)
     found = None if near is None else _found_near(planner, carrying, axes, in_base, near)
@@ -99,10 +100,9 @@ def _found_near(
     jacobians = Postures(robot, axes).jacobians(near)
     if np.linalg.svd(jacobians, compute_uv=False)[:, -1].min() < _REGULAR:
         return None
-    q, still = near.copy(), np.zeros_like(near)
+    q = near.copy()
     for _ in range(_STEPS):
-        now = planner.forward(JointPath(path.time, (q,), (still,), (still,)), path.time)
-        off = path.deviation_from(now)[0]
+        off = path.deviation_from(ToolPath(path.time, planner.poses(q)))[0]
         if np.abs(off).max() < _REACHED:
             return JointPath(path.time, (q,))
         q = q + np.linalg.solve(jacobians, off[..., None])[..., 0]

@@ -64,7 +64,7 @@ class Job:
     @cached_property
     def loads(self) -> WrenchHistory:
         """The wrench on the tool, in the robot's base."""
-        return self.member.placement.wrench_in_base(self.command.wrench)
+        return self.command.wrench.transformed(self.member.world_from_base.inverse())
 
     @cached_property
     def reference(self) -> ToolPath:

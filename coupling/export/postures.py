@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from coupling.errors import ProgramError
 from coupling.files.controller_axes import ControllerAxes
 from coupling.programs.program import Configuration
 from elastic_robot.chain import Chain, build_chain
 from elastic_robot.description import Robot
+from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 
 # How far the axes of a wrist may pass each other and still meet in its centre [m].
 _MEETS = 1e-6
@@ -48,7 +48,7 @@ class Postures:
     def arm(self, q: np.ndarray) -> Arm:
         """Return the axes at drive angles [rad], (joints,)."""
         jacobian = self._jacobian(q)
-        tcp = self._data.oMf[self._chain.tcp].translation.copy()
+        tcp = base_from_tool(self._chain, self._data, self._chain.theta(q)).translation.copy()
         axes = jacobian[3:].T
         # The foot of the TCP on each axis: J_v = z x (p - foot).
         feet = tcp - np.cross(jacobian[:3].T, axes)
@@ -101,17 +101,8 @@ class Postures:
         return True
 
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
-        theta = self._chain.theta(q)
-        jacobian = pin.computeFrameJacobian(
-            self._chain.model,
-            self._data,
-            theta,
-            self._chain.tcp,
-            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-        )
-        pin.updateFramePlacement(self._chain.model, self._data, self._chain.tcp)
-        found: np.ndarray = jacobian.reshape(6, -1)[:, self._chain.drive].copy()
-        return found
+        jacobian = tcp_jacobian(self._chain, self._data, self._chain.theta(q))
+        return jacobian[:, self._chain.drive]
 
 
 def wrist_centre(arm: Arm) -> np.ndarray:

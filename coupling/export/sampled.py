@@ -8,16 +8,15 @@ import numpy as np
 
 from coupling.case import PlacedRobot
 from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
-from coupling.export.frames import Placed, part_frame, tool_frame
+from coupling.export.frames import controller_from_base, part_frame, tool_frame
 from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Posture, Targets
 from coupling.programs.program import Move, Program
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.toolpaths.part import Part
-from elastic_robot.trajectory import Trajectory
 
 # Speed with which the tool goes to where the path begins [m/s].
 _APPROACH = 0.01
@@ -45,14 +44,14 @@ class Sampled:
     points: np.ndarray
     jacobians: np.ndarray
     lever: float
-    base: Placed
-    tool: Placed
+    base: Frame
+    tool: Frame
     axes: ControllerAxes
     postures: Postures
 
     @classmethod
     def of(
-        cls, robot: PlacedRobot, axes: ControllerAxes, part: Part, command: JointPath, cycle: float
+        cls, robot: PlacedRobot, axes: ControllerAxes, part: Frame, command: JointPath, cycle: float
     ) -> Sampled:
         """Sample a command.
 
@@ -66,16 +65,13 @@ class Sampled:
         rows = Controller(cycle).rows(command.time[0], command.time[-1])
         steps = len(rows) - 1
         time = np.interp(np.arange(2 * steps + 1) / 2, np.arange(steps + 1), rows)
-        rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
-        motion = Trajectory(command.time, command.q[0], rates, accelerations)
         # A last row behind the command's end holds its end.
-        q = motion.at(time.clip(max=command.time[-1]))[0]
+        q = command.trajectory.at(time.clip(max=command.time[-1]))[0]
         description = robot.description
         planner = InverseKinematics(description, robot.home)
-        still = ToolPath(time, _forward(planner, q, time))
+        still = ToolPath(time, planner.poses(q))
         base = part_frame(part, robot, axes)
-        in_controller = ToolPath(time, still.pose - np.append(axes.base_position, np.zeros(4)))
-        pose = base.inside(in_controller).pose[0]
+        pose = still.transformed(base.inverse() @ controller_from_base(axes)).pose[0]
         pose[:, 3:] = continuous(pose[:, 3:])
         postures = Postures(description, axes)
         return cls(
@@ -114,30 +110,23 @@ class Sampled:
             spline: Whether a spline goes through them.
             posture: Whether poses state it.
         """
-        angles = self.axes.controller_angles(self.q[rows])
+        angles = [tuple(row) for row in self.axes.controller_angles(self.q[rows]).tolist()]
         durations = np.diff(self.time[rows]).tolist()
-        start = Move("joint", joints=tuple(angles[0].tolist()))
+        moves = [Move("joint", joints=angles[0])]
         if targets == "joints":
-            way = [start]
-            way += [
-                Move("spline" if spline else "joint", joints=tuple(row), duration=duration)
-                for row, duration in zip(angles[1:].tolist(), durations, strict=True)
+            moves += [
+                Move("spline" if spline else "joint", joints=row, duration=duration)
+                for row, duration in zip(angles[1:], durations, strict=True)
             ]
-            return Program(name, tuple(way), self.base.pose, self.tool.pose)
+            return Program(name, tuple(moves), self.base.pose, self.tool.pose)
         poses = [tuple(row) for row in self.pose[rows].tolist()]
         stated = posture == "always" or (
             posture == "known" and self.axes.stated and self.postures.are_named(self.q[0])
         )
         postures = [self.postures.configuration(q) if stated else None for q in self.q[rows]]
-        moves = [start, Move("linear", poses[0], speed=_APPROACH, configuration=postures[0])]
+        moves.append(Move("linear", poses[0], speed=_APPROACH, configuration=postures[0]))
         moves += [
             Move("spline" if spline else "linear", pose, duration=duration, configuration=named)
             for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)
         ]
         return Program(name, tuple(moves), self.base.pose, self.tool.pose)
-
-
-def _forward(planner: InverseKinematics, q: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return poses of the undeflected TCP at drive angles, (n, 7)."""
-    still = np.zeros_like(q)
-    return planner.forward(JointPath(time, (q,), (still,), (still,)), time).pose[0]

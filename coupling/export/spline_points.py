@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -14,6 +16,9 @@ _COARSE = 64
 _APART = 6
 # Rounds of adding at most; each halves the distances that are too long.
 _MOST_ROUNDS = 40
+
+# Function from chosen candidates to whether each interval between them leaves the tolerance.
+Outside = Callable[[np.ndarray], np.ndarray]
 
 
 def spline_values(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -46,31 +51,24 @@ def spline_points(
     Returns:
         Chosen rows, rising.
     """
+
+    def outside(chosen: np.ndarray) -> np.ndarray:
+        """Return which intervals between chosen candidates leave the tolerance."""
+        rows = candidates[chosen]
+        errors = curve.errors(spline_values(time[rows], curve.values[rows], time), slice(None))
+        return np.maximum.reduceat(errors / tolerance, rows[:-1]) > 1.0
+
     last = len(candidates) - 1
-    chosen = np.unique(np.append(np.arange(0, last, _COARSE), last))
-    chosen = _added(curve, time, candidates, chosen, tolerance)
+    chosen = _added(outside, np.unique(np.append(np.arange(0, last, _COARSE), last)))
     for first in range(_APART):
-        chosen = _thinned(curve, time, candidates, chosen, tolerance, first)
-    return candidates[_added(curve, time, candidates, chosen, tolerance)]
+        chosen = _thinned(outside, chosen, first)
+    return candidates[_added(outside, chosen)]
 
 
-def _errors(curve: Curve, time: np.ndarray, tolerance: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the largest error over its tolerance in each interval, (points - 1,)."""
-    values = spline_values(time[rows], curve.values[rows], time)
-    errors = curve.errors(values, slice(None)) / tolerance
-    return np.maximum.reduceat(errors, rows[:-1])
-
-
-def _added(
-    curve: Curve,
-    time: np.ndarray,
-    candidates: np.ndarray,
-    chosen: np.ndarray,
-    tolerance: np.ndarray,
-) -> np.ndarray:
+def _added(outside: Outside, chosen: np.ndarray) -> np.ndarray:
     """Return the points with others between them until every interval is within the tolerance."""
     for _ in range(_MOST_ROUNDS):
-        bad = _errors(curve, time, tolerance, candidates[chosen]) > 1.0
+        bad = outside(chosen)
         # An interval that cannot be divided is made better by its neighbours.
         single = np.diff(chosen) < 2
         if np.any(bad & single):
@@ -84,19 +82,12 @@ def _added(
     return chosen
 
 
-def _thinned(
-    curve: Curve,
-    time: np.ndarray,
-    candidates: np.ndarray,
-    chosen: np.ndarray,
-    tolerance: np.ndarray,
-    first: int,
-) -> np.ndarray:
+def _thinned(outside: Outside, chosen: np.ndarray, first: int) -> np.ndarray:
     """Return the points without every `_APART`-th one that is not needed, from the `first` one on."""
     left_out = np.arange(1 + first, len(chosen) - 1, _APART)
     while len(left_out):
         kept = np.delete(chosen, left_out)
-        bad = np.flatnonzero(_errors(curve, time, tolerance, candidates[kept]) > 1.0)
+        bad = np.flatnonzero(outside(kept))
         if not len(bad):
             return kept
         # What is bad comes from the point left out nearest to it.

@@ -18,6 +18,7 @@ import pinocchio as pin
 from coupling.errors import IdentifyError
 from coupling.identify.elastic import Candidate, Elasticity
 from coupling.identify.measurements import Measurements
+from coupling.path.frame import Frame
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
@@ -136,7 +137,7 @@ def positions(robot: Robot, measured: Measurements) -> np.ndarray:
     places = []
     for q, point in zip(measured.q, measured.measured_point, strict=True):
         tool = base_from_tool(chain, data, chain.theta(q))
-        places.append(tool.translation + tool.rotation @ point)
+        places.append(tool.act(point))
     return np.array(places)
 
 
@@ -225,6 +226,5 @@ class Model:
 
 def _with_tcp_at(robot: Robot, point: np.ndarray) -> Robot:
     """Return the robot with its TCP moved to a point of its TCP frame."""
-    turn = pin.rpy.rpyToMatrix(*robot.tcp_rpy)
-    place = np.array(robot.tcp_position) + turn @ point
+    place = Frame.of_rpy(robot.tcp_position, robot.tcp_rpy).points(point)
     return replace(robot, tcp_position=tuple(place.tolist()))

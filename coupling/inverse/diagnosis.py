@@ -17,6 +17,7 @@ from coupling.inverse.inversion import MovingRobot, Wanted
 from coupling.inverse.link_task import Weights
 from coupling.inverse.links import LinkProblem
 from coupling.inverse.spline import UniformSpline
+from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import tcp_jacobian
 
@@ -177,8 +178,8 @@ def loads_along(
         robot.torque(theta, time, wrench),
         carried,
         static,
-        _between(time, seldom, by_gravity),
-        _between(time, seldom, lever),
+        interpolated(time, seldom, by_gravity),
+        interpolated(time, seldom, lever),
     )
 
 
@@ -197,13 +198,6 @@ def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndar
             torque = pin.computeGeneralizedGravity(own, data, angles)
             by_gravity[k, :, axis] = -torque[model.gears]
     return by_gravity, lever
-
-
-def _between(time: np.ndarray, seldom: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values that change slowly at all times, (k, ...)."""
-    flat = values.reshape(len(seldom), -1)
-    columns = [np.interp(time, seldom, column) for column in flat.T]
-    return np.stack(columns, axis=1).reshape(len(time), *values.shape[1:])
 
 
 def _base_tilt(torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray) -> BaseTilt | None:

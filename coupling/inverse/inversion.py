@@ -22,6 +22,7 @@ from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, spline_through
+from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
@@ -285,7 +286,7 @@ class MovingRobot:
         """Return what each gear moves while all else may yield [kg m^2], (k, gears)."""
         seldom = np.append(theta.nodes[:-1:_SELDOM], theta.end)
         inertia = self.model.yielding_inertia(theta.at(seldom))
-        return np.stack([np.interp(time, seldom, gear) for gear in inertia.T], axis=1)
+        return interpolated(time, seldom, inertia)
 
 
 def fine_times(theta: UniformSpline) -> np.ndarray:

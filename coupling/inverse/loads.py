@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.path.histories import WrenchHistory
+from coupling.path.linear import interpolated
 
 # Steps of the grid on which a wrench is smoothed, in a distance of nodes.
 _PARTS = 16
@@ -59,9 +60,7 @@ class SmoothWrench:
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
         """Return the smoothed wrenches, (k, 6)."""
-        return np.stack(
-            [np.interp(times, self._time, column) for column in self._smooth.T], axis=-1
-        )
+        return interpolated(times, self._time, self._smooth)
 
 
 def _mean_twice(values: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from scipy.linalg import expm
 
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.spline import UniformSpline, stencil
+from coupling.path.linear import interpolated
 from elastic_robot.torque_curves import TorqueCurve
 
 # Longest step over which the linear robot is taken as constant [s]: a gear that crosses its play
@@ -126,6 +127,6 @@ class AlongMotion:
         """Return the mean stiffness of the elastic coordinates over each step, (k, m)."""
         offsets = step * ((np.arange(_SUBSTEPS) + 0.5) / _SUBSTEPS - 0.5)
         fine = (times[:, None] + offsets).ravel()
-        x = np.stack([np.interp(fine, outputs, column) for column in deflection.T], axis=1)
+        x = interpolated(fine, outputs, deflection)
         slope: np.ndarray = self.curve.slope(x).reshape(len(times), _SUBSTEPS, -1).mean(axis=1)
         return slope

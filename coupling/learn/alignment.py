@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.learn.passes import Seen, Simulated
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 
 # How far a clock may be off [s], and how finely that is looked for.
@@ -137,17 +137,14 @@ def _shape_difference(position: np.ndarray, there: np.ndarray) -> float:
 
 
 def _turned(seen: Seen, there: np.ndarray) -> Seen:
-    """Return a path of any frame, moved and turned onto the model's (Kabsch's method)."""
+    """Return a path of any frame, moved and turned onto the model's."""
     extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
     if extents[1] < _PLANE * extents[0]:
         raise LearnError(
             f"{seen.name}: expected a path that is no line to find the measuring frame from, got one:"
             " measure in the robot's base frame"
         )
-    own, other = seen.position.mean(axis=0), there.mean(axis=0)
-    turn, _ = Rotation.align_vectors(there - other, seen.position - own)
-    rotation = None if seen.rotation is None else turn * seen.rotation
-    return replace(seen, position=other + turn.apply(seen.position - own), rotation=rotation)
+    return seen.transformed(Frame.fitted(seen.position, there))
 
 
 def _require_base_frame(seen: Seen, there: np.ndarray) -> None:

@@ -19,6 +19,7 @@ from coupling.learn.history import History
 from coupling.learn.passes import Simulated
 from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
+from coupling.path.linear import interpolated
 
 # A cause explains at least this part of the mean square that is left, and is this large [m].
 _WORTH, _LEAST = 0.1, 2e-6
@@ -212,8 +213,7 @@ def no_parameters(found: Sequence[Cause], time: np.ndarray) -> np.ndarray:
     moved = np.zeros((len(time), 3))
     for own in found:
         if own.kind in _NO_PARAMETER:
-            columns = [np.interp(time, own.time, column) for column in own.moved.T]
-            moved += np.stack(columns, axis=1)
+            moved += interpolated(time, own.time, own.moved)
     return moved
 
 

@@ -18,7 +18,7 @@ from coupling.learn.fit import Fit, Fitter
 from coupling.learn.judge import Judged, discrepancy, floating, judged, missing
 from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
 from coupling.learn.passes import Pass
-from coupling.learn.problem import Frame, Problem
+from coupling.learn.problem import FramePrior, Problem
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import Source, require_alike
 from coupling.learn.spread import Spread, spread_of, spread_of_fit
@@ -27,7 +27,7 @@ from coupling.run.models import Models
 from elastic_robot.description import Robot
 
 # The frame of a device that stands anywhere: nothing is known of it.
-ANYWHERE = Frame(shift=1.0, turn=1.0)
+ANYWHERE = FramePrior(shift=1.0, turn=1.0)
 # What is learned must leave less than this part of what the robot file leaves.
 _WORTH = 0.9
 # Processes that simulate, at most.
@@ -51,11 +51,11 @@ class Options:
     own_frame: bool = False
     draws: int = 0
     seed: int = 1
-    known: Frame = field(default_factory=Frame)
+    known: FramePrior = field(default_factory=FramePrior)
     start: np.ndarray | None = None
 
     @property
-    def frame(self) -> Frame:
+    def frame(self) -> FramePrior:
         """What is known of the measuring frame."""
         return ANYWHERE if self.own_frame else self.known
 

@@ -16,7 +16,7 @@ from coupling.learn.learning import Learned, Options, learn
 from coupling.learn.moves import Judgement, Move, moves, next_repeating
 from coupling.learn.next_options import NextOptions
 from coupling.learn.possible import earlier_models, file_model, learned_model
-from coupling.learn.problem import Frame
+from coupling.learn.problem import FramePrior
 from coupling.learn.repeatability import Hypotheses
 from coupling.learn.repeating import Repeating, compared
 from coupling.learn.size import Size
@@ -30,7 +30,7 @@ _LEARNED_FROM, _BESIDE = 2, 3.0
 # which there is nothing else in it; a turn that does not lower it to this part is the last.
 _TURNS, _NOISE, _LESS = 3, 1.5, 0.9
 # What parameters are learned with where the frame is not known better.
-_FRAME = Frame()
+_FRAME = FramePrior()
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     or no less.
     """
     shift, turn = options.known.shift, options.known.turn
-    frame = Frame(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
+    frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
     own = Options(np.isinf(turn), seed=options.seed, known=frame)
     told = [
         replace(run.source, seen=replace(run.source.seen, position=run.told))

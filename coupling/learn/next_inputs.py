@@ -82,9 +82,7 @@ def _robot_file(folder: Path, found: Plan) -> Path:
 
 def _seen_from_world(run: MeasuredRun, beyond: Discrepancy) -> str:
     """Return a discrepancy, told in axes of the robot's base, in those of the run folder's files."""
-    at = run.source.placement
-    base_in_world = -at.rotation.inv().apply(at.position)
-    return beyond.seen_from(base_in_world, at.rotation).text()
+    return beyond.transformed(run.source.world_from_base).text()
 
 
 def next_case_text(data: Mapping[str, Any], robot: Path, discrepancy: Path | None = None) -> str:

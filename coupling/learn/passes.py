@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from coupling.inverse.inversion import Wanted
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -37,6 +38,11 @@ class Seen:
         """Return some of its rows."""
         rotation = None if self.rotation is None else self.rotation[rows]
         return replace(self, time=self.time[rows], position=self.position[rows], rotation=rotation)
+
+    def transformed(self, frame: Frame) -> Seen:
+        """Return the same in another frame, in which `frame` is the present one."""
+        rotation = None if self.rotation is None else frame.rotation * self.rotation
+        return replace(self, position=frame.points(self.position), rotation=rotation)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ _FRAME, _WITH_PROBE = 7, 10
 
 
 @dataclass(frozen=True)
-class Frame:
+class FramePrior:
     """What is known of the measuring frame and clock: standard deviations.
 
     Attributes:
@@ -64,7 +64,7 @@ class Problem:
     parameters: tuple[Learnable, ...]
     passes: tuple[Pass, ...]
     effects: tuple[Effect, ...]
-    frame: Frame = Frame()
+    frame: FramePrior = FramePrior()
 
     @property
     def fmu(self) -> RobotFmu:

@@ -17,6 +17,7 @@ from coupling.learn.repeatability import Compared, Hypotheses
 from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
 from coupling.path.discrepancy import Discrepancy
+from coupling.path.linear import interpolated
 
 # Fewest steps of a path.
 _LEAST = 8
@@ -44,7 +45,7 @@ class Repeating:
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return it at times, (n, 6)."""
-        return np.stack([np.interp(time, self.time, own) for own in self.deviation.T], axis=1)
+        return interpolated(time, self.time, self.deviation)
 
     def discrepancy(self, history: History) -> Discrepancy:
         """Return it along the desired path, for a case; axes of the robot's base."""
@@ -175,6 +176,5 @@ class _Told:
         values = []
         for smoother, number in zip(smoothers, numbers, strict=True):
             slow = smoother(history.beyond(number, model.x))
-            columns = [np.interp(time, smoother.time, own) for own in slow.T]
-            values.append(np.stack(columns, axis=1))
+            values.append(interpolated(time, smoother.time, slow))
         return cls(runs, smoothers, time, values)

@@ -18,8 +18,8 @@ from coupling.learn.parameters import learnables
 from coupling.learn.passes import Pass, Seen
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.robot.cell import Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.forecast import Forecast
 from coupling.run.stored_run import StoredRobot, read_run
@@ -43,7 +43,7 @@ class Source:
         file: Its file.
         torque_curve: Name of its gears' torque curve.
         home: Joint angles near which paths start [rad].
-        placement: Where the robot stands in the frame of the run folder's files.
+        world_from_base: Where it stands in the world.
         controller: What takes its command.
         stored: What the folder holds; desired path and wrench in axes of the robot's base.
         discrepancy: What the tool was taken to do beyond the model, in these axes; None: nothing.
@@ -56,7 +56,7 @@ class Source:
     file: Path
     torque_curve: str
     home: np.ndarray
-    placement: Placement
+    world_from_base: Frame
     controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
@@ -110,14 +110,12 @@ def read_source(folder: Path, seen: Seen) -> Source:
     case = load_case(file)
     placed = case.robots[0]
     description = load_toml(file, CaseError)["robot"]["description"]
-    at, stored = placed.placement, run.first
+    at, stored = placed.world_from_base, run.first
     # All that follows is in axes of the robot's base.
-    turned = at.rotation.inv()
-    position = turned.apply(seen.position - at.position)
-    rotation = None if seen.rotation is None else turned * seen.rotation
+    base_from_world = at.inverse()
     return Source(
         folder,
-        replace(seen, position=position, rotation=rotation),
+        seen.transformed(base_from_world),
         placed.description,
         find_robot(description, folder),
         placed.torque_curve,
@@ -126,10 +124,10 @@ def read_source(folder: Path, seen: Seen) -> Source:
         case.controller,
         replace(
             stored,
-            desired=at.path_in_base(stored.desired),
-            wrench=at.wrench_in_base(stored.wrench),
+            desired=stored.desired.transformed(base_from_world),
+            wrench=stored.wrench.transformed(base_from_world),
         ),
-        None if placed.discrepancy is None else placed.discrepancy.seen_from(at.position, turned),
+        placed.discrepancy and placed.discrepancy.transformed(base_from_world),
         None if (told := run.figures.get("forecast")) is None else Forecast.from_dict(told),
     )
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+from coupling.path.frame import Frame
 
 
 @dataclass(frozen=True)
@@ -66,26 +67,7 @@ class ContactSpring:
         force: np.ndarray = np.einsum("...ij,...j->...i", self.stiffness, self.anchor - position)
         return force
 
-    def seen_from(self, position: np.ndarray, rotation: Rotation) -> ContactSpring:
-        """Return the springs in a frame whose origin and axes are given in the present one."""
-        turn = rotation.inv()
-        anchor = turn.apply((self.anchor - position).reshape(-1, 3)).reshape(self.anchor.shape)
-        matrix = turn.as_matrix()
-        return ContactSpring(anchor, matrix @ self.stiffness @ matrix.T)
-
-
-def straight(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return values (tools, n, ...) that go straight from row to row, at other times.
-
-    Args:
-        time: Times of the rows, rising [s], (n,).
-        values: One row after another along the second axis.
-        at: Rising, between the first and the last time [s], (k,).
-    """
-    after = np.searchsorted(time, at).clip(1, len(time) - 1)
-    share = (at - time[after - 1]) / (time[after] - time[after - 1])
-    share = share.reshape(-1, *(1,) * (values.ndim - 2))
-    between: np.ndarray = (1.0 - share) * values[:, after - 1] + share * values[:, after]
-    exact = time[after] == at
-    between[:, exact] = values[:, after[exact]]
-    return between
+    def transformed(self, frame: Frame) -> ContactSpring:
+        """Return the springs in another frame, in which `frame` is the present one."""
+        matrix = frame.rotation.as_matrix()
+        return ContactSpring(frame.points(self.anchor), matrix @ self.stiffness @ matrix.T)

@@ -42,14 +42,8 @@ def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
         _of_tool(desired.time, a, d) for a, d in zip(actual.position, desired.position, strict=True)
     ]
     worst = max(figures, key=lambda figure: figure.maximum)
-    return replace(
-        worst,
-        rms=max(figure.rms for figure in figures),
-        normal_maximum=max(figure.normal_maximum for figure in figures),
-        tangential_maximum=max(figure.tangential_maximum for figure in figures),
-        maximum_less_constant=max(figure.maximum_less_constant for figure in figures),
-        rms_less_constant=max(figure.rms_less_constant for figure in figures),
-    )
+    largest = {name: max(getattr(own, name) for own in figures) for name in worst.as_dict()}
+    return replace(worst, **largest | {"time_of_maximum": worst.time_of_maximum})
 
 
 def _of_tool(time: np.ndarray, actual: np.ndarray, desired: np.ndarray) -> Deviation:

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import CORRECTION_COLUMNS, read_table, write_table
-from coupling.path.histories import ToolPath
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath, require_history
 
 _POSITION = ("x", "y", "z")
 # A path is the one that was measured if its points are as near as this [m]: a part that is touched off
@@ -59,11 +59,7 @@ class Discrepancy:
             raise ValueError(
                 f"expected positions ({count}, 3) and deviations ({count}, 6), got {shapes}"
             )
-        if np.any(np.diff(self.time) <= 0.0):
-            row = int(np.argmax(np.diff(self.time) <= 0.0))
-            raise ValueError(
-                f"time: expected rising times, got {self.time[row + 1]:.9g} in row {row + 2}"
-            )
+        require_history(self.time, np.hstack([self.position, self.deviation]), "discrepancy")
 
     @classmethod
     def read(cls, file: Path) -> Discrepancy:
@@ -85,15 +81,9 @@ class Discrepancy:
         write_table(table, columns, np.column_stack([self.time, self.position, self.deviation]))
         return table.getvalue()
 
-    def seen_from(self, origin: np.ndarray, turn: Rotation) -> Discrepancy:
-        """Return the same in another frame.
-
-        Args:
-            origin: Origin of the other frame in this one [m], (3,).
-            turn: Rotation other_from_own.
-        """
-        turned = [turn.apply(own) for own in (self.deviation[:, :3], self.deviation[:, 3:])]
-        return Discrepancy(self.time, turn.apply(self.position - origin), np.hstack(turned))
+    def transformed(self, frame: Frame) -> Discrepancy:
+        """Return the same in another frame, in which `frame` is the present one."""
+        return Discrepancy(self.time, frame.points(self.position), frame.turned(self.deviation))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return it at given times, (n, 6); beyond its ends it holds its last value."""

@@ -12,12 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
+from coupling.path.frame import Frame
+from coupling.path.linear import interpolated
+from elastic_robot.trajectory import Trajectory
 
 _POSE, _WRENCH = 7, 6  # columns
 
 
-def _require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
+def require_history(time: np.ndarray, values: np.ndarray, name: str, jumps: bool = False) -> None:
     """Raise a ValueError unless values (n, k) are finite and belong to rising times (n,).
 
     Where there may be jumps a time may stand twice.
@@ -51,7 +54,7 @@ def _of_tools(
             f" shape {values.shape}"
         )
     for tool in stacked:
-        _require_history(time, tool, name, jumps)
+        require_history(time, tool, name, jumps)
     return stacked
 
 
@@ -97,6 +100,11 @@ class ToolPath:
         object.__setattr__(self, "pose", _of_tools(self.time, self.pose, _POSE, "tool path"))
 
     @classmethod
+    def held(cls, time: np.ndarray, points: np.ndarray, rotation: Rotation) -> ToolPath:
+        """Return the path of one tool through points [m], (n, 3), whose orientation stays."""
+        return cls(time, poses(points, Rotation.concatenate([rotation] * len(time))))
+
+    @classmethod
     def of_tools(cls, paths: Sequence[ToolPath]) -> ToolPath:
         """Return the path of several tools that move at the same time."""
         return cls(_common_time(paths, "tool path"), np.concatenate([path.pose for path in paths]))
@@ -132,6 +140,12 @@ class ToolPath:
         """Return the distances at equal times [m], (n,): of the tool that is farthest off."""
         distances: np.ndarray = np.linalg.norm(self.position - other.position, axis=2)
         return distances.max(axis=0)
+
+    def transformed(self, frame: Frame) -> ToolPath:
+        """Return the path in another frame, in which `frame` is the present one."""
+        pairs = zip(self.position, self.rotations, strict=True)
+        moved = [poses(frame.points(position), frame.rotation * own) for position, own in pairs]
+        return ToolPath(self.time, np.stack(moved))
 
     def displaced(self, deviation: np.ndarray) -> ToolPath:
         """Return the path that deviates from this one.
@@ -176,7 +190,7 @@ class JointPath:
                 f" {len(self.qd)} and {len(self.qdd)}"
             )
         for values in (*self.q, *self.qd, *self.qdd):
-            _require_history(self.time, values, "joint path")
+            require_history(self.time, values, "joint path")
 
     @classmethod
     def of_robots(cls, motions: Sequence[JointPath]) -> JointPath:
@@ -195,6 +209,16 @@ class JointPath:
             JointPath(self.time, self.q[i : i + 1], self.qd[i : i + 1], self.qdd[i : i + 1])
             for i in range(len(self.q))
         )
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Motion of the only robot at any time, as its FMU reads it.
+
+        Raises:
+            TrajectoryError: If its rows are closer or larger than the model takes.
+        """
+        (q,), (qd,), (qdd,) = self.q, self.qd or (None,), self.qdd or (None,)
+        return Trajectory(self.time, q, qd, qdd)
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -335,7 +359,7 @@ class WrenchHistory:
         if spring is not None:
             instants = self.instants
             held = np.searchsorted(instants, time).clip(max=len(instants) - 1)
-            anchor = straight(instants, spring.anchor, time)
+            anchor = interpolated(time, instants, spring.anchor, axis=1)
             spring = ContactSpring(anchor, spring.stiffness[:, held])
         return WrenchHistory(rows, wrench, spring)
 
@@ -346,6 +370,11 @@ class WrenchHistory:
         if spring is not None:
             spring = ContactSpring(spring.anchor[:, instants], spring.stiffness[:, instants])
         return WrenchHistory(self.time[rows], self.wrench[:, rows], spring)
+
+    def transformed(self, frame: Frame) -> WrenchHistory:
+        """Return the loads in another frame, in which `frame` is the present one."""
+        spring = self.spring and self.spring.transformed(frame)
+        return WrenchHistory(self.time, frame.turned(self.wrench), spring)
 
     def scaled(self, factor: float) -> WrenchHistory:
         """Return the wrenches times a factor, beside the same springs."""

@@ -141,8 +141,7 @@ class SampledPath:
             return self
         tools = []
         for tool in self.path.tools:
-            between = InterpolatedPath(tool)
-            pose = poses(between.position(time), between.rotation(time))
-            pose[rows] = tool.pose[0]
-            tools.append(ToolPath(time, pose))
+            between = InterpolatedPath(tool).at(time)
+            between.pose[:, rows] = tool.pose
+            tools.append(between)
         return SampledPath(ToolPath.of_tools(tools), rows[self.asked])

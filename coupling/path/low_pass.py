@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from coupling.path.linear import interpolated
+
 # Even times for each step of uneven ones at most.
 _MOST_EVEN = 4
 # Integral of 1 / (1 + x^4)^2 over x > 0: the band of the filter, over its cutoff.
@@ -30,14 +32,9 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
         return values
     sections = butter(2, cutoff, fs=rate, output="sos")
     padding = min(count, int(3.0 * rate / cutoff))
-    told = _at(even, time, values)
+    told = interpolated(even, time, values)
     filtered = sosfiltfilt(sections, told, axis=0, padtype="even", padlen=padding)
-    return _at(time, even, filtered)
-
-
-def _at(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (n, k) between their times."""
-    return np.column_stack([np.interp(time, known, column) for column in values.T])
+    return interpolated(time, even, filtered)
 
 
 def noise_share(cutoff: float, fastest: float) -> float:

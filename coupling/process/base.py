@@ -91,6 +91,17 @@ class Process(Protocol):
         ...
 
 
+class Around:
+    """Base of what stands around another process, in `process`, and passes on its answers."""
+
+    process: Process
+
+    @property
+    def identity(self) -> str:
+        """Key of the answers, that of the process."""
+        return self.process.identity
+
+
 @dataclass(frozen=True, kw_only=True)
 class Identified:
     """Base of processes that carry the identity which their table gives them.

@@ -10,14 +10,14 @@ import numpy as np
 
 from coupling.errors import CouplingError, ProcessError
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Process, own_blocks
+from coupling.process.base import Answer, Around, Process, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class CheckedProcess:
+class CheckedProcess(Around):
     """A process, most likely the user's own, and what its answers must be.
 
     Attributes:
@@ -27,11 +27,6 @@ class CheckedProcess:
 
     process: Process
     name: str
-
-    @property
-    def identity(self) -> str:
-        """Key of its answers."""
-        return self.process.identity
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the process's answer to a path.

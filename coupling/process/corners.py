@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy.optimize import brentq
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
-from coupling.toolpaths.part import Part
 
 # What is nearer to a surface lies on it [m].
 _ON = 1e-9
@@ -46,7 +46,7 @@ def crossings(path: ToolPath, distance: Callable[[np.ndarray], np.ndarray]) -> n
     return np.round(np.sort([*path.time[on_a_row], *roots]), _DIGITS)
 
 
-def level_crossings(path: ToolPath, part: Part, levels: Iterable[float]) -> np.ndarray:
+def level_crossings(path: ToolPath, part: Frame, levels: Iterable[float]) -> np.ndarray:
     """Return the times at which a tool crosses heights along the part's z axis [m], rising [s], (k,)."""
 
     def above(level: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -75,10 +75,9 @@ class ElasticWallTable(ProcessSchema):
 
     def process(self, task: Task) -> ElasticWall:
         """Return the wall in the robot's base frame."""
-        rotation = task.part.rotation
         return ElasticWall(
-            point=task.part.position + rotation.apply(self.point_m),
-            normal=rotation.apply(self.normal),
+            point=task.part.points(np.array(self.point_m)),
+            normal=task.part.turned(np.array(self.normal)),
             stiffness=self.stiffness_N_m,
             identity=self.identity(task),
         )

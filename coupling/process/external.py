@@ -25,6 +25,7 @@ from coupling.files.csv_table import (
     write_table,
 )
 from coupling.files.toml_file import FilePath, Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process.base import EVALUATIONS, Answer, Identified, ProcessTable
 from coupling.process.evaluation_folder import (
@@ -37,7 +38,6 @@ from coupling.process.evaluation_folder import (
 )
 from coupling.process.frames import PoseFrame, answer_in_base, poses_in
 from coupling.process.program import OUTPUT, last_lines, quoted, run_program, wait_for_program
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 WRENCH = "wrench.csv"
@@ -54,7 +54,7 @@ class External(Identified):
         command: Program and arguments; {restart} in them stands for a folder in which the program finds
             the restart files that it wrote there before it was interrupted.
         time_limit: Time that one evaluation may take [s].
-        part: Placement of the part.
+        part: base_from_part.
         frame: Frame of path.csv and wrench.csv: "part" or "base".
         folder: Place where every evaluation gets a folder of its own: 0001, 0002, ...
         earlier: Evaluations that were there before; the answer of one is taken for the same path.
@@ -63,7 +63,7 @@ class External(Identified):
 
     command: tuple[str, ...]
     time_limit: float
-    part: Part
+    part: Frame
     frame: PoseFrame
     folder: Path
     earlier: tuple[Path, ...] = ()

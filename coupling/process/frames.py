@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.path.histories import ToolPath, WrenchHistory, poses
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer
-from coupling.toolpaths.part import Part
 from elastic_robot.tool_load import symmetric
 
 # Of poses; wrenches are told in the same axes.
@@ -17,22 +17,22 @@ PoseFrame = Literal["part", "base"]
 WrenchFrame = Literal["part", "base", "tool"]
 
 
-def poses_in(frame: PoseFrame, path: ToolPath, part: Part) -> np.ndarray:
+def poses_in(frame: PoseFrame, path: ToolPath, part: Frame) -> np.ndarray:
     """Return the poses of the only TCP in a frame: x, y, z [m], qx, qy, qz, qw, qw >= 0, (n, 7).
 
     Example:
-        >>> part = Part(np.array([1.0, 0.0, 0.5]), Rotation.identity())
+        >>> part = Frame.of_rpy([1.0, 0.0, 0.5], [0.0, 0.0, 0.0])
         >>> pose = np.array([[1.0, 0.0, 0.6, 0.0, 0.0, 0.0, 1.0]] * 2)
         >>> poses_in("part", ToolPath(np.array([0.0, 1.0]), pose), part)[0, :3].round(9)
         array([0. , 0. , 0.1])
     """
     if frame == "base":
         return path.pose[0]
-    return poses(part.coordinates(path.position[0]), part.rotation.inv() * path.rotations[0])
+    return path.transformed(part.inverse()).pose[0]
 
 
 def wrench_in_base(
-    frame: WrenchFrame, wrench: np.ndarray, path: ToolPath, part: Part
+    frame: WrenchFrame, wrench: np.ndarray, path: ToolPath, part: Frame
 ) -> np.ndarray:
     """Return wrenches at the TCP in base axes [N, N m], (n, 6), from those in the axes of a frame.
 
@@ -45,7 +45,7 @@ def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
 
 
-def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Part) -> Answer:
+def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Frame) -> Answer:
     """Return the answer on the only tool that is told in the axes of a frame.
 
     Args:
@@ -53,7 +53,7 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
         values: Time [s], one that is a jump twice, wrench at the TCP [N, N m], and stiffness xx, xy,
             xz, yy, yz, zz [N/m] behind it where it is known, (n, 7) or (n, 13).
         path: Actual path of the tool.
-        part: Placement of the part.
+        part: base_from_part.
     """
     first = np.append(True, np.diff(values[:, 0]) > 0.0)
     turn = _base_from(frame, path, part)
@@ -66,7 +66,7 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
     return Answer(wrench, stiffness=turned)
 
 
-def _base_from(frame: WrenchFrame, path: ToolPath, part: Part) -> Rotation:
+def _base_from(frame: WrenchFrame, path: ToolPath, part: Frame) -> Rotation:
     return {
         "base": Rotation.identity(),
         "part": part.rotation,

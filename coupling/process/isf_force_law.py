@@ -10,13 +10,13 @@ from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process.base import MemorylessProcess, Process, ProcessSchema
 from coupling.process.corners import level_crossings
 from coupling.process.double_sided import DoubleSided
 from coupling.process.force_laws import ForceLaw
 from coupling.toolpaths.instants import Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 # Step-downs after which the force is steady.
@@ -98,7 +98,7 @@ class IsfForceLaw(MemorylessProcess):
     plane over the first contours, where the force is not yet steady.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         desired: Desired path of the tool.
         axial, radial: Steady force [N].
         penetration_stiffness: k_p [N/m].
@@ -106,7 +106,7 @@ class IsfForceLaw(MemorylessProcess):
         height: How far the TCP is above the lowest point of the tool, along the part's z axis [m].
     """
 
-    part: Part
+    part: Frame
     desired: ToolPath
     axial: float
     radial: float
@@ -116,9 +116,8 @@ class IsfForceLaw(MemorylessProcess):
 
     def law(self) -> ForceLaw:
         """Return the law; its force is zero in air moves."""
-        raised = self.height * self.part.rotation.apply([0.0, 0.0, 1.0])
         constants = {
-            "part_position": self.part.position + raised,
+            "part_position": self.part.points(np.array([0.0, 0.0, self.height])),
             "base_from_part": self.part.rotation.as_matrix(),
             "axial": self.axial,
             "radial": self.radial,

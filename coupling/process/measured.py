@@ -11,12 +11,13 @@ import numpy as np
 from coupling.errors import CaseError
 from coupling.files.csv_table import WRENCH_COLUMNS, read_header, read_table
 from coupling.files.toml_file import FilePath
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import arc_length, interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.base import Answer, Identified, NoisySchema
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 _FORCES, _MOMENTS = WRENCH_COLUMNS[:3], WRENCH_COLUMNS[3:]
@@ -31,13 +32,13 @@ class Measured(Identified):
     """A wrench that was recorded along the desired path, and does not ask where the tool is now.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         wrench_along_path: Wrench on the tool at the TCP in axes of `frame` [N, N m], (n, 6), one row
             per sample of the desired path.
         frame: "part", "base", or "tool" for a sensor that turns with the tool.
     """
 
-    part: Part
+    part: Frame
     wrench_along_path: np.ndarray
     frame: WrenchFrame
 
@@ -75,14 +76,13 @@ class MeasuredTable(NoisySchema):
         """
         axis, stations, record = self._record()
         time = task.desired.time
-        asked = time if axis == "time" else distance_along(task.desired)
+        asked = time if axis == "time" else arc_length(task.desired.position[0])
         _require_cover(self.file, axis, stations, asked)
         if axis == "time" and _is_finer(stations, time):
             # What is faster than the samples would come as something slower.
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
-        for k in range(record.shape[1]):
-            wrench[:, k] = np.interp(asked, stations, record[:, k])
+        wrench[:, : record.shape[1]] = interpolated(asked, stations, record)
         return Measured(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:
@@ -96,18 +96,6 @@ class MeasuredTable(NoisySchema):
     def own_files(self) -> tuple[Path, ...]:
         """Return the record."""
         return (self.file,)
-
-
-def distance_along(path: ToolPath) -> np.ndarray:
-    """Return the distance travelled by the TCP [m], (n,), zero at the start.
-
-    Example:
-        >>> pose = np.array([[0, 0, 0, 0, 0, 0, 1.0], [3, 4, 0, 0, 0, 0, 1.0]])
-        >>> distance_along(ToolPath(np.array([0.0, 1.0]), pose))
-        array([0., 5.])
-    """
-    steps = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _is_finer(recorded: np.ndarray, time: np.ndarray) -> bool:

@@ -11,7 +11,9 @@ from pydantic import Field, model_validator
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.process.base import Answer, Identified, ProcessSchema
 from coupling.process.corners import level_crossings
 from coupling.process.cutting_force import (
@@ -22,7 +24,6 @@ from coupling.process.cutting_force import (
     tooth_wrench,
 )
 from coupling.toolpaths.instants import Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 # Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
@@ -62,7 +63,7 @@ class Milling:
     """A milling cut along a desired path, in the part's x-y plane.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         desired: Path of the tip's centre.
         cutter: The tool, its axis along the part's z.
         coefficients: Cutting coefficients of the material.
@@ -71,7 +72,7 @@ class Milling:
         surface: Height of the raw surface in the part frame [m].
     """
 
-    part: Part
+    part: Frame
     desired: ToolPath
     cutter: Cutter
     coefficients: CuttingCoefficients
@@ -103,30 +104,22 @@ class Milling:
         actual, desired = (
             self.part.coordinates(known.position[0]) for known in (path, self.desired)
         )
-
-        def at(instants: np.ndarray, values: np.ndarray) -> np.ndarray:
-            return np.column_stack([np.interp(instants, path.time, v) for v in values.T])
-
-        now = at(time, actual)
-        way = (now - at(time - self.cutter.tooth_period, actual))[:, :2]
+        now = interpolated(time, path.time, actual)
+        before = interpolated(time - self.cutter.tooth_period, path.time, actual)
+        way = (now - before)[:, :2]
         left = np.column_stack([-feed[:, 1], feed[:, 0]])
         chip = np.column_stack([np.sum(way * feed, axis=1), np.sum(way * left, axis=1)])
-        offset = np.sum((now - at(time, desired))[:, :2] * left, axis=1)
+        offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * left, axis=1)
         radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
         start, end = ARCS[self.engagement](radial, self.cutter.radius)
         return Cut(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
 
     def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
         """Turn wrenches from the axes of the cut to those of the base, (n, 6)."""
-        cos, sin = feed[:, 0], feed[:, 1]
-
-        def turned(vectors: np.ndarray) -> np.ndarray:
-            f, n, z = vectors.T
-            in_part = np.column_stack([cos * f - sin * n, sin * f + cos * n, z])
-            in_base: np.ndarray = self.part.rotation.apply(in_part)
-            return in_base
-
-        return np.hstack([turned(wrench[:, :3]), turned(wrench[:, 3:])])
+        cos, sin = feed.T[..., None]
+        f, n, z = np.moveaxis(wrench.reshape(-1, 2, 3), 2, 0)
+        in_part = np.stack([cos * f - sin * n, sin * f + cos * n, z], axis=2)
+        return self.part.turned(in_part).reshape(-1, 6)
 
 
 def tooth_by_tooth(milling: Milling, path: ToolPath, feed: np.ndarray) -> np.ndarray:

@@ -17,10 +17,10 @@ from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import FilePath
 from coupling.fmu.driver import FmuError, Job
 from coupling.fmu.worker import WorkerProcess, unpack
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process.base import Answer, Identified, ProcessTable
 from coupling.process.frames import PoseFrame, answer_in_base, poses_in
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 PoseColumn = Literal["x", "y", "z", "qx", "qy", "qz", "qw"]
@@ -38,7 +38,7 @@ class ProcessFmu(Identified):
         outputs: Names of its outputs by column of wrench and stiffness; those not named are zero, and a
             process none of whose outputs is a stiffness does not tell any.
         parameters: Start values by name.
-        part: Placement of the part.
+        part: base_from_part.
         frame: Frame of poses and wrenches: "part" or "base".
         watch: Function that is told how far the simulation is.
     """
@@ -47,7 +47,7 @@ class ProcessFmu(Identified):
     inputs: Mapping[PoseColumn, str]
     outputs: Mapping[AnswerColumn, str]
     parameters: Mapping[str, float | int | bool | str]
-    part: Part
+    part: Frame
     frame: PoseFrame
     watch: Watch = unwatched
 

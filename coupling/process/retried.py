@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from coupling.errors import ProcessError
 from coupling.events import Warned, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Process
+from coupling.process.base import Answer, Around, Process
 
 
 @dataclass(frozen=True)
-class Retried:
+class Retried(Around):
     """A process and how often an evaluation of it is tried.
 
     Attributes:
@@ -23,11 +23,6 @@ class Retried:
     process: Process
     tries: int
     watch: Watch = unwatched
-
-    @property
-    def identity(self) -> str:
-        """Key of its answers, that of the process."""
-        return self.process.identity
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the process's answer to a path, of the first try that has one.

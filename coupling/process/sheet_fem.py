@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.process.base import Answer, Identified
 from coupling.sheet_fem.box import Box
@@ -17,7 +18,6 @@ from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.schedule import Schedule
 from coupling.sheet_fem.shape import formed_sheet
 from coupling.sheet_fem.threads import aside
-from coupling.toolpaths.part import Part
 
 _WHAT = "evaluating the process"
 
@@ -30,7 +30,7 @@ class SheetFem(Identified):
     sheet: spheres that press on either of its faces.
 
     Attributes:
-        part: Placement of the part; the sheet's upper face is its x-y plane.
+        part: base_from_part; the sheet's upper face is its x-y plane.
         model: Model of the sheet.
         radii: Of the spheres [m]; one for each tool of the path.
         tips: From their centres to the TCPs, tool axes [m], (3,) each.
@@ -40,7 +40,7 @@ class SheetFem(Identified):
         watch: Function that is told how many positions are done.
     """
 
-    part: Part
+    part: Frame
     model: SheetModel
     radii: tuple[float, ...]
     tips: tuple[np.ndarray, ...]
@@ -56,10 +56,8 @@ class SheetFem(Identified):
         Raises:
             ProcessError: If no equilibrium is found.
         """
-        centers = [
-            self._centers(tool, tip) for tool, tip in zip(path.tools, self.tips, strict=True)
-        ]
-        places = np.stack(centers, axis=1)[self.schedule.positions]
+        centers = self._centers(path)
+        places = centers.swapaxes(0, 1)[self.schedule.positions]
         boxes = self._boxes()
         moves = [self._spheres(place) for place in places]
         forces, moments = np.zeros(places.shape), np.zeros(places.shape)
@@ -100,12 +98,8 @@ class SheetFem(Identified):
 
         They are those of the desired paths, so that only its path tells an evaluation from another one.
         """
-        centers = [
-            self._centers(tool, tip)
-            for tool, tip in zip(self.desired.tools, self.tips, strict=True)
-        ]
         boxes: list[Box] = []
-        for place in np.stack(centers, axis=1)[self.schedule.positions]:
+        for place in self._centers(self.desired).swapaxes(0, 1)[self.schedule.positions]:
             boxes.append(self.model.near(boxes[-1] if boxes else None, place))
         return boxes
 
@@ -125,7 +119,7 @@ class SheetFem(Identified):
         that of the stiffness that it feels, (n, 3, 3).  One that would pull is none.
         """
         between = self.force_factor * self.schedule.interpolated(forces)
-        between = self.part.rotation.apply(between)
+        between = self.part.turned(between)
         beyond = away - self.schedule.interpolated(away[self.schedule.positions])
         force = between - np.einsum("nij,nj->ni", felt, beyond)
         holds = np.sum(force * between, axis=1) > 0.0
@@ -135,14 +129,15 @@ class SheetFem(Identified):
         self, path: ToolPath, centers: np.ndarray, force: np.ndarray, moments: np.ndarray
     ) -> WrenchHistory:
         """Return the wrench at a TCP of the force along the path and moments at the positions."""
-        own = self.part.rotation.apply(self.force_factor * self.schedule.interpolated(moments))
-        center = self.part.position + self.part.rotation.apply(centers)
+        own = self.part.turned(self.force_factor * self.schedule.interpolated(moments))
+        center = self.part.points(centers)
         moment = own + np.cross(center - path.position[0], force)
         return WrenchHistory(path.time, np.hstack([force, moment]))
 
-    def _centers(self, path: ToolPath, tip: np.ndarray) -> np.ndarray:
-        """Return a sphere's centres in the part frame."""
-        return self.part.coordinates(path.position[0] - path.rotations[0].apply(tip))
+    def _centers(self, path: ToolPath) -> np.ndarray:
+        """Return the spheres' centres in the part frame, (tools, n, 3)."""
+        turned = [own.apply(tip) for own, tip in zip(path.rotations, self.tips, strict=True)]
+        return self.part.coordinates(path.position - np.stack(turned))
 
     def _spheres(self, centers: np.ndarray) -> tuple[Sphere, ...]:
         """Return tools in the sheet's frame, whose origin is half a thickness below the part's."""

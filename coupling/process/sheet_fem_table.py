@@ -148,21 +148,17 @@ class SheetFemTable(ProcessSchema):
             )
         x, y = self.sheet_size_m
         elements = (_coarsened(x / self._element), _coarsened(y / self._element))
-        diameters = [self.tool_diameter_m]
+        radii, contacts = [0.5 * self.tool_diameter_m], [task.contact]
         if task.support is not None:
-            diameters.append(task.support.tool_diameter)
+            radii.append(0.5 * task.support.tool_diameter)
+            contacts.append(APPROACH)
         settings = SheetSettings(
             self.layers,
-            max(self._window, self._least_window(max(diameters))),
+            max(self._window, self._least_window(2.0 * max(radii))),
             self.backing_radius_m,
             self.backing_edge_radius_m,
             self.friction_coefficient,
         )
-        radii = [0.5 * self.tool_diameter_m]
-        contacts = [task.contact]
-        if task.support is not None:
-            radii.append(0.5 * task.support.tool_diameter)
-            contacts.append(APPROACH)
         mesh = SheetMesh((x, y), elements, self.sheet_thickness_m)
         limit = limit_of_force(max(mesh.element_size), min(radii), self.sheet_thickness_m)
         return SheetFem(

@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling.path.histories import ToolPath
 from coupling.path.noise import noise_level
-from coupling.process.base import Answer, Process
+from coupling.process.base import Answer, Around, Process
 from coupling.process.noise_filter import AdaptiveLowPass, Filter
 
 # Noise below this part of the largest force is rounding, or the unevenness of a computed one.
@@ -60,7 +60,7 @@ class ForceNoise:
         }
 
 
-class Smoothed:
+class Smoothed(Around):
     """A process without the noise of its answers.
 
     Answers that beat are left as they are: what is fast in them is meant.
@@ -71,17 +71,12 @@ class Smoothed:
     """
 
     def __init__(self, process: Process, filter_: Filter | None) -> None:
-        self._process, self._filter = process, filter_
+        self.process, self._filter = process, filter_
         self.noise: ForceNoise | None = None
-
-    @property
-    def identity(self) -> str:
-        """Key of the answers as they are."""
-        return self._process.identity
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the process's answer to a path, its wrenches without their noise."""
-        answer = self._process.evaluate(path)
+        answer = self.process.evaluate(path)
         if answer.period is not None:
             return answer
         wrench = answer.wrench

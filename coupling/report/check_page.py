@@ -63,7 +63,7 @@ def workspace(robots: Sequence[CheckedRobot]) -> go.Figure:
         def draw(
             points: np.ndarray, name: str, line: dict[str, object], mode: str = "lines"
         ) -> None:
-            x, y, z = (robot.placement.position + robot.placement.rotation.apply(points)).T  # noqa: B023
+            x, y, z = robot.world_from_base.points(points).T  # noqa: B023
             figure.add_scatter3d(
                 x=x,
                 y=y,

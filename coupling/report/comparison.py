@@ -12,7 +12,6 @@ import numpy as np
 from coupling.errors import ResultError
 from coupling.report.background import parsed
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
-from elastic_robot.trajectory import Trajectory
 
 # Times per row at which commands are compared.
 _BETWEEN = 2
@@ -92,14 +91,8 @@ def command_difference(first: StoredRobot, second: StoredRobot) -> CommandDiffer
     start = max(float(own.joints.time[0]) for own in (first, second))
     rows = max(len(own.joints.time) for own in (first, second))
     time = np.linspace(start, end, _BETWEEN * (rows - 1) + 1)
-    angles = [_motion(own).at(time)[0] for own in (first, second)]
+    angles = [own.joints.trajectory.at(time)[0] for own in (first, second)]
     return CommandDifference(time, angles[1] - angles[0])
-
-
-def _motion(robot: StoredRobot) -> Trajectory:
-    joints = robot.joints
-    rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
-    return Trajectory(joints.time, joints.q[0], rates, accelerations)
 
 
 def _inputs(run: StoredRun) -> Iterator[tuple[str, str]]:

@@ -13,7 +13,6 @@ from coupling.report.colours import JOINTS
 from coupling.report.style import curve, style
 from coupling.report.tables import table
 from coupling.run.stored_run import StoredRobot
-from elastic_robot.trajectory import Trajectory
 
 # Parts of the time axis: there are 18 curves.
 _PARTS = 400
@@ -30,10 +29,8 @@ DRIVES_TEXT = (
 def drives(run: StoredRobot) -> go.Figure:
     """Angles, rates and accelerations of the command over time."""
     joints = run.joints
-    rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
-    motion = Trajectory(joints.time, joints.q[0], rates, accelerations)
     time = np.unique(np.append(joints.time, 0.5 * (joints.time[1:] + joints.time[:-1])))
-    found = [np.degrees(values) for values in motion.at(time)]
+    found = [np.degrees(values) for values in joints.trajectory.at(time)]
     found[0] = found[0] - found[0][0]
     figure = make_subplots(rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     titles = ("angle [deg]", "rate [deg/s]", "acceleration [deg/s\u00b2]")

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from scipy.spatial.transform import Rotation
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, QUIET
 from coupling.report.style import FLOOR_UM, UM, decades, style
@@ -41,7 +41,7 @@ class View:
     Attributes:
         title: What to call it.
         desired, actual: Where its tool should be and where it is, at the same times.
-        part: Placement of the part in the world, by the keys of [part].
+        part: Where the part is in the world, by the keys of [part].
     """
 
     title: str
@@ -52,10 +52,8 @@ class View:
     @property
     def in_part(self) -> np.ndarray:
         """Desired positions in the part [mm], (n, 3)."""
-        part_from_world = Rotation.from_euler("xyz", self.part["rpy_deg"], degrees=True).inv()
-        moved = self.desired.position[0] - np.array(self.part["position_m"])
-        seen: np.ndarray = 1e3 * part_from_world.apply(moved)
-        return seen
+        part = Frame.of_rpy(self.part["position_m"], np.deg2rad(self.part["rpy_deg"]))
+        return 1e3 * part.coordinates(self.desired.position[0])
 
     @property
     def logarithms(self) -> np.ndarray:

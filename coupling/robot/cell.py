@@ -6,57 +6,18 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.events import Watch, unwatched
 from coupling.inverse.inversion import Wanted
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
-from coupling.path.histories import JointPath, ToolPath, WrenchHistory, poses
+from coupling.path.frame import Frame
+from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.robot.moving import Inverter
-from coupling.robot.programmed import TouchOff
 from coupling.robot.robot import Inverse, LimitWarning, SimulatedRobot
+from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Where a robot stands in the cell.
-
-    Attributes:
-        position: Origin of its base in the world [m], (3,).
-        rotation: world_from_base.
-
-    Example:
-        >>> turned = Placement(np.array([3.0, 0.0, 0.0]), Rotation.from_euler("z", np.pi))
-        >>> pose = np.array([[1.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]] * 2)
-        >>> turned.path_in_world(ToolPath(np.array([0.0, 1.0]), pose)).position[0, 0].round(9)
-        array([2. , 0. , 0.5])
-    """
-
-    position: np.ndarray
-    rotation: Rotation
-
-    def path_in_world(self, path: ToolPath) -> ToolPath:
-        """Return the path of one tool given in the robot's base in the world frame."""
-        position = self.position + self.rotation.apply(path.position[0])
-        return ToolPath(path.time, poses(position, self.rotation * path.rotations[0]))
-
-    def path_in_base(self, path: ToolPath) -> ToolPath:
-        """Return the path of one tool given in the world in the robot's base frame."""
-        base_from_world = self.rotation.inv()
-        position = base_from_world.apply(path.position[0] - self.position)
-        return ToolPath(path.time, poses(position, base_from_world * path.rotations[0]))
-
-    def wrench_in_base(self, wrench: WrenchHistory) -> WrenchHistory:
-        """Return the wrench on one tool given in world axes in the axes of the robot's base."""
-        vectors = self.rotation.inv().apply(wrench.wrench.reshape(-1, 3))
-        spring = wrench.spring and wrench.spring.seen_from(self.position, self.rotation)
-        return WrenchHistory(wrench.time, vectors.reshape(wrench.wrench.shape), spring)
-
-
-AT_THE_ORIGIN = Placement(np.zeros(3), Rotation.identity())
 
 
 class Planner(Protocol):
@@ -81,7 +42,7 @@ class Member:
 
     Attributes:
         name: Word for it in messages and folders.
-        placement: Place of its base.
+        world_from_base: Where it stands in the world.
         robot: Its simulation, in its own base frame.
         planner: Its kinematics.
         inverter: Its inverse; None for a robot that is not to be corrected.
@@ -90,7 +51,7 @@ class Member:
     """
 
     name: str
-    placement: Placement
+    world_from_base: Frame
     robot: SimulatedRobot
     planner: Planner
     inverter: Inverter | None = None
@@ -107,14 +68,16 @@ class Member:
         Raises:
             SimulationError: If it cannot be simulated.
         """
-        path = self.robot.simulate(command, self.placement.wrench_in_base(wrench), mode)
-        path = self.placement.path_in_world(path)
+        path = self.robot.simulate(
+            command, wrench.transformed(self.world_from_base.inverse()), mode
+        )
+        path = path.transformed(self.world_from_base)
         return path if self.discrepancy is None else self.discrepancy.real(path)
 
     def model_path(self, path: ToolPath) -> ToolPath:
         """Return where the tool of its model has to be, in its base, for the tool to be on a path."""
         own = path if self.discrepancy is None else self.discrepancy.model(path)
-        return self.placement.path_in_base(own)
+        return own.transformed(self.world_from_base.inverse())
 
 
 @dataclass(frozen=True)
@@ -145,7 +108,7 @@ class Cell:
     def _undeflected(self, path: ToolPath) -> JointPath:
         """Return the joint angles that put the undeflected tools on their paths."""
         motions = [
-            member.planner.plan(member.placement.path_in_base(tool))
+            member.planner.plan(tool.transformed(member.world_from_base.inverse()))
             for member, tool in zip(self.members, path.tools, strict=True)
         ]
         return JointPath.of_robots(motions)
@@ -159,7 +122,7 @@ class Cell:
         """
         return ToolPath.of_tools(
             [
-                member.placement.path_in_world(member.planner.forward(own, time))
+                member.planner.forward(own, time).transformed(member.world_from_base)
                 for member, own in zip(self.members, joints.robots, strict=True)
             ]
         )
@@ -199,7 +162,7 @@ class Cell:
             self.members, desired.path.tools, rigid.robots, wrench.tools, strict=True
         ):
             assert member.inverter is not None
-            loads = member.placement.wrench_in_base(load)
+            loads = load.transformed(member.world_from_base.inverse())
             wanted = Wanted(member.model_path(tool), own, loads)
             found.append(member.inverter.invert(wanted, controller, goal, watch))
         changes = [

@@ -12,7 +12,6 @@ from coupling.robot.robot import LimitWarning
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.kinematics import base_from_tool, pose_of, tcp_jacobian
-from elastic_robot.trajectory import Trajectory
 
 # A pose is reached when position [m] and rotation [rad] agree to this: a tenth of a nanometre.
 _REACHED = 1e-10
@@ -92,13 +91,12 @@ class InverseKinematics:
         Raises:
             TrajectoryError: If a time is outside the motion.
         """
-        rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
-        motion = Trajectory(joints.time, joints.q[0], rates, accelerations)
-        poses = [
-            pose_of(base_from_tool(self._chain, self._data, theta))
-            for theta in self._chain.theta(motion.at(time)[0])
-        ]
-        return ToolPath(time, np.array(poses))
+        return ToolPath(time, self.poses(joints.trajectory.at(time)[0]))
+
+    def poses(self, q: np.ndarray) -> np.ndarray:
+        """Return the poses of the undeflected tool at joint angles [rad], (n, joints), (n, 7)."""
+        tools = (base_from_tool(self._chain, self._data, own) for own in self._chain.theta(q))
+        return np.array([pose_of(tool) for tool in tools])
 
     def rate_warnings(self, path: JointPath) -> list[LimitWarning]:
         """Return one warning for each joint whose maximum rate is exceeded."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
+from elastic_robot.kinematics import base_from_tool
 
 
 def link_points(robot: Robot, q: np.ndarray) -> np.ndarray:
@@ -27,8 +27,7 @@ def link_points(robot: Robot, q: np.ndarray) -> np.ndarray:
     """
     chain = build_chain(robot)
     data = chain.model.createData()
-    pin.forwardKinematics(chain.model, data, chain.theta(q))
-    tip = pin.updateFramePlacement(chain.model, data, chain.tcp).translation
+    tip = base_from_tool(chain, data, chain.theta(q)).translation
     # Angle k of the chain is that of Pinocchio's joint k + 1; joint 0 is the world.
     centres = [data.oMi[int(angle) + 1].translation for angle in chain.drive]
     return np.array([np.zeros(3), *centres, tip])

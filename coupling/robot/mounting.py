@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.path.frame import Frame
 from elastic_robot.description import Robot
 
 
@@ -37,8 +38,7 @@ class Mounting:
             gravity = self.base.inv().apply(robot.gravity)
             changed = replace(changed, gravity=tuple(gravity.tolist()))
         if self.tcp_shift.any():
-            body_from_tool = Rotation.from_euler("xyz", robot.tcp_rpy)
-            tcp = np.array(robot.tcp_position) + body_from_tool.apply(self.tcp_shift)
+            tcp = Frame.of_rpy(robot.tcp_position, robot.tcp_rpy).points(self.tcp_shift)
             changed = replace(changed, tcp_position=tuple(tcp.tolist()))
         return changed
 

@@ -15,6 +15,7 @@ from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import SampledPath
+from coupling.path.linear import interpolated
 from coupling.robot.robot import FlankChange, Inverse
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -63,7 +64,7 @@ class Inverter:
         times = watched.times(range(watched.count))
 
         def even(rows: np.ndarray) -> np.ndarray:
-            return np.stack([np.interp(times, fine.time, column) for column in rows.T], axis=1)
+            return interpolated(times, fine.time, rows)
 
         def seen(command: UniformSpline) -> Seen:
             joints = joint_path(command)

@@ -8,10 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
-from coupling.path.histories import ToolPath, poses
-from coupling.robot.cell import Placement
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.programmed import TouchOff
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
@@ -29,6 +28,42 @@ _ENOUGH = 1e-7
 
 
 @dataclass(frozen=True)
+class TouchOff:
+    """What a robot takes for the world, because it was touched off where it stood with its sag.
+
+    Attributes:
+        real_from_shown: World that its controller shows, in the real one: where the tool at rest was.
+        residual: Largest distance of a touched point from that [m].
+
+    Example:
+        >>> shown = np.array([[1.0, 0.0, 0.0]])
+        >>> sagged = TouchOff.of(shown, shown - np.array([0.0, 0.0, 0.008]))
+        >>> path = ToolPath(np.array([0.0, 1.0]), np.tile([1.0, 0, 0, 0, 0, 0, 1.0], (2, 1)))
+        >>> sagged.programmed(path).position[0, 0].tolist()
+        [1.0, 0.0, 0.008]
+    """
+
+    real_from_shown: Frame
+    residual: float
+
+    @classmethod
+    def of(cls, commanded: np.ndarray, real: np.ndarray) -> TouchOff:
+        """Return the displacement that fits touched points best, from one point a shift alone.
+
+        Args:
+            commanded: Where the controller shows the TCP, world axes [m], (n, 3).
+            real: Where it is, (n, 3).
+        """
+        found = Frame.fitted(commanded, real)
+        off = real - found.points(commanded)
+        return cls(found, float(np.linalg.norm(off, axis=1).max()))
+
+    def programmed(self, path: ToolPath) -> ToolPath:
+        """Return a real path in the world as the program has it."""
+        return path.transformed(self.real_from_shown.inverse())
+
+
+@dataclass(frozen=True)
 class RestingRobot:
     """A robot that stands still under its own weight.
 
@@ -36,13 +71,13 @@ class RestingRobot:
         robot: Its description, gravity in the axes of its base.
         torque_curve: Name of its gears' torque curve.
         home: Joint angles near which the points are reached [rad].
-        placement: Place of its base in the world.
+        world_from_base: Where it stands in the world.
     """
 
     robot: Robot
     torque_curve: str
     home: np.ndarray
-    placement: Placement
+    world_from_base: Frame
 
     def tool_at(self, commanded: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return where the tool rests under commands to points, world axes [m], (n, 3).
@@ -58,8 +93,8 @@ class RestingRobot:
         data, curve = chain.model.createData(), TORQUE_CURVES[self.torque_curve].build(parameters)
         dynamics, near, found = Dynamics(chain, parameters.gravity), self.home, []
         for k, point in enumerate(commanded, start=1):
-            still = poses(np.array([point, point]), Rotation.concatenate([rotation, rotation]))
-            path = self.placement.path_in_base(ToolPath(np.array([0.0, 1.0]), still))
+            still = ToolPath.held(np.array([0.0, 1.0]), np.array([point, point]), rotation)
+            path = still.transformed(self.world_from_base.inverse())
             try:
                 near = InverseKinematics(self.robot, near).plan(path).q[0][0]
                 x = equilibrium(dynamics, curve, near, Acting())
@@ -69,8 +104,7 @@ class RestingRobot:
                     " can touch"
                 ) from cause
             found.append(pose_of(base_from_tool(chain, data, chain.theta(near, x)))[:3])
-        world: np.ndarray = self.placement.position + self.placement.rotation.apply(found)
-        return world
+        return self.world_from_base.points(np.array(found))
 
     def command_for(self, real: np.ndarray, rotation: Rotation) -> np.ndarray:
         """Return the commands under which the tool rests at real points; as `tool_at`.
@@ -91,19 +125,3 @@ class RestingRobot:
                 " beside one after the other: a gear hangs in its play there; give other points"
             )
         return commanded
-
-
-def touched_off(commanded: np.ndarray, real: np.ndarray) -> TouchOff:
-    """Return the displacement that fits touched points best, from one point a shift alone.
-
-    Args:
-        commanded: Where the controller shows the TCP, world axes [m], (n, 3).
-        real: Where it is, (n, 3).
-    """
-    turn = Rotation.identity()
-    middle, there = commanded.mean(axis=0), real.mean(axis=0)
-    if len(commanded) > 1:
-        turn, _ = Rotation.align_vectors(real - there, commanded - middle)
-    off = real - there - turn.apply(commanded - middle)
-    residual = float(np.linalg.norm(off, axis=1).max())
-    return TouchOff(there - turn.apply(middle), turn, residual)

@@ -11,6 +11,7 @@ from coupling.events import Said, Warned, Watch
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.process import Answer, Process, ProcessTable
+from coupling.process.base import Around
 from coupling.process.repeatability import Repeatability
 from coupling.run.kept_process import checked_process
 from coupling.solve.correction import Correction
@@ -39,7 +40,7 @@ class Asked:
     seconds: float
 
 
-class LastAsked:
+class LastAsked(Around):
     """A process that remembers what it was asked last.
 
     Args:
@@ -47,21 +48,16 @@ class LastAsked:
     """
 
     def __init__(self, process: Process) -> None:
-        self._process = process
+        self.process = process
         self.last: Asked | None = None
-
-    @property
-    def identity(self) -> str:
-        """Key of its answers, that of the process."""
-        return self._process.identity
 
     def evaluate(self, path: ToolPath) -> Answer:
         """Return the process's answer to a path, and remember both."""
         begin = time.perf_counter()
-        answer = self._process.evaluate(path)
+        answer = self.process.evaluate(path)
         seconds = time.perf_counter() - begin
-        if isinstance(self._process, StoredProcess):
-            seconds = max(seconds, self._process.seconds(path))
+        if isinstance(self.process, StoredProcess):
+            seconds = max(seconds, self.process.seconds(path))
         self.last = Asked(path, answer, seconds)
         return answer
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import JointPath
-from elastic_robot.trajectory import Trajectory
 
 # Times per row at which a command is looked at.
 _BETWEEN = 8
@@ -57,11 +56,9 @@ def drive_motions(command: JointPath, limits: JointLimits) -> tuple[DriveMotion,
         >>> drive.rate, drive.rate_time, drive.acceleration
         (1.5, 0.5, 6.0)
     """
-    rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
-    motion = Trajectory(command.time, command.q[0], rates, accelerations)
     rows = len(command.time) - 1
     time = np.interp(np.arange(_BETWEEN * rows + 1) / _BETWEEN, np.arange(rows + 1), command.time)
-    q, qd, qdd = motion.at(time)
+    q, qd, qdd = command.trajectory.at(time)
     qd, qdd = np.abs(qd), np.abs(qdd)
     return tuple(
         DriveMotion(

@@ -39,9 +39,9 @@ def wanted_of(
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     found = []
     for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
-        own = placed.placement.path_in_base(path)
+        own = path.transformed(placed.world_from_base.inverse())
         rigid = InverseKinematics(placed.description, placed.home).plan(own)
-        found.append(Wanted(own, rigid, placed.placement.wrench_in_base(load)))
+        found.append(Wanted(own, rigid, load.transformed(placed.world_from_base.inverse())))
     return tuple(found)
 
 

@@ -90,7 +90,7 @@ def cell_of(
         members.append(
             Member(
                 placed.name,
-                placed.placement,
+                placed.world_from_base,
                 model.fmu,
                 planner,
                 inverter,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.path.deviation import measure
+from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
 from coupling.robot.cell import Cell
@@ -44,7 +45,7 @@ def noise_replays(
         drawn = level[:3] * draw.standard_normal((len(samples), 3))
         if noise.filter is not None:
             drawn = low_pass(samples, drawn, noise.filter.cutoff)
-        forces.append(np.column_stack([np.interp(time, samples, axis) for axis in drawn.T]))
+        forces.append(interpolated(time, samples, drawn))
     path = cell.simulate(found.joints, loads.plus(np.stack(forces)), "dynamic")
     pairs = zip(path.tools, found.desired.tools, strict=True)
     tools = tuple(measure(own, desired) for own, desired in pairs)

@@ -30,7 +30,6 @@ def drawn_robots(case: Case, run: Run) -> list[dict[str, Any]]:
         with suppress(ElasticRobotError):
             _, numbers = robot_numbers(find_robot(table["description"]))
         own = link_points(placed.description, joints.q[0][len(joints.time) // 2])
-        at = placed.placement
         found.append(
             {
                 "name": placed.name,
@@ -39,7 +38,7 @@ def drawn_robots(case: Case, run: Run) -> list[dict[str, Any]]:
                 "torque_curve": placed.torque_curve,
                 "sources": by_source(numbers),
                 "touch_off": _touch_off(case, placed),
-                "links_m": np.round(at.position + at.rotation.apply(own), 6).tolist(),
+                "links_m": np.round(placed.world_from_base.points(own), 6).tolist(),
             }
         )
     return found
@@ -54,10 +53,11 @@ def _touch_off(case: Case, placed: PlacedRobot) -> dict[str, Any] | None:
         # A part that stands upright has roll and yaw about one axis; any pair of them will do.
         warnings.simplefilter("ignore", UserWarning)
         rpy = part.rotation.as_euler("xyz", degrees=True)
+    shown = own.real_from_shown
     return {
         "part_position_m": part.position.tolist(),
         "part_rpy_deg": rpy.tolist(),
-        "shift_m": (part.position - own.shown(part.position)).tolist(),
-        "turn_rad": own.rotation.as_rotvec().tolist(),
+        "shift_m": (part.position - shown.coordinates(part.position)).tolist(),
+        "turn_rad": shown.rotation.as_rotvec().tolist(),
         "residual_m": own.residual,
     }

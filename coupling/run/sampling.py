@@ -9,10 +9,10 @@ import numpy as np
 
 from coupling.case import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
-from coupling.path.contact_spring import straight
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
+from coupling.path.linear import interpolated
 from coupling.process import Answer, NoisySchema, Process
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
@@ -157,7 +157,7 @@ def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process,
     time = wrench.instants
     stiffness = found.answer.stiffness
     if stiffness is not None:
-        stiffness = straight(samples, stiffness[None], time)[0]
+        stiffness = interpolated(time, samples, stiffness[None], axis=1)[0]
     return _Answered(replace(found.answer, wrench=wrench, stiffness=stiffness)), time, 1.0
 
 

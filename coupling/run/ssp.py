@@ -23,7 +23,6 @@ from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
 from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
 from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, Structure
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 from elastic_robot.fmi.interface import STEP_SIZE
 
@@ -71,7 +70,7 @@ class System:
             )
         robot, task = case.robots[0], _in_base(case)
         process = memoryless(case.process_table.process(task))
-        program = robot.placement.path_in_base(robot.programmed(case.task.forming))
+        program = robot.programmed(case.task.forming).transformed(robot.world_from_base.inverse())
         planned = InverseKinematics(robot.description, robot.home).plan(program)
         system = cls(case, answer, task, process, planned, step)
         if system.step == 0.0:
@@ -190,10 +189,9 @@ class System:
 
 def _in_base(case: Case) -> Task:
     """Return the task in the frame of the robot's base, which is that of its FMU."""
-    at, task = case.robots[0].placement, case.task
-    base_from_world = at.rotation.inv()
-    part = Part(base_from_world.apply(task.part.position), base_from_world * task.part.rotation)
-    return replace(task, part=part, forming=at.path_in_base(task.forming))
+    base_from_world, task = case.robots[0].world_from_base.inverse(), case.task
+    forming = task.forming.transformed(base_from_world)
+    return replace(task, part=base_from_world @ task.part, forming=forming)
 
 
 def _table(command: JointPath) -> bytes:

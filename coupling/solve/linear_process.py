@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath
+from coupling.path.linear import interpolated
 from coupling.process.base import joined
 from coupling.solve.scheme import Seen
 
@@ -29,7 +30,7 @@ class LinearProcess:
         moved = (self.seen.path.position - path.position)[:, self.seen.rows]
         change = np.einsum("nij,nj->ni", self.stiffness, joined(moved))
         tools = change.reshape(len(change), -1, 3).swapaxes(0, 1)
-        return straight(self.seen.answer.wrench.instants, tools, path.time)
+        return interpolated(path.time, self.seen.answer.wrench.instants, tools, axis=1)
 
     def beyond(self, spring: ContactSpring, path: ToolPath) -> np.ndarray:
         """Return what of this change springs to x_k do not give [N], (tools, k, 3)."""

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.errors import SimulationError
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath
+from coupling.path.linear import interpolated
 from coupling.process.base import own_blocks
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.linear_process import LinearProcess
@@ -57,7 +58,7 @@ class Robin(Constant):
         """
         process = LinearProcess(seen, self._react(seen, mode))
         time, x = seen.path.time, seen.path
-        own = straight(seen.answer.wrench.instants, own_blocks(process.stiffness), time)
+        own = interpolated(time, seen.answer.wrench.instants, own_blocks(process.stiffness), axis=1)
         spring = ContactSpring(x.position, own)
         answered = replace(seen.loads, spring=spring)
         inner, beyond, best, least = Anderson(), np.zeros_like(x.position), None, np.inf

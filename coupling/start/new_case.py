@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import tomlkit
-from scipy.spatial.transform import Rotation
 from tomlkit import TOMLDocument
 
 from coupling.case import Case, load_case
@@ -17,6 +16,7 @@ from coupling.files.examples import example
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots
 from coupling.files.toml_file import document
 from coupling.files.whole_file import make_folder_of, write_whole
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.place.seat import Seat, seats
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -128,9 +128,8 @@ def _moved(shown: Case, seat: Seat) -> list[ToolPath]:
         moved = path.at_rows(rows).displaced(shift)
         if table.name == "support":
             # It stands on the other side of the part, turned by half a turn about the vertical.
-            centre = np.array([2.0 * seat.position[0], 0.0, 0.0])
-            half_turn = Rotation.from_euler("z", np.pi)
-            moved = type(table.placement)(centre, half_turn).path_in_base(moved)
+            centre = [2.0 * seat.position[0], 0.0, 0.0]
+            moved = moved.transformed(Frame.of_rpy(centre, [0.0, 0.0, np.pi]).inverse())
         paths.append(moved)
     return paths
 

@@ -11,7 +11,7 @@ from typing import Literal
 from coupling.errors import StoreError
 from coupling.events import Event, Warned, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Process
+from coupling.process.base import Answer, Around, Process
 from coupling.store.entry import About, answer_key, plain, size_of
 from coupling.store.store import Store
 
@@ -37,7 +37,7 @@ _CHANGED = (
 )
 
 
-class StoredProcess:
+class StoredProcess(Around):
     """A process that answers from a store where it can, and whose answers are kept before they are used.
 
     Room for an answer is taken before it is computed, so that a full disk is found first.  An answer
@@ -60,15 +60,10 @@ class StoredProcess:
         name: str = "",
         identify: Callable[[], str] | None = None,
     ) -> None:
-        self._process, self._store, self._watch = process, store, watch
+        self.process, self._store, self._watch = process, store, watch
         self._identify = identify or (lambda: process.identity)
         self._name = name or type(process).__name__
         self._pending: dict[str, tuple[Answer, About]] = {}
-
-    @property
-    def identity(self) -> str:
-        """Key of its answers, that of the process."""
-        return self._process.identity
 
     @property
     def unkept(self) -> int:
@@ -88,7 +83,7 @@ class StoredProcess:
         origin: Literal["computed", "store"] = "computed" if answer is None else "store"
         if answer is None:
             if self._store is None or not key:
-                answer = plain(self._process.evaluate(path))
+                answer = plain(self.process.evaluate(path))
             else:
                 answer, origin = self._claimed(self._store, key, path)
         self._watch(Answered(key, origin, time.perf_counter() - start))
@@ -126,7 +121,7 @@ class StoredProcess:
             file = store.room(key, size_of(path))
             start = time.perf_counter()
             try:
-                answer = plain(self._process.evaluate(path))
+                answer = plain(self.process.evaluate(path))
                 changed = self._identify() != self.identity
             except BaseException:
                 file.discard()

@@ -27,6 +27,18 @@ class Plane:
     second: int
     normal: int
 
+    def vectors(
+        self, first: np.ndarray, second: np.ndarray, normal: np.ndarray | float
+    ) -> np.ndarray:
+        """Return vectors of components in its axes, (..., 3)."""
+        found = np.empty((*np.shape(first), 3))
+        found[..., self.first], found[..., self.second], found[..., self.normal] = (
+            first,
+            second,
+            normal,
+        )
+        return found
+
 
 PLANES = {17.0: Plane(0, 1, 2), 18.0: Plane(2, 0, 1), 19.0: Plane(1, 2, 0)}
 
@@ -125,30 +137,23 @@ class Arc:
             part = s / self.length
             angle = self.angle + part * self.sweep
             radius = self.radius + part * (last - self.radius)
-            points = np.empty((len(s), 3))
-            points[:, self.plane.first] = self.centre[0] + radius * np.cos(angle)
-            points[:, self.plane.second] = self.centre[1] + radius * np.sin(angle)
-            points[:, self.plane.normal] = self.start[self.plane.normal] + part * self._rise
-            return points
+            first, second = self.centre[:, None] + radius * np.stack([np.cos(angle), np.sin(angle)])
+            return self.plane.vectors(
+                first, second, self.start[self.plane.normal] + part * self._rise
+            )
 
         return Segment(self.length, point)
 
     def curvatures(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the curvature vectors at both ends [1/m], towards the axis, (3,) each."""
-        found = []
-        for angle in (self.angle, self.angle + self.sweep):
-            inwards = np.zeros(3)
-            inwards[self.plane.first], inwards[self.plane.second] = -np.cos(angle), -np.sin(angle)
-            found.append(inwards * self.radius * (self.sweep / self.length) ** 2)
-        return found[0], found[1]
+        ends = np.array([self.angle, self.angle + self.sweep])
+        inwards = self.plane.vectors(-np.cos(ends), -np.sin(ends), 0.0)
+        begin, end = inwards * self.radius * (self.sweep / self.length) ** 2
+        return begin, end
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the unit tangents at both ends, (3,) each."""
-        tangents = []
-        for angle in (self.angle, self.angle + self.sweep):
-            along = np.zeros(3)
-            along[self.plane.first] = -np.sin(angle) * self.radius * self.sweep
-            along[self.plane.second] = np.cos(angle) * self.radius * self.sweep
-            along[self.plane.normal] = self._rise
-            tangents.append(along / self.length)
-        return tangents[0], tangents[1]
+        ends, size = np.array([self.angle, self.angle + self.sweep]), self.radius * self.sweep
+        along = self.plane.vectors(-size * np.sin(ends), size * np.cos(ends), self._rise)
+        begin, end = along / self.length
+        return begin, end

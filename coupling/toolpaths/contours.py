@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.motion import Driven, Segment, circle, link, polyline
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 
 
@@ -52,7 +52,7 @@ class _Contours(Driven):
         """The wall's angle where leans are measured from its normal: the wall is right of the feed."""
         return self.wall_angle_deg if self.tilt_frame == "path" else 0.0
 
-    def task(self, part: Part, corners: Corners = NONE) -> Task:
+    def task(self, part: Frame, corners: Corners = NONE) -> Task:
         """Return what is to be made: a wall of this angle in steps."""
         angle = float(np.deg2rad(self.wall_angle_deg))
         return replace(super().task(part, corners), wall_angle=angle, step_down=self.step_down_m)

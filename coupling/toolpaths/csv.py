@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, read_table
 from coupling.files.toml_file import FilePath
-from coupling.path.histories import ToolPath, poses
+from coupling.path.frame import Frame
+from coupling.path.histories import ToolPath
 from coupling.toolpaths.instants import NONE, Corners, inserted
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
 
@@ -31,7 +30,7 @@ class CsvPath(ToolPathTable):
     kind: Literal["csv"]
     file: FilePath
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -45,10 +44,8 @@ class CsvPath(ToolPathTable):
                 f"{self.file}: expected quaternions of length 1, got length"
                 f" {length[wrong[0]]:.6g} in row {wrong[0] + 1}"
             )
-        position = part.position + part.rotation.apply(table[:, 1:4])
-        pose = poses(position, part.rotation * Rotation.from_quat(table[:, 4:]))
         try:
-            path = ToolPath(table[:, 0], pose)
+            path = ToolPath(table[:, 0], table[:, 1:]).transformed(part)
         except ValueError as cause:
             raise CaseError(f"{self.file}: {cause}") from cause
         return self._of_file(part, *inserted(path, corners))

@@ -11,12 +11,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from coupling.errors import CaseError
 from coupling.files.toml_file import FilePath, Positive
+from coupling.path.frame import Frame
 from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
 from coupling.toolpaths.instants import NONE, Corners, Instants
 from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.upright import UprightPath
@@ -40,7 +40,7 @@ class GcodePath(ToolPathTable):
     def _program(self) -> Program:
         return read_program(self.file)
 
-    def task(self, part: Part, corners: Corners = NONE) -> Task:
+    def task(self, part: Frame, corners: Corners = NONE) -> Task:
         """Return what is to be made, which words change nothing, and how much the acceleration jumps."""
         ignored = self._program.ignored
         words = ", ".join(
@@ -70,7 +70,7 @@ class GcodePath(ToolPathTable):
             default=0.0,
         )
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -78,7 +78,7 @@ class GcodePath(ToolPathTable):
         """
         motion = Motion(list(self._driven()))
         instants = Instants.of(motion.ends, self.sample_s, corners)
-        path = part.tool_path(instants.time, motion.at(instants.time))
+        path = tool_path(part, instants.time, motion.at(instants.time))
         return self._of_file(part, path, instants.asked)
 
     def _driven(self) -> Iterator[Leg]:
@@ -87,22 +87,16 @@ class GcodePath(ToolPathTable):
         for stretch in self._stretches():
             if isinstance(stretch, Dwell):
                 count += stretch.duration / self.sample_s
-                self._require_few(count)
+                require_few(count, self.file)
                 if stretch.duration > 0.0 and here is not None:
                     yield waiting(here, stretch.duration)
                 continue
             curve = chain([move.segment for move in stretch])
             feed = stretch[0].feed or self.rapid_m_s
             count += (curve.length / feed + 2.0 * self.blend_s) / self.sample_s
-            self._require_few(count)
+            require_few(count, self.file)
             here = curve.point(np.array([curve.length]))[0]
             yield drive(curve, feed, self.blend_s)
-
-    def _require_few(self, count: float) -> None:
-        try:
-            require_few(count)
-        except ValueError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
 
     def _stretches(self) -> Iterator[list[Move] | Dwell]:
         """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""

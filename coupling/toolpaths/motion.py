@@ -11,9 +11,10 @@ import numpy as np
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
+from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
 from coupling.toolpaths.instants import NONE, Corners, Instants
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
 
@@ -87,7 +88,7 @@ class Driven(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -98,13 +99,10 @@ class Driven(ToolPathTable):
         if follows and all(own.heading is None for own in segments):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
-        try:
-            require_few(float(motion.ends[-1]) / self.sample_s)
-        except ValueError as cause:
-            raise CaseError(f"tool_path: {cause}") from cause
+        require_few(float(motion.ends[-1]) / self.sample_s, "tool_path")
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
-        path = part.tool_path(instants.time, moved[:, :3])
+        path = tool_path(part, instants.time, moved[:, :3])
         upright = UprightPath(part, path, instants.asked)
         return upright.headed(moved[:, 3]) if follows else upright
 
@@ -113,16 +111,16 @@ class Driven(ToolPathTable):
         """Return the segments in the part frame, joined end to end."""
 
 
-def require_few(samples: float) -> None:
+def require_few(samples: float, where: object) -> None:
     """Refuse a path of more samples than fit into memory: its feed or period is in a wrong unit.
 
     Raises:
-        ValueError: If there are more.
+        CaseError: If there are more.
     """
     if not samples <= _MOST_SAMPLES:
-        raise ValueError(
-            f"expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds and at"
-            " sample_s"
+        raise CaseError(
+            f"{where}: expected a path of at most {_MOST_SAMPLES} samples, got more: look at its feeds"
+            " and at sample_s"
         )
 
 
@@ -223,12 +221,8 @@ def follow(segments: Sequence[Segment], feed: float, blend: float, turn: float =
 def _headed(segment: Segment, feed: float, blend: float, before: float) -> Leg:
     """Return the motion along a segment with its headings, at most half a turn from one before it."""
     driven = drive(segment, feed, blend)
-    if segment.heading is None:
-        return Leg(
-            driven.duration,
-            lambda time: np.column_stack([driven.at(time), np.full(len(time), before)]),
-        )
-    own, arc = segment.heading, _arc(segment, driven.duration, blend)
+    own = segment.heading or (lambda s: np.full_like(s, before))
+    arc = _arc(segment, driven.duration, blend)
     start = float(own(np.zeros(1))[0])
     shift = turned_to(before, start) - start
     return Leg(

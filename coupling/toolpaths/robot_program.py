@@ -12,12 +12,13 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from coupling.errors import CaseError, ProgramError
 from coupling.files.toml_file import FilePath, Positive
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
+from coupling.path.linear import arc_length, interpolated
 from coupling.programs.languages import read_program
 from coupling.programs.program import Move, Pose
 from coupling.toolpaths.instants import NONE, Corners, Instants
 from coupling.toolpaths.motion import Motion, Segment, drive, require_few
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.upright import UprightPath
 
@@ -39,7 +40,7 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -51,10 +52,7 @@ class ProgramPath(ToolPathTable):
             raise CaseError(f"{self.file}: {cause}") from cause
         stretches = self._stretches(_points(self.file, moves, self.feed_m_s))
         count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
-        try:
-            require_few(count / self.sample_s)
-        except ValueError as cause:
-            raise CaseError(f"{self.file}: {cause}") from cause
+        require_few(count / self.sample_s, self.file)
         motion = Motion([drive(own.segment(), own.feed, self.blend_s) for own in stretches])
         instants = Instants.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
@@ -66,8 +64,7 @@ class ProgramPath(ToolPathTable):
                 if np.any(stretch == k)
             ]
         )
-        in_world = part.position + part.rotation.apply(moved[:, :3])
-        path = ToolPath(instants.time, poses(in_world, part.rotation * turned))
+        path = ToolPath(instants.time, poses(moved[:, :3], turned)).transformed(part)
         return self._of_file(part, path, instants.asked)
 
     def _stretches(self, points: list[_Point]) -> list[_Stretch]:
@@ -104,11 +101,12 @@ class _Stretch:
         return self.points[-1].feed
 
     @property
+    def _position(self) -> np.ndarray:
+        return np.array([point.position for point in self.points])
+
+    @property
     def _arc(self) -> np.ndarray:
-        position = np.array([point.position for point in self.points])
-        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        arc: np.ndarray = np.append(0.0, np.cumsum(steps))
-        return arc
+        return arc_length(self._position)
 
     @property
     def length(self) -> float:
@@ -116,11 +114,10 @@ class _Stretch:
 
     def segment(self) -> Segment:
         """Return it as a curve of x, y, z and arc length."""
-        arc = self._arc
-        position = np.array([point.position for point in self.points])
+        arc, position = self._arc, self._position
 
         def point(s: np.ndarray) -> np.ndarray:
-            return np.column_stack([*(np.interp(s, arc, axis) for axis in position.T), s])
+            return np.column_stack([interpolated(s, arc, position), s])
 
         return Segment(float(arc[-1]), point)
 

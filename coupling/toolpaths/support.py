@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
-from coupling.toolpaths.part import Part
+from coupling.path.linear import interpolated
+from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,7 @@ class Support:
         forming, desired = (
             InterpolatedPath(path).at(time) for path in (self.forming, self.desired)
         )
-        across = np.column_stack(
-            [np.interp(time, self.forming.time, axis) for axis in self.direction.T]
-        )
+        across = interpolated(time, self.forming.time, self.direction)
         direction = across / np.linalg.norm(across, axis=1, keepdims=True)
         return replace(self, forming=forming, desired=desired, direction=direction)
 
@@ -112,13 +112,13 @@ STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed
 
 
 def support_along(
-    strategy: str, part: Part, forming: ToolPath, height: float, pinch: Pinch
+    strategy: str, part: Frame, forming: ToolPath, height: float, pinch: Pinch
 ) -> Support:
     """Return what a supporting tool is to do along a forming path.
 
     Args:
         strategy: A name in STRATEGIES.
-        part: Placement of the part.
+        part: base_from_part.
         forming: Desired path of the forming tool.
         height: How far its TCP is above the lowest point of its sphere, along the part's z axis [m].
         pinch: The tools.
@@ -127,8 +127,8 @@ def support_along(
     # The sheet stays formed when the forming tool leaves it.
     depth = np.maximum.accumulate(np.maximum(-points[:, 2], 0.0))
     tips, direction = STRATEGIES[strategy](points, depth, pinch)
-    path = part.support_path(forming.time, tips)
-    across = part.rotation.apply(direction)
+    path = tool_path(part, forming.time, tips, PART_FROM_SUPPORT)
+    across = part.turned(direction)
     return Support(forming, path, across, pinch.gap, pinch.support_diameter)
 
 

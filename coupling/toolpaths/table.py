@@ -10,10 +10,10 @@ from pydantic import Field
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import Schema
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.feed import headings_along
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import ToolTilt
 from coupling.toolpaths.upright import UprightPath
@@ -38,18 +38,18 @@ class ToolPathTable(Schema, ABC):
     rotation_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     @abstractmethod
-    def upright(self, part: Part, corners: Corners = NONE) -> UprightPath:
+    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
         """Return the tool path in the world before the tool is turned.
 
         Args:
-            part: Placement of the part.
+            part: base_from_part.
             corners: Times at which the process is to be asked as well [s].
 
         Raises:
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _of_file(self, part: Part, path: ToolPath, asked: np.ndarray) -> UprightPath:
+    def _of_file(self, part: Frame, path: ToolPath, asked: np.ndarray) -> UprightPath:
         """Return a path as a file tells it, with its feed where the tilt is measured from it."""
         upright = UprightPath(part, path, asked)
         return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
@@ -65,7 +65,7 @@ class ToolPathTable(Schema, ABC):
         lean = self.lean_deg - self.upright_lean_deg
         return ToolTilt(*np.deg2rad([self.lead_deg, lean, self.rotation_deg]).tolist())
 
-    def path(self, part: Part) -> ToolPath:
+    def path(self, part: Frame) -> ToolPath:
         """Return the path of the tool's tip in the world.
 
         Raises:
@@ -79,11 +79,11 @@ class ToolPathTable(Schema, ABC):
             _require_slow_turns(path)
         return path
 
-    def task(self, part: Part, corners: Corners = NONE) -> Task:
+    def task(self, part: Frame, corners: Corners = NONE) -> Task:
         """Return what is to be made along the path, its TCP being the tool's tip.
 
         Args:
-            part: Placement of the part.
+            part: base_from_part.
             corners: Times at which the process is to be asked as well [s].
         """
         upright = self.upright(part, corners)

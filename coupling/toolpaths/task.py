@@ -10,9 +10,9 @@ from uuid import uuid4
 import numpy as np
 
 from coupling.events import Watch, unwatched
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import Support
 from coupling.toolpaths.tilt import APPROACH
 
@@ -26,7 +26,7 @@ class Task:
     """What is to be made.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         forming: Desired path of the tool; in a cell, of the forming tool.
         asked: Rows of it at which a process is asked, (k,); all of them unless given.
         wall_angle: Angle of the wall from the sheet's plane [rad], or None where the path has none.
@@ -42,7 +42,7 @@ class Task:
         remarks: What the user should know of the tool path, sentences.
     """
 
-    part: Part
+    part: Frame
     forming: ToolPath
     wall_angle: float | None = None
     step_down: float | None = None

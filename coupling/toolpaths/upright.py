@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
-from coupling.toolpaths.part import PART_FROM_TOOL, Part
+from coupling.toolpaths.part import PART_FROM_TOOL
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH, ToolTilt
 
@@ -21,13 +22,13 @@ class UprightPath:
     """Path of a tool that stands as its path has it.
 
     Attributes:
-        part: Placement of the part.
+        part: base_from_part.
         path: Path of the tool's tip, in the world.
         asked: Rows of it at which a process is asked, (k,).
         axes: Axes that lead and lean are measured in at its times, in the part, (n,); None: the part's.
     """
 
-    part: Part
+    part: Frame
     path: ToolPath
     asked: np.ndarray
     axes: Rotation | None = None

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.toolpaths.part import Part
 from examples.compare_implementations import CURVES, Both
 
 # Colours that stay apart for colour-blind eyes (Okabe and Ito).
@@ -39,7 +39,7 @@ class Window:
 
 
 def in_plane(
-    paths: Mapping[str, Both], desired: ToolPath, part: Part, window: Window, size: int
+    paths: Mapping[str, Both], desired: ToolPath, part: Frame, window: Window, size: int
 ) -> go.Figure:
     """Draw the paths of our implementation in the plane of the part, equal axes.
 
@@ -75,7 +75,7 @@ def mark(figure: go.Figure, window: Window) -> None:
 
 
 def mark_mujoco(
-    figure: go.Figure, paths: Mapping[str, Both], part: Part, window: Window, every: int
+    figure: go.Figure, paths: Mapping[str, Both], part: Frame, window: Window, every: int
 ) -> None:
     """Add MuJoCo's tool at every so many samples inside a window."""
     name = "circles: MuJoCo"

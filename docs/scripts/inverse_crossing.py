@@ -18,7 +18,6 @@ from coupling.robot.robot import FlankChange
 from coupling.run.study import Run, run_compensation
 from docs.scripts.pictures import styled
 from docs.scripts.runs import example
-from elastic_robot.trajectory import Trajectory
 
 FEED = 0.25  # [m/s]
 # The first passage of this gear from flank to flank after this time [s].
@@ -87,8 +86,7 @@ def seen() -> Seen:
     begin = 0.5 * (change.begins + change.ends - WINDOW)
     time = np.arange(begin, begin + WINDOW, STEP)
     torque, link, half_width = _gear(case, time)
-    joints = run.correction.joints
-    drive = Trajectory(joints.time, joints.q[0], joints.qd[0], joints.qdd[0]).at(time)[0]
+    drive = run.correction.joints.trajectory.at(time)[0]
     deviations = []
     for path, desired in (
         (run.correction.achieved, run.desired),

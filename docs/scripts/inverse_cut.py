@@ -11,7 +11,6 @@ import tomlkit
 
 from coupling.case import Case, load_case
 from coupling.files.csv_table import POSE_COLUMNS, write_table
-from coupling.path.histories import poses
 from coupling.run.study import run_compensation
 from docs.scripts.runs import CASES, example
 
@@ -39,11 +38,10 @@ def sentence() -> str:
 def _part_of(whole: Case, cut: tuple[float, float], folder: Path) -> Case:
     """Return the case of a piece of a path, at its times."""
     desired, part = whole.desired, whole.task.part
-    rows = slice(*np.searchsorted(desired.time, cut))
-    position = part.coordinates(desired.position[0][rows])
-    pose = poses(position, part.rotation.inv() * desired.rotations[0][rows])
-    time = desired.time[rows] - desired.time[rows.start]
-    write_table(folder / "path.csv", ("time", *POSE_COLUMNS), np.column_stack([time, pose]))
+    piece = desired.at_rows(np.arange(*np.searchsorted(desired.time, cut)))
+    pose = piece.transformed(part.inverse()).pose[0]
+    table = np.column_stack([piece.time - piece.time[0], pose])
+    write_table(folder / "path.csv", ("time", *POSE_COLUMNS), table)
     data = tomllib.loads((CASES / "iso9283.toml").read_text(encoding="utf-8"))
     data["tool_path"] = {"kind": "csv", "file": str(folder / "path.csv")}
     file = folder / "case.toml"

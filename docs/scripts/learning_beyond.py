@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.histories import JointPath
+from coupling.path.linear import interpolated
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
@@ -44,13 +45,12 @@ class Beyond:
             time: Rising [s], (n,).
         """
         planner, rng = InverseKinematics(robot, home), np.random.default_rng(self.seed)
-        q = np.column_stack([np.interp(time, command.time, own) for own in command.q[0].T])
-        place = planner.forward(JointPath(time, (q,)), time).position[0]
+        q = interpolated(time, command.time, command.q[0])
+        place = planner.poses(q)[:, :3]
         levers = np.empty((*place.shape, q.shape[1]))
         for joint in range(q.shape[1]):
             turned = q + _CHANGE * (np.arange(q.shape[1]) == joint)
-            there = planner.forward(JointPath(time, (turned,)), time).position[0]
-            levers[:, :, joint] = (there - place) / _CHANGE
+            levers[:, :, joint] = (planner.poses(turned)[:, :3] - place) / _CHANGE
         arms = np.linalg.norm(levers, axis=1).mean(axis=0)
         most = np.argsort(-arms * np.ptp(q, axis=0))[:2]
         turns = np.zeros_like(q)

@@ -105,13 +105,13 @@ class Shop:
         """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
-        clock, at = source.stored.desired.time, source.placement
+        clock, at = source.stored.desired.time, source.world_from_base
         rows = np.flatnonzero(clock <= min(clock[-1] - CUT, trial.seconds))[:: trial.every]
         noise = trial.noise * rng.standard_normal((len(rows), 3))
         if trial.beyond is not None:
             command = source.stored.joints
             noise += trial.beyond.at(source.robot, source.home, command, clock[rows])
-        seen = at.position + at.rotation.apply(path.position[0][rows] + noise)
+        seen = at.points(path.position[0][rows] + noise)
         held = None
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))

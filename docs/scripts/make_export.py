@@ -25,7 +25,6 @@ from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.runs import compensated, example
-from elastic_robot.trajectory import Trajectory
 
 CASES = ("cone", "milling_20000", "iso9283")
 # The last of them ten times as fast.
@@ -112,9 +111,8 @@ def _of_samples(name: str, cycle: float) -> float:
     folder, case = _run(name)
     stored = read_run(folder).first
     own = stored.joints
-    motion = Trajectory(own.time, own.q[0], *(given[0] for given in (own.qd, own.qdd) if given))
     time = Controller(cycle).rows(own.time[0], own.time[-1])
-    samples = JointPath(time, (motion.at(time.clip(max=own.time[-1]))[0],))
+    samples = JointPath(time, (own.trajectory.at(time.clip(max=own.time[-1]))[0],))
     with Models(case.fmu) as models:
         cell, _ = cell_of(case.robots, models)
         command = cell.simulate(own, stored.wrench, "dynamic")

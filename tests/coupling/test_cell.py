@@ -11,6 +11,7 @@ import pytest
 from command_line import BY_MODE, FILES
 from hypothesis import given
 from hypothesis import strategies as st
+from line_case import changed_text
 from places import CASES
 from reported import compensated
 from rich.console import Console
@@ -19,13 +20,15 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
 from coupling.errors import BuildError, CaseError
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
-from coupling.robot.cell import Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.robot.robot import FlankChange
 from coupling.run.console import print_summary
 from coupling.run.deviations import Deviations
@@ -37,7 +40,6 @@ from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
 
 CASE = CASES / "two_robots.toml"
@@ -49,24 +51,25 @@ def random_path(rng: np.random.Generator) -> ToolPath:
     return ToolPath(TIME, poses(rng.normal(size=(len(TIME), 3)), turned))
 
 
-def random_placement(rng: np.random.Generator) -> Placement:
-    return Placement(rng.normal(size=3), Rotation.random(random_state=rng.integers(2**31)))
-
-
 @given(st.integers(0, 10**6))
-def test_placement_there_and_back_and_the_work_of_a_wrench_is_the_same_in_all_frames(seed):
+def test_a_wrench_and_its_spring_do_the_same_work_in_all_frames(seed):
+    """A load in world axes does on motions in the world what its image does in the base."""
     rng = np.random.default_rng(seed)
-    placement, path = random_placement(rng), random_path(rng)
-    back = placement.path_in_base(placement.path_in_world(path))
+    rotation = Rotation.random(random_state=rng.integers(2**31))
+    world_from_base, path = Frame(rng.normal(size=3), rotation), random_path(rng)
+    base_from_world = world_from_base.inverse()
+    back = path.transformed(world_from_base).transformed(base_from_world)
     np.testing.assert_allclose(back.pose, path.pose, rtol=0, atol=1e-12)
-    wrench = WrenchHistory(TIME, rng.normal(size=(len(TIME), 6)))
+    root = rng.normal(size=(1, len(TIME), 3, 3))
+    spring = ContactSpring(rng.normal(size=(1, len(TIME), 3)), root @ root.swapaxes(-1, -2))
+    wrench = WrenchHistory(TIME, rng.normal(size=(len(TIME), 6)), spring)
     moved = path.displaced(1e-6 * rng.normal(size=(1, len(TIME), 6)))
-    in_base = moved.deviation_from(path)
-    in_world = placement.path_in_world(moved).deviation_from(placement.path_in_world(path))
-    # A load in world axes does on motions in the world what its image does in the base.
-    work = np.sum(wrench.wrench * in_world, axis=2)
-    image = placement.wrench_in_base(wrench).wrench
-    np.testing.assert_allclose(np.sum(image * in_base, axis=2), work, rtol=0, atol=1e-14)
+    in_world = [own.transformed(world_from_base) for own in (path, moved)]
+    loads = wrench.on(in_world[0])
+    image = wrench.transformed(base_from_world).on(path)
+    work = np.sum(loads.wrench * in_world[1].deviation_from(in_world[0]), axis=2)
+    own = np.sum(image.wrench * moved.deviation_from(path), axis=2)
+    np.testing.assert_allclose(own, work, rtol=0, atol=1e-13)
 
 
 @given(st.integers(0, 10**6))
@@ -112,8 +115,8 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     compliance = {"forming": 2e-6, "support": 1e-6}  # [m/N]
     force, share, stiffness = 400.0, 0.6, 1e5
     placements = {
-        "forming": Placement(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("z", 0.7)),
-        "support": Placement(np.array([-1.0, 0.5, 2.0]), Rotation.from_euler("x", np.pi)),
+        "forming": Frame(np.array([0.1, 0.2, 0.3]), Rotation.from_euler("z", 0.7)),
+        "support": Frame(np.array([-1.0, 0.5, 2.0]), Rotation.from_euler("x", np.pi)),
     }
     cell = Cell(
         tuple(
@@ -148,8 +151,8 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
     np.testing.assert_allclose(on_forming, -force - pinch, rtol=1e-6)
 
 
-def cone_task() -> tuple[Part, ToolPath]:
-    part = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
+def cone_task() -> tuple[Frame, ToolPath]:
+    part = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
     cone = Cone(
         kind="cone",
         radius_m=0.03,
@@ -220,12 +223,8 @@ def test_opening_is_the_drift_of_the_tools_across_the_sheet():
 
 
 def changed(tmp_path, *changes: tuple[str, str]):
-    text = CASE.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
     file = tmp_path / "two_robots.toml"
-    file.write_text(text)
+    file.write_text(changed_text(CASE, *changes))
     return file
 
 

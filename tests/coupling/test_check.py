@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from line_case import changed_text
 from places import CASES
 
 from coupling.case import load_case
@@ -37,12 +38,9 @@ def checked(monkeypatch, capsys):
 
 def short(folder: Path, name: str, **changes: str) -> Path:
     """Return a case of one contour in a folder of its own."""
-    text = (CASES / f"{name}.toml").read_text().replace("depth_m        = 0.01", "depth_m = 0.0005")
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new, 1)
     file = folder / f"{name}.toml"
-    file.write_text(text)
+    text = changed_text(CASES / file.name, *changes.items())
+    file.write_text(text.replace("depth_m        = 0.01", "depth_m = 0.0005"))
     return file
 
 

@@ -9,6 +9,7 @@ import pytest
 from conftest import reference
 from hypothesis import given
 from hypothesis import strategies as st
+from line_case import changed_text
 from places import LINE_CASE
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
@@ -18,20 +19,14 @@ from coupling.case import load_case
 from coupling.errors import CaseError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.process import Answer
-from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.solve.correction import Uncorrected
 from coupling.solve.fixed_point import Loop
-from elastic_robot.trajectory import Trajectory
-
-
-def motion_of(joints: JointPath) -> Trajectory:
-    """Return the first robot's motion as its FMU reads it."""
-    rates, accelerations = (given[0] if given else None for given in (joints.qd, joints.qdd))
-    return Trajectory(joints.time, joints.q[0], rates, accelerations)
 
 
 @given(
@@ -87,7 +82,7 @@ def test_rows_are_the_spline_through_the_angles_where_the_cycle_divides_their_st
     times = np.sort(rng.uniform(given_.time[0], given_.time[-1], 50))
     for own, angles in zip(rows.robots, given_.q, strict=True):
         spline = CubicSpline(given_.time, angles, bc_type="clamped")
-        for order, values in enumerate(motion_of(own).at(times)):
+        for order, values in enumerate(own.trajectory.at(times)):
             expected = spline(times, order)
             np.testing.assert_allclose(values, expected, atol=1e-9 * np.abs(expected).max())
 
@@ -102,7 +97,7 @@ def test_samples_closer_than_the_cycle_are_one_motion_whatever_the_interpolation
     at_rows = CubicSpline(close.time, close.q[0], bc_type="clamped")(cubic.time)
     np.testing.assert_allclose(cubic.q[0], at_rows, rtol=0, atol=1e-14)
     times = np.linspace(close.time[0], close.time[-1], 50)
-    one, two = (motion_of(rows.robots[0]).at(times) for rows in (cubic, quintic))
+    one, two = (rows.robots[0].trajectory.at(times) for rows in (cubic, quintic))
     for a, b in zip(one, two, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9 * np.abs(a).max())
 
@@ -114,20 +109,19 @@ def test_a_row_behind_the_end_leaves_the_motion_before_it_as_it_is():
     assert rows.time[-1] == pytest.approx(1.02)
     spline = CubicSpline(time, angles, bc_type="clamped")
     late = np.linspace(0.99, 1.0, 20)  # behind the last row but one
-    np.testing.assert_allclose(motion_of(rows).at(late)[0], spline(late), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(rows.trajectory.at(late)[0], spline(late), rtol=0, atol=1e-14)
 
 
 def test_forward_kinematics_are_those_of_another_engine(example):
     """MuJoCo's poses without gravity, in the robot's base and in the world of a cell."""
     postures, expected = reference("poses")[:, 1:], reference("a_fk")[:, 1:]
     time = np.arange(float(len(postures)))
-    rest = np.zeros_like(postures)
-    joints = JointPath(time, (postures,), (rest,), (rest,))
+    joints = JointPath(time, (postures,))
     planner = InverseKinematics(example, np.zeros(6))
     between = np.sort(np.append(time, time[:-1] + 0.5))
     pose = planner.forward(joints, between).pose[0, ::2]
     np.testing.assert_allclose(pose, expected[:, :7], rtol=0, atol=1e-13)
-    turned = Placement(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 0.5 * np.pi))
+    turned = Frame(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 0.5 * np.pi))
     cell = Cell((Member("turned", turned, None, planner),))
     x, y, z = expected[:, :3].T
     np.testing.assert_allclose(
@@ -156,7 +150,7 @@ def test_what_rows_leave_out_of_a_path_is_in_its_correction():
     loop = Loop(Cell((springs,)), NoForce(), "quasistatic", controller=Controller(0.004))
     found = Uncorrected().correct(loop, SampledPath.of(desired))
     assert found.converged
-    motion = motion_of(found.joints)
+    motion = found.joints.trajectory
     np.testing.assert_allclose(found.achieved.position[0], motion.at(time)[0], rtol=0, atol=1e-15)
     missed = found.achieved.position - desired.position
     np.testing.assert_allclose(found.correction[..., :3], missed, rtol=0, atol=1e-15)
@@ -176,11 +170,7 @@ def test_limits_are_the_robots_and_the_controller_lowers_them(example):
 
 
 def case_with(tmp_path, *changes: tuple[str, str], tail: str = ""):
-    text = LINE_CASE.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "case.toml").write_text(text + tail)
+    (tmp_path / "case.toml").write_text(changed_text(LINE_CASE, *changes) + tail)
     return load_case(tmp_path / "case.toml")
 
 

@@ -16,10 +16,11 @@ from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.errors import CaseError, HostError, SimulationError
 from coupling.fmu_export.build import build_fmu
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
-from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
+from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.mirror import Mirror
@@ -27,7 +28,6 @@ from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Aitken, Constant
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone, Task
-from coupling.toolpaths.part import Part
 from elastic_robot.description import Body, Joint, Robot
 
 
@@ -229,7 +229,7 @@ LAW = {
 
 
 def isf_task() -> Task:
-    part = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
+    part = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
     cone = Cone(
         kind="cone",
         radius_m=0.03,

@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 from coupling.case import load_case
 from coupling.errors import CaseError
 from coupling.path.discrepancy import Discrepancy
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
+from coupling.path.linear import interpolated
 from coupling.run.folder import write_run
 from coupling.run.study import run_compensation
 
@@ -32,10 +34,7 @@ def waves(desired: ToolPath, size: float = 1e-4, count: int = 60) -> Discrepancy
         ],
         axis=1,
     )
-    position = np.stack(
-        [np.interp(time, desired.time, column) for column in desired.position[0].T], axis=1
-    )
-    return Discrepancy(time, position, deviation)
+    return Discrepancy(time, interpolated(time, desired.time, desired.position[0]), deviation)
 
 
 # Without backlash a gear does not cross elsewhere.
@@ -66,10 +65,10 @@ def test_the_models_path_is_the_one_that_the_real_tool_makes_the_desired_one_of(
 def test_another_frame_sees_the_same_displacements():
     time = np.linspace(0.0, 1.0, 11)
     path = ToolPath(time, poses(np.outer(time, [1.0, 0.5, 0.2]), Rotation.identity(11)))
-    turn, origin = Rotation.from_euler("xyz", [0.3, -0.5, 1.0]), np.array([0.1, 0.2, -0.3])
+    frame = Frame.of_rpy([0.1, 0.2, -0.3], [0.3, -0.5, 1.0])
     own = waves(path, count=11)
-    seen = own.seen_from(origin, turn)
-    moved = turn.apply(own.real(path).position[0] - origin)
+    seen = own.transformed(frame)
+    moved = frame.points(own.real(path).position[0])
     np.testing.assert_allclose(seen.position + seen.deviation[:, :3], moved, atol=1e-12)
 
 

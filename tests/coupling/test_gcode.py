@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import validate
+from coupling.path.frame import Frame
 from coupling.toolpaths.gcode import GcodePath
 from coupling.toolpaths.gcode_program import Move, read_program
-from coupling.toolpaths.part import Part
 
-PART = Part(np.zeros(3), Rotation.identity())
+PART = Frame(np.zeros(3), Rotation.identity())
 some = settings(
     max_examples=40,
     derandomize=True,

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
 from coupling.toolpaths import TOOL_PATHS
 from coupling.toolpaths.instants import LONGEST, Instants, inserted
 from coupling.toolpaths.motion import Motion, drive, follow, polyline, straight, waiting
-from coupling.toolpaths.part import Part
 
-FLAT = Part(np.array([1.6, 0.0, 0.8]), Rotation.from_euler("xyz", [0.1, 0.2, 0.3]))
+FLAT = Frame(np.array([1.6, 0.0, 0.8]), Rotation.from_euler("xyz", [0.1, 0.2, 0.3]))
 CONTOURS = {
     "radius_m": 0.03,
     "wall_angle_deg": 60.0,
@@ -138,7 +138,7 @@ def lifted(height, time=None):
 def test_levels_are_crossed_when_they_are():
     """z = 0.01 cos(pi t): 0 at 0.5 and 1.5 s, -5 mm at 2/3 and 4/3 s; touching from above is none."""
     path = lifted(lambda t: 0.01 * np.cos(np.pi * t))
-    at = level_crossings(path, Part(np.zeros(3), Rotation.identity()), (0.0, -0.005, -0.01, 0.02))
+    at = level_crossings(path, Frame(np.zeros(3), Rotation.identity()), (0.0, -0.005, -0.01, 0.02))
     np.testing.assert_allclose(at, [0.5, 2.0 / 3.0, 4.0 / 3.0, 1.5], atol=2e-7)
 
 

@@ -23,7 +23,6 @@ from elastic_robot.description import Body, Joint, Robot
 from elastic_robot.robot import ElasticRobot
 from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TORQUE_CURVES
-from elastic_robot.trajectory import Trajectory
 
 HOME = np.array([0.0, -0.2, 0.4, 0.1, 0.7, 0.0])
 
@@ -46,8 +45,7 @@ def simulated(robot, curve, command, time, wrench, tolerance=1e-9):
 
 def run(robot, curve, command, time, wrench, tolerance=1e-9):
     """TCP poses (k, 7) and deflections (k, m) of the model itself."""
-    (q,), qd, qdd = command.q, command.qd or (None,), command.qdd or (None,)
-    drives = Trajectory(command.time, q, qd[0], qdd[0])
+    drives = command.trajectory
     moving = ElasticRobot(robot, curve, tolerance=tolerance)
     moving.reset(time[0], drives, Load(wrench[0]))
     rows = [(moving.tcp(), moving.deflection())]
@@ -228,9 +226,8 @@ def test_the_polish_lowers_what_limited_drives_leave(robot):
     polished = inverter.invert(task, controller, 1e-7, lambda event: None).joints
     before = missed(robot, "backlash", task, limited)
     assert missed(robot, "backlash", task, polished) < 0.5 * before
-    motion = Trajectory(polished.time, polished.q[0], polished.qd[0], polished.qdd[0])
     dense = np.linspace(polished.time[0], polished.time[-1], 20_001)
-    assert np.abs(motion.at(dense)[2]).max() <= cap * (1.0 + 1e-6)
+    assert np.abs(polished.trajectory.at(dense)[2]).max() <= cap * (1.0 + 1e-6)
 
 
 def test_a_path_that_asks_for_more_than_a_drive_can_do_is_refused_with_joint_and_time(robot):

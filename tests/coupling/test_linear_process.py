@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.errors import SimulationError
-from coupling.path.contact_spring import straight
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
+from coupling.path.linear import interpolated
 from coupling.process import Answer, ElasticWall
-from coupling.robot.cell import Cell, Member, Placement
+from coupling.robot.cell import Cell, Member
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
 from coupling.solve.robin import Robin
 from elastic_robot.fmi.interface import Mode
@@ -58,7 +59,7 @@ def cell_of_springs(rng: np.random.Generator, gain: float, stiffness: np.ndarray
     size = gain / np.abs(np.linalg.eigvals(whole @ stiffness)).max()
     members = []
     for name, compliance in zip(("first", "second"), compliances, strict=True):
-        at = Placement(rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)))
+        at = Frame(rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)))
         turn = at.rotation.as_matrix()
         robot = SpringRobot(size * turn.T @ compliance @ turn)
         members.append(Member(name, at, robot, SpringPlanner()))
@@ -81,7 +82,7 @@ def test_two_tools_that_press_on_each_other_take_three_evaluations(gain, seed):
     assert found.converged, found.reason
     assert len(found.evaluations) <= 3
 
-    turns = [member.placement.rotation.as_matrix() for member in cell.members]
+    turns = [member.world_from_base.rotation.as_matrix() for member in cell.members]
     soft = np.zeros((6, 6))
     for k, (turn, member) in enumerate(zip(turns, cell.members, strict=True)):
         soft[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = turn @ member.robot.compliance @ turn.T
@@ -113,7 +114,7 @@ def test_a_process_of_few_samples_is_met_as_it_will_be_told(gain):
     assert len(found.evaluations) <= 3
 
     answered = wall.evaluate(found.path.at_rows(rows)).wrench.wrench
-    force = WrenchHistory(told.time, straight(samples, answered, told.time))
+    force = WrenchHistory(told.time, interpolated(told.time, samples, answered, axis=1))
     again = robot.simulate(command, force, "quasistatic")
     np.testing.assert_allclose(again.position, found.path.position, rtol=0, atol=1e-6)
 

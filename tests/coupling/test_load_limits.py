@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from line_case import moving_line
+from line_case import changed_text, moving_line
 from places import CASES, DOCS, EXAMPLES
 
 from coupling.case import Case, load_case
@@ -136,12 +136,8 @@ def test_no_example_is_remarked_upon(name):
 
 def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Case:
     """Return an example with changes of its text."""
-    text = (CASES / f"{name}.toml").read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
     file = folder / f"{name}.toml"
-    file.write_text(text)
+    file.write_text(changed_text(CASES / file.name, *changes))
     return load_case(file)
 
 

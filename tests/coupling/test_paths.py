@@ -15,15 +15,15 @@ from coupling.case import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import POSE_COLUMNS, read_table, write_table
 from coupling.path.deviation import measure
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
-from coupling.toolpaths.part import Part
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool, pose_of
 
 HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
-FLAT = Part(np.array([1.6, 0.0, 0.8]), Rotation.identity())
+FLAT = Frame(np.array([1.6, 0.0, 0.8]), Rotation.identity())
 CONTOURS = {
     "radius_m": 0.03,
     "wall_angle_deg": 60.0,
@@ -61,7 +61,7 @@ def test_pyramid_lies_on_its_planes():
 
 
 def test_iso_path_has_its_elements_in_an_inclined_plane():
-    part = Part(np.array([1.9, 0.0, 1.0]), Rotation.from_euler("y", 45, degrees=True))
+    part = Frame(np.array([1.9, 0.0, 1.0]), Rotation.from_euler("y", 45, degrees=True))
     path = Iso9283(kind="iso9283", size_m=0.4, feed_m_s=0.2, sample_s=0.005).path(part)
     x, y, z = part.coordinates(path.position[0]).T
     np.testing.assert_allclose(z, 0.0, atol=1e-12)
@@ -92,7 +92,7 @@ def test_motion_keeps_the_feed_and_stops_in_corners():
 
 
 def test_tool_axes_in_the_part():
-    turned = Part(np.zeros(3), Rotation.from_euler("xyz", [10, 20, 30], degrees=True))
+    turned = Frame(np.zeros(3), Rotation.from_euler("xyz", [10, 20, 30], degrees=True))
     line = Line(kind="line", points_m=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], feed_m_s=0.1)
     tool = turned.rotation.inv() * line.path(turned).rotations[0][0]
     expected = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -103,7 +103,7 @@ def test_csv_path_is_placed_by_the_part(tmp_path):
     pose = np.array([[0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
     file = tmp_path / "path.csv"
     write_table(file, ("time", *POSE_COLUMNS), np.column_stack([[0.0, 1.0], pose]))
-    part = Part(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 90, degrees=True))
+    part = Frame(np.array([1.0, 2.0, 3.0]), Rotation.from_euler("z", 90, degrees=True))
     path = CsvPath(kind="csv", file=file).path(part)
     np.testing.assert_allclose(path.position[0], [[1.0, 2.1, 3.0], [1.0, 2.2, 3.0]], atol=1e-15)
     np.testing.assert_allclose(
@@ -165,7 +165,7 @@ def test_a_table_of_a_spreadsheet_is_read(tmp_path):
 
 def test_inverse_kinematics_returns_to_the_path(example):
     path = Cone(kind="cone", **CONTOURS).path(
-        Part(np.array([1.5, 0.3, 0.9]), Rotation.from_euler("z", 0.4))
+        Frame(np.array([1.5, 0.3, 0.9]), Rotation.from_euler("z", 0.4))
     )
     joints = InverseKinematics(example, HOME).plan(path)
     chain = build_chain(example)

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import BY_MODE, FILES, command
-from places import CASES, LINE_CASE
+from line_case import moving_line
+from places import CASES
 
 from coupling.case import Case, load_case
 from coupling.errors import CaseError
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.path.contact_spring import straight
 from coupling.path.deviation import measure
+from coupling.path.linear import interpolated
 from coupling.robot.difference import Difference
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.stored_run import read_run
@@ -26,16 +27,8 @@ from elastic_robot.description import Body, Robot
 
 def moving(folder: Path, plant: str) -> Path:
     """The small case on the moving robot with backlash, by method inverse, with a plant."""
-    text = LINE_CASE.read_text()
-    for old, new in (
-        ('"linear"', '"backlash"'),
-        ('"quasistatic"', '"dynamic"'),
-        ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
     file = folder / "stroke.toml"
-    file.write_text(f"{text}\n[plant]\n{plant}\n")
+    file.write_text(f"{moving_line()}\n[plant]\n{plant}\n")
     return file
 
 
@@ -117,7 +110,7 @@ def test_a_coupled_plant_agrees_with_its_process(tmp_path):
     assert run.plant.coupling.converged
     rows = np.searchsorted(run.desired.time, case.desired.time)
     answer = case.process.evaluate(run.plant.path.at_rows(rows)).wrench
-    expected = straight(answer.time, 1.2 * answer.wrench, run.desired.time)
+    expected = interpolated(run.desired.time, answer.time, 1.2 * answer.wrench, axis=1)
     met = run.plant.wrench.wrench
     np.testing.assert_allclose(met, expected, rtol=0, atol=1.2 * 2e5 * 1e-7)
     alone = run_compensation(loaded(tmp_path, "stiffness_factor = 0.9\nforce_factor = 1.2"))

@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from places import EXAMPLES
-from scipy.spatial.transform import Rotation
-from spring_robot import SpringRobot, upright
+from spring_robot import SpringRobot
 
 from coupling.case import load_case
-from coupling.path.contact_spring import ContactSpring, straight
+from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.process import Answer, ElasticWall
-from coupling.robot.cell import Placement
 from coupling.run.folder import write_run
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
@@ -233,18 +232,6 @@ def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
     np.testing.assert_array_equal(grown, before.own)
 
 
-def test_a_spring_is_the_same_in_the_frame_of_another_robot():
-    rng = np.random.default_rng(5)
-    time = np.arange(4.0)
-    root = rng.normal(size=(1, 4, 3, 3))
-    spring = ContactSpring(rng.normal(size=(1, 4, 3)), root @ root.swapaxes(-1, -2))
-    load = WrenchHistory(time, np.zeros((1, 4, 6)), spring)
-    at = Placement(np.array([1.0, 2.0, 3.0]), Rotation.from_rotvec([0.3, -0.5, 1.0]))
-    path = ToolPath(time, upright(rng.normal(size=(4, 3))))
-    own = at.wrench_in_base(load).on(at.path_in_base(path)).force[0]
-    np.testing.assert_allclose(at.rotation.apply(own), load.on(path).force[0], atol=1e-12)
-
-
 def test_loads_told_at_more_times_keep_their_springs():
     """The place moves straight on, the stiffness acts over the step that ends at its row."""
     time, fine = np.array([0.0, 1.0, 2.0]), np.linspace(0.0, 2.0, 9)
@@ -262,7 +249,7 @@ def test_straight_keeps_its_rows():
     time = np.cumsum(rng.uniform(0.1, 1.0, 20))
     values = rng.normal(size=(2, 20, 3, 3))
     more = np.sort(np.concatenate([time, rng.uniform(time[0], time[-1], 50)]))
-    found = straight(time, values, more)
+    found = interpolated(more, time, values, axis=1)
     np.testing.assert_array_equal(found[:, np.searchsorted(more, time)], values)
     expected = np.interp(more, time, values[1, :, 2, 0])
     np.testing.assert_allclose(found[1, :, 2, 0], expected, atol=1e-12)
@@ -303,13 +290,12 @@ def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
     folder, _ = mirrored
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]
-    wrench = case.robots[1].placement.wrench_in_base(robot.wrench)
+    wrench = robot.wrench.transformed(case.robots[1].world_from_base.inverse())
     with Models(case.fmu) as models:
         placed = case.robots[1]
         fmu = models.of(placed.description, placed.torque_curve).fmu
-        path = placed.placement.path_in_world(fmu.simulate(robot.joints, wrench, "quasistatic"))
-        alone = placed.placement.path_in_world(
-            fmu.simulate(robot.joints, replace(wrench, spring=None), "quasistatic")
-        )
+        path = fmu.simulate(robot.joints, wrench, "quasistatic").transformed(placed.world_from_base)
+        alone = fmu.simulate(robot.joints, replace(wrench, spring=None), "quasistatic")
+        alone = alone.transformed(placed.world_from_base)
     assert path.distance_to(robot.achieved).max() < 1e-8
     assert alone.distance_to(robot.achieved).max() > 5e-5

@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import CaseError
 from coupling.files.toml_file import validate
+from coupling.path.frame import Frame
 from coupling.toolpaths.gcode import GcodePath
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.robot_program import ProgramPath
 
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("z", 0.3))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("z", 0.3))
 POINTS = [(0, 0, 5), (0, 0, -1), (40, 0, -1), (80, 4, -1), (80, 50, -1)]
 
 

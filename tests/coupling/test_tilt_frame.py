@@ -15,16 +15,16 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import CaseError
 from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.path.deviation import measure
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.run.ssp import System
 from coupling.run.study import run_compensation, run_coupling
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
-from coupling.toolpaths.part import Part
 from coupling.toolpaths.table import FASTEST
 from coupling.toolpaths.tilt import APPROACH
 from docs.scripts.runs import example
 
-PART = Part(np.array([1.4, -0.3, 0.7]), Rotation.from_euler("xyz", [0.2, -0.3, 0.7]))
+PART = Frame(np.array([1.4, -0.3, 0.7]), Rotation.from_euler("xyz", [0.2, -0.3, 0.7]))
 ALPHA = 50.0
 WALL = {
     "radius_m": 0.04,

@@ -18,10 +18,10 @@ from coupling.case import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import read_table, write_table
 from coupling.path.deviation import less_constant, measure
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report.page import write_report
-from coupling.robot.cell import AT_THE_ORIGIN, Placement
-from coupling.robot.touch_off import RestingRobot, touched_off
+from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
 from coupling.run.ssp import System
@@ -34,19 +34,19 @@ from elastic_robot.trajectory import parse_trajectory
 PART = "[part]"
 POINTS = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]]
 THREE = str(POINTS)
-TURNED = Placement(np.array([0.3, -0.2, 0.1]), Rotation.from_euler("xyz", [0.1, 0.2, 2.0]))
+TURNED = Frame(np.array([0.3, -0.2, 0.1]), Rotation.from_euler("xyz", [0.1, 0.2, 2.0]))
 
 
 def touching(value: str) -> tuple[str, str]:
     return (PART, f"{PART}\ntouch_off = {value}")
 
 
-def resting(robot: Robot, seed: int, at: Placement) -> tuple[RestingRobot, np.ndarray, Rotation]:
+def resting(robot: Robot, seed: int, at: Frame) -> tuple[RestingRobot, np.ndarray, Rotation]:
     """A robot, three points around its TCP in a random posture, and the tool's orientation there."""
     rng = np.random.default_rng(seed)
     home, chain = rng.uniform(-1.0, 1.0, len(robot.joints)), build_chain(robot)
     pose = base_from_tool(chain, chain.model.createData(), chain.theta(home))
-    middle = at.position + at.rotation.apply(pose.translation)
+    middle = at.points(pose.translation)
     rotation = at.rotation * Rotation.from_matrix(pose.rotation)
     return RestingRobot(robot, "linear", home, at), middle + rng.normal(0, 0.02, (3, 3)), rotation
 
@@ -59,7 +59,7 @@ def test_a_frame_touched_off_with_a_rigid_robot_is_unchanged(seed):
     )
     rigid = replace(robot, joints=joints)
     own, points, rotation = resting(rigid, seed, TURNED)
-    found = touched_off(points, own.tool_at(points, rotation))
+    found = TouchOff.of(points, own.tool_at(points, rotation)).real_from_shown
     np.testing.assert_allclose(
         found.position, 0.0, rtol=0, atol=1e-8
     )  # lever 1 m of 0.1 nm / 20 mm
@@ -71,13 +71,14 @@ def test_three_touched_points_tell_the_frame_that_fits_them_best(seed):
     """No displacement near it comes closer to the points, in the sum of squares."""
     own, points, rotation = resting(make_robot(seed, 6), seed, TURNED)
     real = own.tool_at(points, rotation)
-    found, rng = touched_off(points, real), np.random.default_rng(seed)
-    assert np.linalg.norm(found.real(points) - real, axis=1).max() == pytest.approx(found.residual)
-    np.testing.assert_allclose(found.shown(found.real(points)), points, rtol=0, atol=1e-14)
+    touch_off, rng = TouchOff.of(points, real), np.random.default_rng(seed)
+    found = touch_off.real_from_shown
+    residual = np.linalg.norm(found.points(points) - real, axis=1).max()
+    assert residual == pytest.approx(touch_off.residual)
 
     def left(turn: np.ndarray, shift: np.ndarray) -> float:
         moved = real.mean(axis=0) + Rotation.from_rotvec(turn).apply(
-            found.real(points) - real.mean(axis=0)
+            found.points(points) - real.mean(axis=0)
         )
         return float(np.sum((moved + shift - real) ** 2))
 
@@ -104,7 +105,7 @@ def test_the_simulated_robot_commanded_to_the_touched_point_rests_where_the_part
     with Models("native") as fmus:
         cell, _ = cell_of(case.robots, fmus)
         joints = cell.members[0].planner.plan(
-            cell.members[0].placement.path_in_base(ToolPath(time, pose))
+            ToolPath(time, pose).transformed(cell.members[0].world_from_base.inverse())
         )
         there = cell.simulate(JointPath(time, joints.q), WrenchHistory.none(time, 1), "quasistatic")
     np.testing.assert_allclose(there.position[0, 0], case.task.part.position, rtol=0, atol=1e-9)
@@ -119,12 +120,15 @@ def test_the_second_robot_of_a_cell_is_calibrated_at_the_same_points(tmp_path):
     file.write_text(text.replace(PART, f"{PART}\ntouch_off = {THREE}", 1))
     case, plain = load_case(file), load_case(CASES / "two_robots.toml")
     part, points = case.task.part, np.array(POINTS)
-    real = part.position + part.rotation.apply(points)
+    real = part.points(points)
     forming, support = case.robots
-    shown = forming.touch_off.shown(part.position)
+    shown = forming.touch_off.real_from_shown.coordinates(part.position)
     np.testing.assert_allclose(shown, plain.task.part.position, rtol=0, atol=1e-12)
-    own = RestingRobot(support.description, support.torque_curve, support.home, support.placement)
-    there = own.tool_at(support.touch_off.shown(real), plain.desired.rotations[1][0])
+    own = RestingRobot(
+        support.description, support.torque_curve, support.home, support.world_from_base
+    )
+    commanded = support.touch_off.real_from_shown.coordinates(real)
+    there = own.tool_at(commanded, plain.desired.rotations[1][0])
     limit = 2.0 * support.touch_off.residual + 1e-7
     np.testing.assert_allclose(there, real, rtol=0, atol=limit)
 

@@ -60,8 +60,8 @@ def test_a_turned_base_is_gravity_and_part_turned_the_other_way(tmp_path, fmu):
     own, hand = (run_coupling(case) for case in cases)
     joints = [run.correction.joints.q[0] for run in (own, hand)]
     np.testing.assert_allclose(*joints, rtol=0, atol=1e-8)
-    at = cases[0].robots[0].placement
-    in_base = at.path_in_base(own.before)
+    at = cases[0].robots[0].world_from_base
+    in_base = own.before.transformed(at.inverse())
     np.testing.assert_allclose(in_base.position, hand.before.position, rtol=0, atol=1e-8)
     deviations = [measure(run.before, run.desired).maximum for run in (own, hand)]
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-5)

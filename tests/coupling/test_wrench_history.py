@@ -15,10 +15,10 @@ from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.inverse.loads import SmoothWrench
 from coupling.path.contact_spring import ContactSpring
+from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process.external import External
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.toolpaths.part import Part
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 
@@ -139,7 +139,7 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
     )
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (3, 1))
     path = ToolPath(np.array([0.0, 0.5, 1.0]), pose)
-    part = Part(np.zeros(3), Rotation.from_euler("y", 180.0, degrees=True))
+    part = Frame(np.zeros(3), Rotation.from_euler("y", 180.0, degrees=True))
     process = External((sys.executable, str(program)), 60.0, part, "part", tmp_path / "evaluations")
     program.write_text(text.format(extra=1))
     found = process.evaluate(path).wrench

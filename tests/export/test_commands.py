@@ -23,6 +23,7 @@ from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import DEFAULT_KIND
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.models import Models
@@ -189,7 +190,7 @@ def edited(run) -> Path:
     placed = load_case(run / "case.toml").robots[0]
     planner = InverseKinematics(placed.description, placed.home)
     motion = JointPath(table[:, 0], (table[:, 8:14],))
-    table[:, 1:8] = placed.placement.path_in_world(planner.forward(motion, table[:, 0])).pose[0]
+    table[:, 1:8] = planner.forward(motion, table[:, 0]).transformed(placed.world_from_base).pose[0]
     return written(run.parent / "next.csv", table, tuple(names))
 
 
@@ -213,7 +214,7 @@ def test_an_edited_command_becomes_a_program_in_every_language(run, edited, comm
     placed = case.robots[0]
     axes = controller_axes(find_robot("icme2008"), 6)
     motion = drive_motion(program, placed.description, axes, 0.004, 0.0)
-    loads = placed.placement.wrench_in_base(stored.wrench)
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
     time = np.append(motion.time[:-1], max(motion.time[-1], loads.time[-1]))
     table = read_trajectory(edited, 6)
     own = np.loadtxt(edited, delimiter=",", skiprows=1)
@@ -229,7 +230,7 @@ def test_an_edited_command_becomes_a_program_in_every_language(run, edited, comm
     assert read.distance_to(asked).max() == pytest.approx(says["loss_m"], abs=2e-9)
     assert says["loss_m"] <= 5e-6
     assert asked.distance_to(first).max() > 5e-5
-    deviation = placed.placement.path_in_world(read).distance_to(stored.desired).max()
+    deviation = read.transformed(placed.world_from_base).distance_to(stored.desired).max()
     assert deviation == pytest.approx(says["deviation_of_file_m"]["maximum"], abs=2e-9)
 
 
@@ -241,7 +242,7 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     text = find_robot("icme2008").read_text()
     head, _, tail = text.partition("gravity")
     robot.write_text(f"{head}gravity = {gravity}{tail[tail.index(chr(10)) :]}")
-    loads = placed.placement.wrench_in_base(stored.wrench)
+    loads = stored.wrench.transformed(placed.world_from_base.inverse())
     load = np.column_stack([loads.time, loads.wrench[0]])
     file = written(tmp_path / "wrench.csv", load, ("time", *WRENCH_COLUMNS))
     table = np.loadtxt(run / "command.csv", delimiter=",", skiprows=1)
@@ -250,9 +251,9 @@ def test_a_wrench_file_makes_the_run_of_a_table(run, edited, tmp_path):
     (own,) = command_of_table(way, str(robot), file)
     with Models(own.fmu) as models:
         fmu = models.of(own.placed.description, own.placed.torque_curve).fmu
-        path = placed.placement.path_in_world(fmu.simulate(own.joints, own.wrench, "dynamic"))
-    position = [np.interp(stored.achieved.time, path.time, p) for p in path.position[0].T]
-    off = np.linalg.norm(np.transpose(position) - stored.achieved.position[0], axis=1)
+        path = fmu.simulate(own.joints, own.wrench, "dynamic").transformed(placed.world_from_base)
+    position = interpolated(stored.achieved.time, path.time, path.position[0])
+    off = np.linalg.norm(position - stored.achieved.position[0], axis=1)
     assert off.max() < 1e-8
 
 

@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import ProgramError
-from coupling.export.frames import Placed, part_frame, tool_frame, with_tool
+from coupling.export.frames import part_frame, tool_frame, with_tool
 from coupling.export.postures import Postures, nearest_singular
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.robot_file import find_robot, load_robot
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.programs.languages import LANGUAGES
 from coupling.programs.program import Move, Program
 from elastic_robot.chain import build_chain
@@ -67,7 +68,7 @@ def test_the_part_is_seen_from_the_controllers_base():
     _, axes = robot_and_axes("fanuc_r2000ic")
     lifted = part_frame(case.task.part, case.robots[0], axes)
     np.testing.assert_allclose(lifted.position, [1.9, 0.0, 1.1 - 0.67], atol=1e-12)
-    assert Placed.of(lifted.pose).rotation.approx_equal(lifted.rotation)
+    assert Frame.of_pose(lifted.pose).rotation.approx_equal(lifted.rotation)
 
 
 # Drive angles [deg], and behind, below, sign of joint 5.
@@ -91,7 +92,7 @@ def test_postures_have_their_names(name):
 def flange_of(name: str, angles: list[float]) -> tuple[np.ndarray, Rotation]:
     """Return where the maker's flange is in the controller's frame, at its angles [deg]."""
     robot, axes = robot_and_axes(name)
-    bare = with_tool(robot, Placed(np.zeros(3), Rotation.identity()), axes)
+    bare = with_tool(robot, AT_THE_ORIGIN, axes)
     chain = build_chain(bare)
     q = axes.file_angles(np.deg2rad([angles]))[0]
     pose = base_from_tool(chain, chain.model.createData(), chain.theta(q))

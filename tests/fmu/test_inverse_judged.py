@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from line_case import changed_text
 from places import CASES, EXAMPLES, TESTS
 
 from coupling.files.robot_file import find_robot, load_robot
@@ -24,11 +25,7 @@ HELD_BACK = '[controller]\nmax_acceleration_rad_s2 = 15.0\ninterpolation = "cubi
 
 
 def edited(name: str, changes: dict[str, str], tail: str = "") -> str:
-    text = (CASES / f"{name}.toml").read_text()
-    for old, new in changes.items():
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    return text + tail
+    return changed_text(CASES / f"{name}.toml", *changes.items()) + tail
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The small case on the moving robot with backlash, by method inverse."""
+"""Cases with changes of their text, and the small one on the moving robot, by method inverse."""
 
 from __future__ import annotations
 
@@ -9,18 +9,23 @@ from places import LINE_CASE
 from coupling.case import Case, load_case
 
 
+def changed_text(case: Path, *changes: tuple[str, str]) -> str:
+    """Return a case's text with changes of what stands in it once or first."""
+    text = case.read_text()
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
 def moving_line(*changes: tuple[str, str]) -> str:
     """Return the case's text with changes."""
-    text = LINE_CASE.read_text()
-    for old, new in (
+    moving = (
         ('"linear"', '"backlash"'),
         ('"quasistatic"', '"dynamic"'),
         ('method      = "mirror"\ntolerance_m = 1e-6', 'method = "inverse"'),
-        *changes,
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
-    return text
+    )
+    return changed_text(LINE_CASE, *moving, *changes)
 
 
 def line_case(folder: Path, kind: str, *changes: tuple[str, str]) -> Case:

@@ -6,7 +6,6 @@ import numpy as np
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fmi.interface import Mode
-from elastic_robot.trajectory import Trajectory
 
 
 def upright(points: np.ndarray) -> np.ndarray:
@@ -18,8 +17,7 @@ def drives(command: JointPath, time: np.ndarray) -> np.ndarray:
     """Return the drives' angles at given times, (n, joints); those of the rows as they are."""
     if np.array_equal(time, command.time):
         return command.q[0]
-    rates, accelerations = (given[0] if given else None for given in (command.qd, command.qdd))
-    return Trajectory(command.time, command.q[0], rates, accelerations).at(time)[0]
+    return command.trajectory.at(time)[0]
 
 
 class SpringRobot:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from circling_robots import NOISE, Robots
+from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
 
@@ -153,13 +154,11 @@ def run(tmp_path_factory):
     from command_line import command as program
 
     folder = tmp_path_factory.mktemp("learn")
-    text = (CASES / "cone.toml").read_text()
-    for old, new in (
+    text = changed_text(
+        CASES / "cone.toml",
         ("radius_m       = 0.06", "radius_m       = 0.03"),
         ("depth_m        = 0.01", "depth_m        = 0.0005"),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
+    )
     text += "\n[plant]\nbacklash_factor = 1.15\n"
     case = folder / "small.toml"
     case.write_text(text)

@@ -8,6 +8,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from line_case import changed_text
 from measured_robot import Chain, Extras, MeasuredRobot
 from places import CASES
 from replay_robot import Robot as ReplayedRobot
@@ -39,13 +40,11 @@ def shop(tmp_path_factory, example):
     from command_line import command as program
 
     folder = tmp_path_factory.mktemp("next")
-    text = (CASES / "cone.toml").read_text()
-    for old, new in (
+    text = changed_text(
+        CASES / "cone.toml",
         ("radius_m       = 0.06", "radius_m       = 0.03"),
         ("depth_m        = 0.01", "depth_m        = 0.0005"),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
+    )
     (folder / "case.toml").write_text(text)
     done = program("compensate", folder / "case.toml", "-o", folder / "first")
     assert done.returncode == 0, done.stderr
@@ -244,12 +243,11 @@ def test_a_probes_tip_is_found_where_the_tool_turns(tmp_path):
     """0.4 mm off in the axes of a tool that leans by 10 degrees along a contour: found to 10 um."""
     from command_line import command as program
 
-    text = (CASES / "cone.toml").read_text()
-    for old, new in (
+    text = changed_text(
+        CASES / "cone.toml",
         ("radius_m       = 0.06", 'radius_m       = 0.03\ntilt_frame = "path"\nlean_deg = 10.0'),
         ("depth_m        = 0.01", "depth_m        = 0.0005"),
-    ):
-        text = text.replace(old, new, 1)
+    )
     (tmp_path / "case.toml").write_text(text)
     done = program("compensate", tmp_path / "case.toml", "-o", tmp_path / "first")
     assert done.returncode == 0, done.stderr

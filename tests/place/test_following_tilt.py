@@ -56,7 +56,7 @@ def require_as_in_cases(task, folder: Path) -> None:
     shape = (3, len(rows), len(settings))
     for k, setting in enumerate(settings):
         case = written(task, setting, folder)
-        base_from_world = case.robots[0].placement.rotation.inv()
+        base_from_world = case.robots[0].world_from_base.rotation.inv()
         held = base_from_world * case.desired.rotations[0]
         matrix = held[rows].as_matrix()
         for column in range(3):
@@ -122,7 +122,7 @@ def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_p
     for number, k in enumerate(wound):
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
-        path = robot.placement.path_in_base(placed.desired)
+        path = placed.desired.transformed(robot.world_from_base.inverse())
         (q,) = InverseKinematics(robot.description, lanes.q[0, :, k]).plan(path).q
         assert figures.limit_margin[number] == pytest.approx(9.0 - np.abs(q).max(), abs=0.02)
 
@@ -202,5 +202,5 @@ def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypa
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
         planner = InverseKinematics(robot.description, lanes.q[0, :, k])
-        (exact,) = planner.plan(robot.placement.path_in_base(placed.desired)).q
+        (exact,) = planner.plan(placed.desired.transformed(robot.world_from_base.inverse())).q
         np.testing.assert_allclose(lanes.q[:, :, k], exact[::40], atol=1e-6)

@@ -265,7 +265,7 @@ def test_a_cell_places_part_tool_and_base_as_a_case_does(cone, tmp_path):
     file.write_text(tomlkit.dumps(place.content(setting, case.robots[0].home)))
     other = load_case(file)
     robot, rows = other.robots[0], np.array([100, 700])
-    path = robot.placement.path_in_base(other.desired)
+    path = other.desired.transformed(robot.world_from_base.inverse())
     placed: Cell = place.cell
     screen = place.screen(place.stations.chosen(rows))
     lanes = screen.lanes(setting[None])

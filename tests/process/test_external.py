@@ -24,12 +24,13 @@ from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.events import Event, Said
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
+from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
+from coupling.path.linear import arc_length
 from coupling.process import External, ExternalTable, MeasuredTable
-from coupling.process.measured import distance_along
 from coupling.process.program import is_running
-from coupling.robot.cell import AT_THE_ORIGIN, Cell, Member
+from coupling.robot.cell import Cell, Member
 from coupling.run.study import run_coupling
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, couple
@@ -37,16 +38,16 @@ from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
 from coupling.solve.relaxation import Anderson
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
 
 
 def task(workspace: Path | None = None) -> Task:
     """Return 21 samples down into the part and along it."""
     s = np.linspace(0.0, 1.0, 21)
     points = np.column_stack([0.1 * s**2, 0.0 * s, -2e-3 * s])
-    desired = PART.tool_path(s, points)
+    desired = tool_path(PART, s, points)
     return Task(PART, desired) if workspace is None else Task(PART, desired, workspace=workspace)
 
 
@@ -314,7 +315,7 @@ def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, Extern
     time = np.linspace(0.0, 1.0, 30)
     depth = -2e-3 * np.sin(np.pi * time) ** 2
     desired = ToolPath(time, upright(np.column_stack([0.1 * time, 0.0 * time, depth])))
-    at_the_origin = Part(np.zeros(3), Rotation.identity())
+    at_the_origin = Frame(np.zeros(3), Rotation.identity())
     process = ExternalTable.model_validate(
         {"model": "external", "command": ["{python}", "-c", counted(limit)], "time_limit_s": 30.0}
     ).process(Task(at_the_origin, desired, workspace=workspace))
@@ -371,7 +372,7 @@ def test_calculix_plate_has_the_stiffness_of_the_clamped_square_plate(tmp_path):
     program = text.replace("ELEMENTS = 8", "ELEMENTS = 12")
     assert program != text
     time = np.linspace(0.0, 1.0, 3)
-    path = PART.tool_path(time, np.outer(time, [0.0, 0.0, -1e-5]))
+    path = tool_path(PART, time, np.outer(time, [0.0, 0.0, -1e-5]))
     force = external(tmp_path, program).evaluate(path).wrench.wrench[0][-1, :3]
     rigidity = 70e9 * 1e-3**3 / (12.0 * (1.0 - 0.33**2))
     expected = 1e-5 * rigidity / (0.00560 * 0.2**2)
@@ -418,12 +419,14 @@ def test_a_record_in_tool_axes_turns_with_the_tool(tmp_path):
 def test_a_record_over_distance_belongs_to_the_place(tmp_path):
     """fx = 100 N times the share of the way, whatever the speed; no moments measured."""
     path = task().desired
-    length = distance_along(path)[-1]
+    length = arc_length(path.position[0])[-1]
     table = measured(
         tmp_path / "w.csv", f"distance,fx,fy,fz\n0,0,0,0\n{length},100,0,0\n", frame="base"
     )
     wrench = table.process(task()).evaluate(path).wrench.wrench[0]
-    np.testing.assert_allclose(wrench[:, 0], 100.0 * distance_along(path) / length, atol=1e-10)
+    np.testing.assert_allclose(
+        wrench[:, 0], 100.0 * arc_length(path.position[0]) / length, atol=1e-10
+    )
     assert np.all(wrench[:, 1:] == 0.0)
     middle = wrench[10, 0]
     assert middle == pytest.approx(26.0, abs=2.0)  # a quarter of the way at half time

@@ -11,16 +11,16 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError
+from coupling.path.frame import Frame
 from coupling.process import ElasticWallTable, ExternalTable, MeasuredTable
 from coupling.process.plugin import find_process
 from coupling.toolpaths import Line, Task
-from coupling.toolpaths.part import Part
 
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("x", 0.3))
 LINE = Line(kind="line", points_m=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], feed_m_s=0.1)
 
 
-def task(part: Part = PART) -> Task:
+def task(part: Frame = PART) -> Task:
     return LINE.task(part)
 
 
@@ -35,8 +35,8 @@ def test_the_same_case_has_the_same_identity_wherever_its_results_go(tmp_path):
 
 
 def test_every_change_of_table_part_and_path_is_another_identity():
-    moved = Part(PART.position + np.array([0.0, 0.0, 1e-9]), PART.rotation)
-    turned = Part(PART.position, Rotation.from_euler("x", 0.3 + 1e-9))
+    moved = Frame(PART.position + np.array([0.0, 0.0, 1e-9]), PART.rotation)
+    turned = Frame(PART.position, Rotation.from_euler("x", 0.3 + 1e-9))
     slower = replace(task(), forming=LINE.model_copy(update={"feed_m_s": 0.09}).path(PART))
     found = [
         wall().process(task()),

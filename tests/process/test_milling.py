@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.errors import CaseError
+from coupling.path.frame import Frame
 from coupling.process import MillingForceTable
 from coupling.process.cutting_force import (
     Cut,
@@ -25,7 +27,7 @@ from coupling.process.milling_force import ARCS
 from coupling.run.deviations import Deviations
 from coupling.run.study import run_coupling
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 2.8e4, 2.7e4, 700.0)
 CUT_ONLY = CuttingCoefficients(7.7e8, 1.7e8, 2.2e8, 0.0, 0.0, 0.0)
@@ -131,7 +133,7 @@ def test_moments_are_those_of_forces_on_the_edges():
     np.testing.assert_allclose(wrench[3:], np.cross(point, wrench[:3]), rtol=1e-12, atol=1e-12)
 
 
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
 HEADING = np.array([0.6, 0.8])  # of the feed in the part's x-y plane
 LEFT = np.array([-0.8, 0.6])
 FEED = 0.1
@@ -140,7 +142,7 @@ FEED = 0.1
 def task(period: float = 1e-4, duration: float = 0.06) -> Task:
     time = np.arange(round(duration / period) + 1) * period
     points = np.column_stack([np.outer(FEED * time, HEADING), np.full(len(time), -3e-3)])
-    return Task(PART, PART.tool_path(time, points))
+    return Task(PART, tool_path(PART, time, points))
 
 
 KEYS = {
@@ -273,7 +275,7 @@ def test_regeneration_a_wave_of_the_tooth_frequency_leaves_the_chip_alone():
 def test_feed_directions_of_a_standing_tool_are_those_of_its_last_feed():
     time = np.linspace(0.0, 1.0, 11)
     x = np.clip(time - 0.3, 0.0, 0.4) * 0.1
-    of = Task(PART, PART.tool_path(time, np.column_stack([0 * x, -x, 0 * x - 1e-3])))
+    of = Task(PART, tool_path(PART, time, np.column_stack([0 * x, -x, 0 * x - 1e-3])))
     directions = milling(of, force="mean").milling.feed_directions()
     np.testing.assert_allclose(directions, np.tile([0.0, -1.0], (11, 1)), atol=1e-12)
 
@@ -299,18 +301,14 @@ def test_samples_too_far_apart_for_the_teeth_are_refused():
 
 def test_a_plunge_alone_has_no_feed():
     of = task()
-    still = Task(PART, PART.tool_path(of.desired.time, np.zeros((601, 3))))
+    still = Task(PART, tool_path(PART, of.desired.time, np.zeros((601, 3))))
     with pytest.raises(CaseError, match="never moves"):
         milling(still)
 
 
 def shortened(speed: int, tmp_path, *changes: tuple[str, str]):
-    text = (CASES / f"milling_{speed}.toml").read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
     case = tmp_path / f"milling_{speed}.toml"
-    case.write_text(text)
+    case.write_text(changed_text(CASES / case.name, *changes))
     return load_case(case)
 
 

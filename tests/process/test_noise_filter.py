@@ -16,6 +16,7 @@ from coupling.errors import CaseError
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
+from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass, noise_share
 from coupling.path.noise import noise_level
 from coupling.process import Answer
@@ -184,7 +185,7 @@ def test_a_record_with_many_rows_is_not_aliased(tmp_path):
     case, force = measured(tmp_path, 0.0)
     time = np.arange(0.0, case.desired.time[-1] + 1e-3, 1e-3)
     hum = 40.0 * np.sin(2.0 * np.pi * 60.0 * time)
-    rows = np.column_stack([time, *(np.interp(time, force.time, f) for f in force.force[0].T)])
+    rows = np.column_stack([time, interpolated(time, force.time, force.force[0])])
     write_table(
         tmp_path / "record.csv", ("time", "fx", "fy", "fz"), rows + [[0, *[h] * 3] for h in hum]
     )

@@ -20,12 +20,13 @@ from scipy.spatial.transform import Rotation
 from coupling.case import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.fmu_export.process_fmu import build_process_fmu
+from coupling.path.frame import Frame
 from coupling.process import ElasticWallTable, ProcessFmuTable
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
 SOURCES = TESTS / "process" / "process_fmus"
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_euler("xyz", [0.3, -0.2, 0.5]))
 STIFFNESS = 2e5
 NAMES = {"inputs": {"z": "height"}, "outputs": {"fz": "force"}}
 
@@ -34,7 +35,7 @@ def task() -> Task:
     """Return 41 unevenly spaced samples into the part and out again."""
     time = np.linspace(0.0, 1.0, 41) ** 1.5
     height = 1e-3 - 3e-3 * np.sin(np.pi * time) ** 2
-    return Task(PART, PART.tool_path(time, np.column_stack([0.1 * time, 0.0 * time, height])))
+    return Task(PART, tool_path(PART, time, np.column_stack([0.1 * time, 0.0 * time, height])))
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
+from coupling.path.frame import Frame
 from coupling.process import PROCESSES
 from coupling.sheet_fem.forming import SheetModel
 from coupling.sheet_fem.material import Material, yield_stress
@@ -19,7 +20,7 @@ from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.orthotropic import Yld91
 from coupling.sheet_fem.return_mapping import RETURN_MAPPINGS, Metal, plane_stress
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 IDEAL = Material(70e9, 0.33, 100e6, 1.0, 0.0)
@@ -301,9 +302,9 @@ def test_the_benchmark_s_tension_along_x_comes_near_its_measured_strength():
     assert largest == pytest.approx(198e6, rel=0.015)
 
 
-UPRIGHT = Part(np.zeros(3), Rotation.identity())
-PLUNGE = UPRIGHT.tool_path(
-    np.arange(3.0), np.array([[2e-3, 1e-3, 1e-3], [2e-3, 1e-3, -3e-4], [2e-3, 1e-3, 1e-3]])
+UPRIGHT = Frame(np.zeros(3), Rotation.identity())
+PLUNGE = tool_path(
+    UPRIGHT, np.arange(3.0), np.array([[2e-3, 1e-3, 1e-3], [2e-3, 1e-3, -3e-4], [2e-3, 1e-3, 1e-3]])
 )
 ALONG_X = {
     "yield_criterion": "yld91",

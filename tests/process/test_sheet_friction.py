@@ -15,6 +15,8 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
+from coupling.path.frame import Frame
+from coupling.path.linear import interpolated
 from coupling.process import PROCESSES
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.friction import elastic_slip
@@ -22,7 +24,7 @@ from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.state import SheetState
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -265,11 +267,11 @@ def test_the_case_s_coefficient_reaches_the_tool_at_its_tip():
     text = (CASES / "cone_fem.toml").read_text()
     small = {"sheet_size_m": [0.04, 0.04], "element_m": 0.004, "position_m": 0.002}
     data = tomllib.loads(text)["process"] | small
-    part = Part(np.array([1.0, 0.2, 0.3]), Rotation.identity())
+    part = Frame(np.array([1.0, 0.2, 0.3]), Rotation.identity())
     time = np.linspace(0.0, 3.0, 31)
     corners = np.array([[-2e-3, 0, 1e-3], [-2e-3, 0, -4e-4], [2e-3, 0, -4e-4], [2e-3, 0, 1e-3]])
-    points = np.column_stack([np.interp(time, np.arange(4), column) for column in corners.T])
-    path = part.tool_path(time, points)
+    points = interpolated(time, np.arange(4.0), corners)
+    path = tool_path(part, time, points)
     wrenches = [
         PROCESSES["sheet-fem"]
         .model_validate(data | {"friction_coefficient": mu})

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import PROCESSES
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
@@ -19,7 +20,7 @@ from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.sheet_fem.schedule import Schedule
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import tool_path
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -110,13 +111,13 @@ def test_two_tools_feel_their_own_and_each_other_s_displacement():
         assert_symmetric_and_not_negative(found[tool])
 
 
-def process(part: Part, path: ToolPath, **changes):
+def process(part: Frame, path: ToolPath, **changes):
     data = tomllib.loads((CASES / "cone_fem.toml").read_text())["process"]
     data |= {"sheet_size_m": [0.04, 0.04], "element_m": 0.005, "position_m": 0.002}
     return PROCESSES["sheet-fem"].model_validate(data | changes).process(Task(part, path))
 
 
-TURNED = Part(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
+TURNED = Frame(np.array([1.6, -0.3, 0.8]), Rotation.from_rotvec([0.3, -0.5, 0.9]))
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +126,7 @@ def stroke():
     points = 1e-3 * np.array(
         [[-2, 1, 2], [-2, 1, 0.5], [-2, 1, -0.3], [0, 1, -0.4], [1, 1, -0.4], [1, 1, 2], [1, 1, 3]]
     )
-    path = TURNED.tool_path(np.arange(7.0), points)
+    path = tool_path(TURNED, np.arange(7.0), points)
     positions = np.array([0, 1, 2, 3, 5, 6])  # sample 4 is between two of them
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     every = Schedule(positions, arc)

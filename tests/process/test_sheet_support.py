@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from line_case import changed_text
 from places import CASES
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -15,6 +16,8 @@ pytest.importorskip("numba")
 
 from coupling.case import load_case
 from coupling.errors import CaseError
+from coupling.path.frame import Frame
+from coupling.path.linear import interpolated
 from coupling.process import PROCESSES, Answer
 from coupling.report.page import write_report
 from coupling.run.folder import write_run
@@ -24,7 +27,7 @@ from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.toolpaths import Task
-from coupling.toolpaths.part import Part
+from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 from coupling.toolpaths.support import Support
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
@@ -144,7 +147,7 @@ def test_the_box_covers_both_tools_and_stays_while_it_does():
     assert sheet.near(box, away) != box
 
 
-UPRIGHT = Part(np.array([1.2, -0.3, 0.5]), Rotation.from_rotvec([0.4, 0.1, -0.8]))
+UPRIGHT = Frame(np.array([1.2, -0.3, 0.5]), Rotation.from_rotvec([0.4, 0.1, -0.8]))
 
 
 def table(**changes):
@@ -159,11 +162,11 @@ def stroke(height: float) -> Task:
     corners = np.array(
         [[-2e-3, 1e-3, 1e-3], [-2e-3, 1e-3, -4e-4], [2e-3, 1e-3, -4e-4], [2e-3, 1e-3, 1e-3]]
     )
-    points = np.column_stack([np.interp(at, np.arange(4), column) for column in corners.T])
+    points = interpolated(at, np.arange(4.0), corners)
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
-    forming = UPRIGHT.tool_path(at, points)
-    support = Support(forming, UPRIGHT.support_path(at, back), down, 1e-3, 0.01)
+    forming = tool_path(UPRIGHT, at, points)
+    support = Support(forming, tool_path(UPRIGHT, at, back, PART_FROM_SUPPORT), down, 1e-3, 0.01)
     return Task(UPRIGHT, forming, support=support)
 
 
@@ -187,10 +190,7 @@ def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
     """Its force points off the sheet, at its centre; the forming tool has to press harder."""
     task = stroke(height=-1e-3)
     found = table().process(task).evaluate(task.desired).wrench
-    forming, behind = (
-        UPRIGHT.rotation.inv().apply(wrench.reshape(-1, 3)).reshape(-1, 6)
-        for wrench in found.wrench
-    )
+    forming, behind = found.transformed(UPRIGHT.inverse()).wrench
     deep = UPRIGHT.coordinates(task.forming.position[0])[:, 2] < -3e-4
     assert np.all(behind[deep, 2] < -10.0)
     assert np.all(forming[deep, 2] > 10.0)
@@ -202,19 +202,18 @@ def test_a_support_at_the_back_is_pushed_away_and_stiffens_the_sheet():
 def test_a_part_turned_over_turns_the_forces_of_both_tools():
     """The same forces in the axes of the part, whose z now points down."""
     task = stroke(height=-1e-3)
-    over = UPRIGHT.rotation * Rotation.from_euler("x", np.pi)
-    turned = Part(UPRIGHT.position, over)
+    turned = UPRIGHT @ Frame.of_rpy([0.0, 0.0, 0.0], [np.pi, 0.0, 0.0])
     upper = table().process(task).evaluate(task.desired).wrench
     points = [UPRIGHT.coordinates(position) for position in task.desired.position]
     time = task.desired.time
-    forming, behind = turned.tool_path(time, points[0]), turned.support_path(time, points[1])
-    direction = over.apply(UPRIGHT.rotation.inv().apply(task.support.direction))
+    forming = tool_path(turned, time, points[0])
+    behind = tool_path(turned, time, points[1], PART_FROM_SUPPORT)
+    direction = turned.turned(UPRIGHT.inverse().turned(task.support.direction))
     support = replace(task.support, forming=forming, desired=behind, direction=direction)
     below = Task(turned, forming, support=support)
     found = table().process(below).evaluate(below.desired).wrench
-    for here, there in zip(upper.force, found.force, strict=True):
-        forces = UPRIGHT.rotation.inv().apply(here)
-        np.testing.assert_allclose(over.inv().apply(there), forces, atol=1e-6 * upper.peak_force)
+    here, there = upper.transformed(UPRIGHT.inverse()), found.transformed(turned.inverse())
+    np.testing.assert_allclose(there.force, here.force, atol=1e-6 * upper.peak_force)
 
 
 def test_a_support_that_leaves_the_sheet_is_refused():
@@ -225,17 +224,15 @@ def test_a_support_that_leaves_the_sheet_is_refused():
 
 def test_the_example_shortened_couples_both_robots_and_shows_the_sheet(tmp_path):
     """One small contour: both tools are pushed apart, and the cell's report has the sheet."""
-    text = (CASES / "two_robots_fem.toml").read_text()
-    for old, new in (
+    text = changed_text(
+        CASES / "two_robots_fem.toml",
         ("radius_m       = 0.02", "radius_m = 0.01"),
         ("step_down_m    = 0.001", "step_down_m = 0.002"),
         ("[0.08, 0.08]", "[0.06, 0.06]"),
         ("[robot]\n", '[robot]\nmode = "quasistatic"\ntorque_curve = "linear"\n'),
         ("[process]\n", "[process]\nelement_m = 0.004\n"),
         ("[support]\n", '[support]\ntorque_curve = "linear"\n'),
-    ):
-        assert old in text
-        text = text.replace(old, new, 1)
+    )
     text += '\n[coupling]\nscheme = "constant"\nrelaxation = 0.6\ntolerance_m = 5e-5\n'
     text += "force_tolerance = 5e-3\n"
     file, out = tmp_path / "small.toml", tmp_path / "out"

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 from spring_robot import upright
 
 from coupling.errors import ProcessError
+from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ElasticWall
 from coupling.process.checked import CheckedProcess
 from coupling.process.external import External
 from coupling.process.frames import answer_in_base
-from coupling.toolpaths.part import Part
 
-PART = Part(np.array([1.0, 0.2, 0.5]), Rotation.from_rotvec([0.3, -0.4, 0.9]))
+PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_rotvec([0.3, -0.4, 0.9]))
 # A wall of 1e5 N/m at z = 0 of the part; what it prints is in part axes.
 PROGRAM = """
 import numpy as np
@@ -40,7 +40,7 @@ def path_at_the_wall() -> ToolPath:
     time = np.linspace(0.0, 1.0, 20)
     depth = 1e-3 * np.cos(7.0 * time)
     points = np.column_stack([0.1 * time, 0.0 * time, depth])
-    return ToolPath(time, upright(PART.position + PART.rotation.apply(points)))
+    return ToolPath(time, upright(PART.points(points)))
 
 
 def program(folder: Path, names: list[str]) -> External:

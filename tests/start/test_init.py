@@ -37,7 +37,7 @@ def test_every_robot_follows_the_path_of_every_process(robot, process, two_robot
     for placed, path in zip(case.robots, case.desired.tools, strict=True):
         seldom = path.at_rows(np.arange(0, len(path.time), 40))
         InverseKinematics(placed.description, placed.home).plan(
-            placed.placement.path_in_base(seldom)
+            seldom.transformed(placed.world_from_base.inverse())
         )
     assert (tmp_path / f"{robot}.toml").read_text() == shipped_robots()[robot].read_text()
 

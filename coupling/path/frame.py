@@ -1,0 +1,87 @@
+"""A frame in another one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where a frame is in another one; a name says both, as `base_from_part`, the part's in the base.
+
+    Attributes:
+        position: Its origin in the other one [m], (3,).
+        rotation: From its axes to the other's.
+
+    Example:
+        >>> world_from_base = Frame.of_rpy([3.0, 0.0, 0.0], [0.0, 0.0, np.pi])
+        >>> world_from_part = world_from_base @ Frame.of_rpy([1.0, 0.0, 0.5], [0.0, 0.0, 0.0])
+        >>> world_from_part.points(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])).round(9)
+        array([[2. , 0. , 0.5],
+               [1.5, 0. , 0.5]])
+    """
+
+    position: np.ndarray
+    rotation: Rotation
+
+    @classmethod
+    def of_rpy(cls, position: Sequence[float], rpy: Sequence[float] | np.ndarray) -> Frame:
+        """Return the frame of a position and roll, pitch, yaw [rad]: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        return cls(np.array(position), Rotation.from_euler("xyz", rpy))
+
+    @classmethod
+    def of_pose(cls, pose: Sequence[float]) -> Frame:
+        """Return the frame of x, y, z, qx, qy, qz, qw."""
+        return cls(np.array(pose[:3]), Rotation.from_quat(pose[3:]))
+
+    @classmethod
+    def fitted(cls, points: np.ndarray, others: np.ndarray) -> Frame:
+        """Return the frame whose points are nearest to others, in the sum of squares (Kabsch's method).
+
+        Args:
+            points: Told in it [m], (n, 3); of a single one its axes are those of the other frame.
+            others: The same points told in the other frame, (n, 3).
+        """
+        rotation, middle, there = Rotation.identity(), points.mean(axis=0), others.mean(axis=0)
+        if len(points) > 1:
+            rotation, _ = Rotation.align_vectors(others - there, points - middle)
+        return cls(there - rotation.apply(middle), rotation)
+
+    @property
+    def pose(self) -> tuple[float, ...]:
+        """The frame as x, y, z, qx, qy, qz, qw with qw >= 0."""
+        quaternion = self.rotation.as_quat()
+        quaternion = quaternion if quaternion[3] >= 0.0 else -quaternion
+        return (*self.position.tolist(), *quaternion.tolist())
+
+    def __matmul__(self, inner: Frame) -> Frame:
+        """Return a frame of this one in the other: a_from_c = a_from_b @ b_from_c."""
+        return Frame(self.points(inner.position), self.rotation * inner.rotation)
+
+    def inverse(self) -> Frame:
+        """Return the other frame in this one."""
+        back = self.rotation.inv()
+        return Frame(-back.apply(self.position), back)
+
+    def points(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return points of this frame in the other one [m], both (..., 3)."""
+        return self.position + self.turned(coordinates)
+
+    def coordinates(self, points: np.ndarray) -> np.ndarray:
+        """Return points of the other frame in this one [m], both (..., 3)."""
+        return Frame(self.position, self.rotation.inv()).turned(points - self.position)
+
+    def turned(self, vectors: np.ndarray) -> np.ndarray:
+        """Return directions of this frame in the other's axes, both (..., 3).
+
+        Wrenches, twists and small displacements, (..., 6), keep the point that they are told at.
+        """
+        found: np.ndarray = self.rotation.apply(np.reshape(vectors, (-1, 3)))
+        return found.reshape(np.shape(vectors))
+
+
+AT_THE_ORIGIN = Frame(np.zeros(3), Rotation.identity())

@@ -1,0 +1,36 @@
+"""Histories that go straight from row to row."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def interpolated(at: np.ndarray, time: np.ndarray, values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Return rows at other times; beyond the ends the end values hold.
+
+    Args:
+        at: Times, or arc lengths, that are asked for, (k,).
+        time: Those of the rows, rising, (n,).
+        values: The rows, n of them along an axis.
+        axis: That axis, which is k long in what is returned.
+
+    Example:
+        >>> interpolated(np.array([0.5, 3.0]), np.array([0.0, 1.0]), np.array([[0.0, 2.0], [1.0, 4.0]]))
+        array([[0.5, 3. ],
+               [1. , 4. ]])
+    """
+    rows = np.moveaxis(values, axis, 0)
+    columns = [np.interp(at, time, column) for column in rows.reshape(len(time), -1).T]
+    found = np.stack(columns, axis=1).reshape(len(at), *rows.shape[1:])
+    return np.moveaxis(found, 0, axis)
+
+
+def arc_length(points: np.ndarray) -> np.ndarray:
+    """Return the way from point to point [m], (n,), zero at the first of them, (n, 3).
+
+    Example:
+        >>> arc_length(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]))
+        array([0., 5.])
+    """
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.append(0.0, np.cumsum(steps))

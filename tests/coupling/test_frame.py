@@ -1,0 +1,50 @@
+"""Frames in each other, against homogeneous matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from coupling.path.frame import Frame
+
+SEEDS = st.integers(0, 10**6)
+
+
+def random_frame(rng: np.random.Generator) -> Frame:
+    return Frame(rng.normal(size=3), Rotation.random(random_state=rng.integers(2**31)))
+
+
+def matrix(frame: Frame) -> np.ndarray:
+    """The homogeneous transformation, 4 x 4."""
+    upper = np.column_stack([frame.rotation.as_matrix(), frame.position])
+    return np.vstack([upper, [0.0, 0.0, 0.0, 1.0]])
+
+
+def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@given(SEEDS)
+def test_frames_multiply_and_invert_as_homogeneous_matrices(seed):
+    rng = np.random.default_rng(seed)
+    a_from_b, b_from_c = random_frame(rng), random_frame(rng)
+    assert_same(matrix(a_from_b @ b_from_c), matrix(a_from_b) @ matrix(b_from_c))
+    assert_same(matrix(a_from_b.inverse()), np.linalg.inv(matrix(a_from_b)))
+    assert_same(matrix(Frame.of_pose(a_from_b.pose)), matrix(a_from_b))
+    assert a_from_b.pose[6] >= 0.0
+    points = rng.normal(size=(2, 4, 3))
+    expected = (matrix(a_from_b) @ np.append(points[1, 2], 1.0))[:3]
+    assert_same(a_from_b.points(points)[1, 2], expected)
+    assert_same(a_from_b.coordinates(a_from_b.points(points)), points)
+
+
+@given(SEEDS)
+def test_the_frame_of_the_nearest_points_is_the_one_that_they_were_told_in(seed):
+    rng = np.random.default_rng(seed)
+    frame, points = random_frame(rng), rng.normal(size=(5, 3))
+    assert_same(matrix(Frame.fitted(points, frame.points(points))), matrix(frame))
+    alone = Frame.fitted(points[:1], frame.points(points[:1]))
+    assert alone.rotation.magnitude() == 0.0
+    assert_same(alone.points(points[0]), frame.points(points[0]))
