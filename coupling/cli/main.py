@@ -15,7 +15,6 @@ from coupling.cli import (
     build,
     check,
     compare,
-    completion,
     export,
     identify,
     init,
@@ -49,7 +48,6 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 _COMMANDS = (
@@ -69,7 +67,6 @@ _COMMANDS = (
     learn.learn,
     next_.mirror,
     robots.robots,
-    completion.completion,
 )
 for _command in _COMMANDS:
     app.command()(_command)
