@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.case import load_case
 from coupling.cli.arguments import CaseFile
+from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import (
     DEFAULT_KIND,
@@ -56,7 +56,7 @@ def build(
         kind, _asked_for(platforms, kind), sources, fmi, arrays, name, dependencies
     )
     for line in remarks(build_fmu(described, output, options), name):
-        Console().print(line, soft_wrap=True)
+        console.print(line)
 
 
 def ssp(
@@ -79,7 +79,7 @@ def ssp(
     system = System.of(loaded, "force" if force_only else "spring", step)
     file = system.write(output, _asked_for(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
-        Console().print(line, soft_wrap=True)
+        console.print(line)
 
 
 def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
@@ -90,5 +90,5 @@ def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
     waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
     if waiting:
         text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
-        Console().print(text, soft_wrap=True)
+        console.print(text)
     return names

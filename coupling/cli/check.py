@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.case import Case, load_case
 from coupling.check.checked import checked
 from coupling.check.estimate import estimated, repeated, timed
 from coupling.check.words import robot_lines
 from coupling.cli.arguments import CaseFile
+from coupling.cli.console import console
 from coupling.events import Progress
 from coupling.path.histories import WrenchHistory
 from coupling.process import ProcessTable
@@ -41,7 +41,6 @@ def check(
     ] = False,
 ) -> None:
     """Say whether a case can be run, draw its path, estimate the time; no command is made."""
-    console = Console()
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
@@ -68,7 +67,7 @@ def check(
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, lines)
     for line in (*lines, f"Picture: {file}"):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line)
 
 
 def _time(case: Case, each: float | None) -> list[str]:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.report.compare_page import comparison_lines, write_comparison
 from coupling.report.comparison import Comparison
 
@@ -23,4 +23,4 @@ def compare(
     found = Comparison.of(first, second)
     page = write_comparison(found, output)
     lines = [*comparison_lines(found), f"Page: {page}"]
-    Console().print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines))

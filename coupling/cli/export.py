@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.errors import ProgramError, one_of
 from coupling.export.commands import (
     RobotCommand,
@@ -89,14 +89,13 @@ def export(
     file = command or (None if source.is_dir() else source)
     folder = output or (source if file is None else file.parent / file.stem) / to
     require_writable(folder, overwrite)
-    console = Console()
     with RunView(console) as view:
         found = export_commands(read(), options, view.watch)
     write_export(folder, found, options, overwrite)
     for one in found:
         for line in _lines(one, options, len(found) > 1):
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
-    console.print(f"Programs: {folder}", markup=False, highlight=False, soft_wrap=True)
+            console.print(line)
+    console.print(f"Programs: {folder}")
     if any(one.loss > options.tolerance for one in found):
         raise typer.Exit(_LOSES)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.cli.plan import print_plan, write_plan
 from coupling.errors import IdentifyError, one_of
 from coupling.files.robot_file import find_robot, load_robot
@@ -97,26 +97,19 @@ def identify(
     found = identified(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
-    console = Console()
-    console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines(told)))
     title = f"{measurements.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
     _write(data, json.dumps(told, indent=1) + "\n")
     _write(report, identify_page(title, told))
-    console.print(f"Report: {report}", highlight=False, soft_wrap=True)
+    console.print(f"Report: {report}")
     if found.refusal:
-        console.print(
-            f"{target}: NOT WRITTEN: {found.refusal}",
-            style="yellow",
-            markup=False,
-            highlight=False,
-            soft_wrap=True,
-        )
+        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow")
         raise typer.Exit(_REFUSED)
     source = f"{measurements.name}, {measured.count} measurements"
     content = load_toml(start, RobotFileError)
     _write(target, identified_text(found, content, start, target, source))
-    console.print(f"Robot file: {target}", highlight=False, soft_wrap=True)
+    console.print(f"Robot file: {target}")
 
 
 def _plan(
@@ -137,7 +130,7 @@ def _plan(
     make_folder_of(target, IdentifyError)
     found = planned(robot, torque_curve, wish, done)
     write_plan(found, target)
-    print_plan(Console(), found, target)
+    print_plan(found, target)
 
 
 def _with_noise(wish: Wish, position: float | None, force: float | None) -> Wish:

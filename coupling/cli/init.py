@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.files.robot_file import robot_numbers, shipped_robots
 from coupling.start.new_case import new_case, write_case
 from coupling.start.starts import STARTS
@@ -42,10 +42,9 @@ def init(
     ] = False,
 ) -> None:
     """Make a folder with a case that runs as it stands, to be changed into your own."""
-    console = Console(highlight=False)
     if listed:
         for line in _list():
-            console.print(line, markup=False, soft_wrap=True)
+            console.print(line)
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to make, or --list, got neither")
@@ -56,7 +55,7 @@ def init(
         *(f"{folder / name}: beside it" for name in case.texts if name != file.name),
         f"Next: elastic-robot check {shlex.quote(str(file))}",
     ):
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line)
 
 
 def _list() -> Iterator[str]:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from typer.core import TyperGroup
 
 import elastic_robot
@@ -26,6 +25,7 @@ from coupling.cli import (
     study,
 )
 from coupling.cli import next as next_
+from coupling.cli.console import errors
 from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
 from elastic_robot.errors import ElasticRobotError
@@ -98,12 +98,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             app(arguments)
         except (CouplingError, ElasticRobotError) as error:
             text = "\n".join([f"error: {error}", *_notes(error)])
-            Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
+            errors.print(text, style="red")
             sys.exit(BAD_INPUT)
         except (KeyboardInterrupt, _StoppedError) as stop:
             kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
             text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
-            Console(stderr=True).print(text, soft_wrap=True, markup=False)
+            errors.print(text)
             sys.exit(INTERRUPTED)
 
 

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 
 from coupling.case import Case
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED, conduct
 from coupling.errors import LearnError
 from coupling.events import Watch
@@ -220,11 +220,11 @@ def _advance(
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those that were measured")
     sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
-    console, place = Console(), inputs_folder(output)
+    place = inputs_folder(output)
     with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
         found = plan(sources, options, models, view.watch)
         found = selected(found, models, view.watch)
-        _say(console, sentences(found))
+        console.print("\n".join(sentences(found)))
         case = write_inputs(place, found, figures(found))
         beside = store or (None if no_store else pairs[-1][0].parent / STORE)
         kept = store_folder(output, beside, no_store)
@@ -238,7 +238,7 @@ def _advance(
         write_whole(place / PLAN, plan_text(told), LearnError)
         write_whole(place / REPORT, next_page(title, told), LearnError)
     print_summary(console, done.case, done.run, output, done.from_store)
-    _say(console, [f"How it was found: {place / REPORT}"])
+    console.print(f"How it was found: {place / REPORT}")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
@@ -250,7 +250,3 @@ def expected(case: Case, found: Plan, models: Models, watch: Watch) -> Run:
     wrench = at.wrench_in_base(correction.answer.wrench)
     told = forecast(found, correction.joints, wrench, watch)
     return replace(run, forecast=told)
-
-
-def _say(console: Console, lines: Sequence[str]) -> None:
-    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated, get_args
 
 import typer
-from rich.console import Console
 
 from coupling.case import Case, load_case
 from coupling.case_place import Objective
 from coupling.cli.arguments import CaseFile, NoStore, Overwrite, StoreFolder, store_folder
+from coupling.cli.console import console
 from coupling.errors import CaseError, one_of
 from coupling.events import Event, Progress
 from coupling.files.scratch import remove_abandoned
@@ -45,7 +45,7 @@ def place(
     objective = _objective(optimise)
     kept = store_folder(folder, store, no_store)
     remove_abandoned()
-    with RunView(Console()) as view, new_run_folder(folder, overwrite) as work:
+    with RunView(console) as view, new_run_folder(folder, overwrite) as work:
         where = None if kept is None else str(kept.resolve())
         log = RunLog(work, {"kind": "place", "case": str(case.resolve()), "store": where})
 
@@ -70,7 +70,7 @@ def place(
                 clear_for_work(work)  # half of a result is none
             log.stop(error)
             raise
-    print_placement(Console(), read_placement(folder), folder)
+    print_placement(console, read_placement(folder), folder)
 
 
 def _objective(word: str | None) -> Objective | None:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, robot_numbers, shipped_robots
 from coupling.files.sources import UNKNOWN, by_source
 
@@ -19,9 +19,8 @@ def robots(
     ] = None,
 ) -> None:
     """List the shipped robots and where their numbers come from; of named robots every number."""
-    console = Console(highlight=False)
     for line in _every_number(names) if names else _all():
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line)
 
 
 def _all() -> Iterator[str]:

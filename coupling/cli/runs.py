@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.case import Case, load_case
 from coupling.cli.arguments import (
@@ -20,6 +19,7 @@ from coupling.cli.arguments import (
     StoreFolder,
     store_folder,
 )
+from coupling.cli.console import console
 from coupling.events import Event, Progress, Watch
 from coupling.files.scratch import remove_abandoned
 from coupling.place.folder import FIGURES as PLACED
@@ -79,7 +79,7 @@ def report(
     for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
         if (folder / figures).exists():
             write = of_another
-    Console().print(f"report: {write(folder, output)}", soft_wrap=True)
+    console.print(f"report: {write(folder, output)}")
 
 
 @dataclass(frozen=True)
@@ -107,12 +107,12 @@ def _run(
     kind: str,
     work: Callable[[Case, Watch], Run],
 ) -> None:
-    with RunView(Console()) as view:
+    with RunView(console) as view:
         done = conduct(file, folder, overwrite, store, kind, work, view.watch)
-    print_summary(Console(), done.case, done.run, folder, done.from_store)
+    print_summary(console, done.case, done.run, folder, done.from_store)
     if done.unkept:
         text = f"Warning: {done.unkept} answers of the process could not be kept in {store}"
-        Console().print(text, style="yellow", soft_wrap=True)
+        console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 

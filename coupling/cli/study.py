@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.case import load_case
 from coupling.cli.arguments import NoStore, StoreFolder, store_folder
+from coupling.cli.console import console
 from coupling.cli.runs import conduct
 from coupling.events import Progress, Watch
 from coupling.report.study_page import write_study_report
@@ -55,7 +55,7 @@ def study(
     kept = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
-    with locked(folder, overwrite), RunView(Console()) as view:
+    with locked(folder, overwrite), RunView(console) as view:
         place = run or _own_run(case, folder / RUN, kept, view.watch)
         begun = opened(folder, loaded, table, place, couple, kept)
         found = simulated(begun, crew, view.watch)
@@ -63,7 +63,7 @@ def study(
         write_findings(begun, found)
         write_study_report(folder)
     stored = read_study(folder)
-    print_findings(Console(), stored, folder)
+    print_findings(console, stored, folder)
     if not stored.figures["command"]["converged"]:
         raise typer.Exit(_NOT_CONVERGED)
 

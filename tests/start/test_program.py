@@ -9,6 +9,7 @@ import sys
 import pytest
 
 import elastic_robot
+from coupling.cli.console import console
 
 PROGRAM = "import sys; sys.argv[0] = 'elastic-robot'; from coupling.cli import main; main()"
 
@@ -46,3 +47,10 @@ def test_bash_completes(typed, expected):
         _ELASTIC_ROBOT_COMPLETE="complete_bash",
     )
     assert set(said.split()) == expected
+
+
+def test_what_is_printed_stands_as_it_is():
+    text = f"[study] :ok: 'cell[1]/case.toml', {'long ' * 50}"
+    with console.capture() as said:
+        console.print(text)
+    assert said.get() == f"{text}\n"
