@@ -11,7 +11,8 @@ import typer
 
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.cli.runs import NOT_CONVERGED
+from coupling.conduct import conduct
 from coupling.errors import CaseError, LearnError
 from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import make_folder_of, write_whole

@@ -14,7 +14,8 @@ import typer
 from coupling.case import Case
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.cli.runs import NOT_CONVERGED
+from coupling.conduct import conduct
 from coupling.errors import LearnError
 from coupling.events import Watch
 from coupling.files.alone import alone

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, get_args
 
@@ -13,8 +12,7 @@ from coupling.case_place import Objective
 from coupling.cli.arguments import CaseFile, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
 from coupling.errors import CaseError, one_of
-from coupling.events import Event, Progress
-from coupling.files.scratch import remove_abandoned
+from coupling.events import Progress
 from coupling.place.console import print_placement
 from coupling.place.folder import read_placement, write_placement
 from coupling.place.place import place as placed
@@ -23,8 +21,7 @@ from coupling.process import Process
 from coupling.report.place_page import write_place_report
 from coupling.run.console import RunView
 from coupling.run.kept_process import kept_process
-from coupling.run.new_folder import clear_for_work, new_run_folder
-from coupling.run.run_log import RunLog
+from coupling.run.logged_folder import logged_folder
 
 
 def place(
@@ -44,32 +41,22 @@ def place(
     folder = output or Path("results", f"{case.stem}_placed")
     objective = _objective(optimise)
     kept = store_folder(folder, store, no_store)
-    remove_abandoned()
-    with RunView(console) as view, new_run_folder(folder, overwrite) as work:
-        where = None if kept is None else str(kept.resolve())
-        log = RunLog(work, {"kind": "place", "case": str(case.resolve()), "store": where})
-
-        def watch(event: Event) -> None:
-            log.watch(event)
-            view.watch(event)
+    with (
+        RunView(console) as view,
+        logged_folder("place", case, folder, overwrite, kept, view.watch) as (work, log, watch),
+    ):
 
         def process_of(one: Case) -> Process:
             return kept_process(one, kept, watch)
 
-        try:
-            loaded = load_case(case, work, watch)
-            require_one_robot(loaded)
-            found = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
-            watch(Progress("writing the folder", 0, 1))
-            write_placement(work, found)
-            write_place_report(work)
-            watch(Progress("writing the folder", 1, 1))
-            log.finish(found.durations)
-        except (Exception, KeyboardInterrupt) as error:
-            with suppress(OSError):
-                clear_for_work(work)  # half of a result is none
-            log.stop(error)
-            raise
+        loaded = load_case(case, work, watch)
+        require_one_robot(loaded)
+        found = placed(placing(loaded, process_of(loaded), objective), process_of, watch)
+        watch(Progress("writing the folder", 0, 1))
+        write_placement(work, found)
+        write_place_report(work)
+        watch(Progress("writing the folder", 1, 1))
+        log.finish(found.durations)
     print_placement(console, read_placement(folder), folder)
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from coupling.case import Case, load_case
+from coupling.case import Case
 from coupling.cli.arguments import (
     CaseFile,
     NoStore,
@@ -20,17 +18,13 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
-from coupling.events import Event, Progress, Watch
-from coupling.files.scratch import remove_abandoned
+from coupling.conduct import conduct
+from coupling.events import Watch
 from coupling.place.folder import FIGURES as PLACED
 from coupling.report import write_report
 from coupling.report.place_page import write_place_report
 from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView, print_summary
-from coupling.run.folder import write_run
-from coupling.run.kept_process import kept_process
-from coupling.run.new_folder import clear_for_work, new_run_folder
-from coupling.run.run_log import RunLog
 from coupling.run.study import Run, run_compensation, run_coupling
 from coupling.study.folder import FIGURES
 
@@ -82,23 +76,6 @@ def report(
     console.print(f"report: {write(folder, output)}")
 
 
-@dataclass(frozen=True)
-class Done:
-    """A run that has come to its end.
-
-    Attributes:
-        case: Its case.
-        run: Its result.
-        from_store: Number of the process's answers that were taken from the store.
-        unkept: Number of answers that could not be kept there.
-    """
-
-    case: Case
-    run: Run
-    from_store: int
-    unkept: int
-
-
 def _run(
     file: Path,
     folder: Path,
@@ -115,63 +92,3 @@ def _run(
         console.print(text, style="yellow")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
-
-
-def conduct(
-    file: Path,
-    folder: Path,
-    overwrite: bool,
-    store: Path | None,
-    kind: str,
-    work: Callable[[Case, Watch], Run],
-    tell: Watch,
-) -> Done:
-    """Run a case into its run folder.
-
-    Args:
-        file: The case file.
-        folder: The run folder.
-        overwrite: A result that is there may be replaced.
-        store: Store of evaluations, if any.
-        kind: "couple" or "compensate".
-        work: What is to be done.
-        tell: Function that is told what happens.
-
-    Raises:
-        CouplingError: If the case, the run, the folder or the store fails.
-    """
-    remove_abandoned()
-    with new_run_folder(folder, overwrite) as place:
-        kept = None if store is None else str(store.resolve())
-        log = RunLog(place, {"kind": kind, "case": str(file.resolve()), "store": kept})
-
-        def watch(event: Event) -> None:
-            log.watch(event)
-            tell(event)
-
-        try:
-            case = load_case(file, place, watch)
-            process = kept_process(case, store, watch)
-            run = work(replace(case, process=process), watch)
-            process.settle()
-            watch(Progress("writing the run folder", 0, 2))
-            write_run(place, case, replace(run, keys=log.keys))
-            watch(Progress("writing the report", 1, 2))
-            write_report(place)
-            log.finish(run.durations)
-        except (Exception, KeyboardInterrupt) as error:
-            with suppress(OSError):
-                clear_for_work(place)  # half of a result is none
-            log.stop(error)
-            _note(error, log, store)
-            raise
-    return Done(case, run, log.answers_from("store"), process.unkept)
-
-
-def _note(error: BaseException, log: RunLog, store: Path | None) -> None:
-    """Say where the answers so far are, on an error that ends the run."""
-    if store is not None and any(log.keys):
-        error.add_note(
-            f"answers of the process so far, kept in {store}: {len(log.keys)}; the same command goes"
-            " on from there"
-        )

@@ -10,7 +10,7 @@ import typer
 from coupling.case import load_case
 from coupling.cli.arguments import NoStore, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.cli.runs import conduct
+from coupling.conduct import conduct
 from coupling.events import Progress, Watch
 from coupling.report.study_page import write_study_report
 from coupling.run.console import RunView
