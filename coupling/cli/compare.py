@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 
 from coupling.cli.console import console
-from coupling.report.compare_page import comparison_lines, write_comparison
-from coupling.report.comparison import Comparison
 
 _FILE = Path("comparison.html")
 
@@ -20,6 +18,9 @@ def compare(
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
 ) -> None:
     """Put two run folders side by side: what they come to, their commands, inputs that differ."""
+    from coupling.report.compare_page import comparison_lines, write_comparison
+    from coupling.report.comparison import Comparison
+
     found = Comparison.of(first, second)
     page = write_comparison(found, output)
     lines = [*comparison_lines(found), f"Page: {page}"]

@@ -10,16 +10,17 @@ from typing import Annotated
 import typer
 
 from coupling.cli.console import console
-from coupling.files.robot_file import robot_numbers, shipped_robots
-from coupling.start.new_case import new_case, write_case
-from coupling.start.starts import STARTS
 
 
 def _robots() -> list[str]:
+    from coupling.files.robot_file import shipped_robots
+
     return list(shipped_robots())
 
 
 def _processes() -> list[str]:
+    from coupling.start.starts import STARTS
+
     return list(STARTS)
 
 
@@ -42,6 +43,8 @@ def init(
     ] = False,
 ) -> None:
     """Make a folder with a case that runs as it stands, to be changed into your own."""
+    from coupling.start.new_case import new_case, write_case
+
     if listed:
         for line in _list():
             console.print(line)
@@ -59,6 +62,9 @@ def init(
 
 
 def _list() -> Iterator[str]:
+    from coupling.files.robot_file import robot_numbers, shipped_robots
+    from coupling.start.starts import STARTS
+
     yield "--process:"
     for name, start in STARTS.items():
         cell = "; also with --two-robots" if start.cell else ""

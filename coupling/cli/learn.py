@@ -12,24 +12,8 @@ import typer
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
 from coupling.cli.runs import NOT_CONVERGED
-from coupling.conduct import conduct
 from coupling.errors import CaseError, LearnError
-from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.learn.console import lines
-from coupling.learn.figures import figures
-from coupling.learn.learning import Options
-from coupling.learn.learning import learn as learned
-from coupling.learn.measured import read_seen
-from coupling.learn.next_inputs import next_case_text
-from coupling.learn.robot_file import learned_text
-from coupling.learn.source import read_source
-from coupling.report.learn_page import learn_page
-from coupling.run.console import RunView, gear_lines, print_summary
-from coupling.run.models import Models
-from coupling.run.new_folder import require_free
-from coupling.run.study import run_compensation
-from elastic_robot.errors import RobotFileError
 
 _REFUSED = 1
 
@@ -64,6 +48,23 @@ def learn(
     no_store: NoStore = False,
 ) -> None:
     """Learn backlash, stiffness and damping from measured passes, and compute the next command."""
+    from coupling.conduct import conduct
+    from coupling.files.toml_file import load_toml
+    from coupling.learn.console import lines
+    from coupling.learn.figures import figures
+    from coupling.learn.learning import Options
+    from coupling.learn.learning import learn as learned
+    from coupling.learn.measured import read_seen
+    from coupling.learn.next_inputs import next_case_text
+    from coupling.learn.robot_file import learned_text
+    from coupling.learn.source import read_source
+    from coupling.report.learn_page import learn_page
+    from coupling.run.console import RunView, gear_lines, print_summary
+    from coupling.run.models import Models
+    from coupling.run.new_folder import require_free
+    from coupling.run.study import run_compensation
+    from elastic_robot.errors import RobotFileError
+
     if len(passes) % 2:
         raise LearnError(
             f"expected pairs of a run folder and what was measured, got {len(passes)} names"

@@ -1,4 +1,10 @@
-"""All commands as one program, and what it says where one of them fails."""
+"""All commands as one program, and what it says where one of them fails.
+
+Every call loads the modules of all commands, `--help` and a shell's completion among them. What they
+import at their top, and what annotations and defaults of a command name, is therefore light: typer,
+rich, `coupling.errors`, `coupling.events`. The model and the rest of `coupling`, which need NumPy, are
+imported in the functions that use them.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +15,6 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-import elastic_robot
 from coupling.cli import (
     build,
     check,
@@ -28,7 +33,6 @@ from coupling.cli import next as next_
 from coupling.cli.console import errors
 from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
-from elastic_robot.errors import ElasticRobotError
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
@@ -75,6 +79,8 @@ app.command("next")(next_.next_command)
 
 def _print_version(wanted: bool) -> None:
     if wanted:
+        import elastic_robot
+
         typer.echo(f"elastic-robot {elastic_robot.__version__}")
         raise typer.Exit
 
@@ -96,15 +102,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with termination_interrupts():
         try:
             app(arguments)
-        except (CouplingError, ElasticRobotError) as error:
-            text = "\n".join([f"error: {error}", *_notes(error)])
-            errors.print(text, style="red")
-            sys.exit(BAD_INPUT)
         except (KeyboardInterrupt, _StoppedError) as stop:
             kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
             text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
             errors.print(text)
             sys.exit(INTERRUPTED)
+        except Exception as error:
+            from elastic_robot.errors import ElasticRobotError
+
+            if not isinstance(error, CouplingError | ElasticRobotError):
+                raise
+            text = "\n".join([f"error: {error}", *_notes(error)])
+            errors.print(text, style="red")
+            sys.exit(BAD_INPUT)
 
 
 def _notes(error: BaseException) -> list[str]:

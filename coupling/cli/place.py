@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
-from coupling.case import Case, load_case
-from coupling.case_place import Objective
 from coupling.cli.arguments import CaseFile, NoStore, Overwrite, StoreFolder, store_folder
 from coupling.cli.console import console
 from coupling.errors import CaseError, one_of
 from coupling.events import Progress
-from coupling.place.console import print_placement
-from coupling.place.folder import read_placement, write_placement
-from coupling.place.place import place as placed
-from coupling.place.placing import placing, require_one_robot
-from coupling.process import Process
-from coupling.report.place_page import write_place_report
-from coupling.run.console import RunView
-from coupling.run.kept_process import kept_process
-from coupling.run.logged_folder import logged_folder
+
+if TYPE_CHECKING:
+    from coupling.case import Case
+    from coupling.case_place import Objective
+    from coupling.process import Process
 
 
 def place(
@@ -38,6 +32,16 @@ def place(
     no_store: NoStore = False,
 ) -> None:
     """Find where to put the part and how to hold the tool: stiff, and gears that keep their flank."""
+    from coupling.case import load_case
+    from coupling.place.console import print_placement
+    from coupling.place.folder import read_placement, write_placement
+    from coupling.place.place import place as placed
+    from coupling.place.placing import placing, require_one_robot
+    from coupling.report.place_page import write_place_report
+    from coupling.run.console import RunView
+    from coupling.run.kept_process import kept_process
+    from coupling.run.logged_folder import logged_folder
+
     folder = output or Path("results", f"{case.stem}_placed")
     objective = _objective(optimise)
     kept = store_folder(folder, store, no_store)
@@ -61,6 +65,8 @@ def place(
 
 
 def _objective(word: str | None) -> Objective | None:
+    from coupling.case_place import Objective
+
     for known in get_args(Objective):
         if word == known:
             return known

@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 
 from coupling.cli.console import console
-from coupling.files.robot_file import find_robot, robot_numbers, shipped_robots
-from coupling.files.sources import UNKNOWN, by_source
 
 
 def robots(
@@ -25,6 +23,9 @@ def robots(
 
 def _all() -> Iterator[str]:
     """Yield a line for each robot, and one for what has the same source."""
+    from coupling.files.robot_file import robot_numbers, shipped_robots
+    from coupling.files.sources import by_source
+
     for name, file in shipped_robots().items():
         title, numbers = robot_numbers(file)
         yield f"{name} ({title})"
@@ -33,6 +34,9 @@ def _all() -> Iterator[str]:
 
 
 def _every_number(names: list[str]) -> Iterator[str]:
+    from coupling.files.robot_file import find_robot, robot_numbers
+    from coupling.files.sources import UNKNOWN
+
     for name in names:
         file = find_robot(name)
         title, numbers = robot_numbers(file)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from coupling.case import Case
 from coupling.cli.arguments import (
     CaseFile,
     NoStore,
@@ -18,15 +17,11 @@ from coupling.cli.arguments import (
     store_folder,
 )
 from coupling.cli.console import console
-from coupling.conduct import conduct
 from coupling.events import Watch
-from coupling.place.folder import FIGURES as PLACED
-from coupling.report import write_report
-from coupling.report.place_page import write_place_report
-from coupling.report.study_page import write_study_report
-from coupling.run.console import RunView, print_summary
-from coupling.run.study import Run, run_compensation, run_coupling
-from coupling.study.folder import FIGURES
+
+if TYPE_CHECKING:
+    from coupling.case import Case
+    from coupling.run.study import Run
 
 NOT_CONVERGED = 1
 
@@ -39,6 +34,8 @@ def couple(
     no_store: NoStore = False,
 ) -> None:
     """Iterate robot and process until the path they agree on no longer changes."""
+    from coupling.run.study import run_coupling
+
     folder = output or Path("results", case.stem)
     _run(case, folder, overwrite, store_folder(folder, store, no_store), "couple", run_coupling)
 
@@ -51,6 +48,8 @@ def compensate(
     no_store: NoStore = False,
 ) -> None:
     """Correct the command until the tool follows the desired path."""
+    from coupling.run.study import run_compensation
+
     folder = output or Path("results", case.stem)
     _run(
         case,
@@ -69,6 +68,12 @@ def report(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="The HTML file.")] = None,
 ) -> None:
     """Write the report of a run folder, a study or a placement anew."""
+    from coupling.place.folder import FIGURES as PLACED
+    from coupling.report import write_report
+    from coupling.report.place_page import write_place_report
+    from coupling.report.study_page import write_study_report
+    from coupling.study.folder import FIGURES
+
     write = write_report
     for figures, of_another in ((FIGURES, write_study_report), (PLACED, write_place_report)):
         if (folder / figures).exists():
@@ -84,6 +89,9 @@ def _run(
     kind: str,
     work: Callable[[Case, Watch], Run],
 ) -> None:
+    from coupling.conduct import conduct
+    from coupling.run.console import RunView, print_summary
+
     with RunView(console) as view:
         done = conduct(file, folder, overwrite, store, kind, work, view.watch)
     print_summary(console, done.case, done.run, folder, done.from_store)

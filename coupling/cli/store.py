@@ -7,15 +7,15 @@ import time
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from coupling.cli.arguments import STORE
 from coupling.cli.console import console
-from coupling.store import Entry, Store
-from coupling.store.clearing import clear as remove
-from coupling.store.clearing import to_clear
+
+if TYPE_CHECKING:
+    from coupling.store import Entry
 
 UNSOUND = 1
 _HOURS = {"h": 1, "d": 24, "w": 7 * 24}
@@ -61,6 +61,10 @@ def store(
     ] = None,
 ) -> None:
     """List the evaluations that are kept, check them, or clear them by age and size."""
+    from coupling.store import Store
+    from coupling.store.clearing import clear as remove
+    from coupling.store.clearing import to_clear
+
     bounded = older_than is not None or keep is not None
     if clear != bounded:
         raise typer.BadParameter("expected --clear with --older-than, --keep or both")

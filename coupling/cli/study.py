@@ -7,21 +7,9 @@ from typing import Annotated
 
 import typer
 
-from coupling.case import load_case
 from coupling.cli.arguments import NoStore, StoreFolder, store_folder
 from coupling.cli.console import console
-from coupling.conduct import conduct
 from coupling.events import Progress, Watch
-from coupling.report.study_page import write_study_report
-from coupling.run.console import RunView
-from coupling.run.stored_run import RESULT
-from coupling.run.study import run_compensation
-from coupling.study.conduct import changed_table, opened, simulated
-from coupling.study.console import print_findings
-from coupling.study.evaluate import write_findings
-from coupling.study.folder import RUN, locked
-from coupling.study.stored_study import read_study
-from coupling.study.workers import Workers
 
 _CONVERGED, _NOT_CONVERGED = 0, 1
 
@@ -50,6 +38,16 @@ def study(
     no_store: NoStore = False,
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
+    from coupling.case import load_case
+    from coupling.report.study_page import write_study_report
+    from coupling.run.console import RunView
+    from coupling.study.conduct import changed_table, opened, simulated
+    from coupling.study.console import print_findings
+    from coupling.study.evaluate import write_findings
+    from coupling.study.folder import RUN, locked
+    from coupling.study.stored_study import read_study
+    from coupling.study.workers import Workers
+
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)
     kept = store_folder(folder, store, no_store)
@@ -70,6 +68,10 @@ def study(
 
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
+    from coupling.conduct import conduct
+    from coupling.run.stored_run import RESULT
+    from coupling.run.study import run_compensation
+
     if not (folder / RESULT).exists():
         conduct(file, folder, False, store, "compensate", run_compensation, watch)
     return folder

@@ -1,4 +1,4 @@
-"""The program as a whole: its version, and what a shell completes of it."""
+"""The program as a whole: how little it loads, help, version, and what a shell completes of it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ import subprocess
 import sys
 
 import pytest
+import typer
 
 import elastic_robot
+from coupling.cli import app
 from coupling.cli.console import console
+from coupling.export.exported import TOLERANCE
+from coupling.fmu_export.build import DEFAULT_KIND
+from coupling.learn.next_options import KINDS
+from coupling.programs.languages import LANGUAGES
+from elastic_robot.fmi.interface import MODEL_NAME
 
+COMMANDS = typer.main.get_command(app).commands
+HEAVY = {
+    *("elastic_robot", "numpy", "scipy", "pinocchio", "pydantic", "fmpy", "pythonfmu", "plotly"),
+    *("piqp", "filelock", "tomli_w", "numba", "pandas", "distributed"),
+}
 PROGRAM = "import sys; sys.argv[0] = 'elastic-robot'; from coupling.cli import main; main()"
 
 
@@ -23,6 +35,28 @@ def run(*arguments: str, **environment: str) -> str:
         check=True,
     )
     return done.stdout
+
+
+@pytest.mark.parametrize(("command", "of_typer"), [([], set()), (["study"], {"pydantic"})])
+def test_help_loads_neither_the_model_nor_what_computes(command, of_typer):
+    """Typer itself checks ranges of options with pydantic."""
+    program = [sys.executable, "-X", "importtime", "-c", PROGRAM, *command, "--help"]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "coupling.cli.study" in loaded
+    assert {name.partition(".")[0] for name in loaded} & HEAVY <= of_typer
+
+
+def test_help_names_what_there_is():
+    """What a command says of the model is written twice: help does not load the model."""
+    told = {name: {own.name: own for own in COMMANDS[name].params} for name in COMMANDS}
+    assert ", ".join(LANGUAGES) in told["export"]["to"].help
+    assert ", ".join(KINDS) in told["next"]["move"].help
+    assert told["export"]["tolerance"].default == 1e6 * TOLERANCE
+    assert (told["build"]["kind"].default, told["build"]["name"].default) == (
+        DEFAULT_KIND,
+        MODEL_NAME,
+    )
 
 
 def test_the_version_is_told():
