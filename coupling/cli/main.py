@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from rich.markup import escape
+from typer.core import TyperCommand, TyperGroup
 
 from coupling.cli import (
     build,
@@ -41,7 +42,23 @@ class _StoppedError(Exception):
     """The user has interrupted a command: typer would swallow a KeyboardInterrupt with its notes."""
 
 
+def _as_text(*entries: Any) -> None:
+    """Let the help of commands and parameters stand as it is: [study] is a table, no markup of Rich."""
+    for entry in entries:
+        entry.help = escape(entry.help or "")
+
+
+class _Command(TyperCommand):
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        _as_text(self, *self.params)
+        super().format_help(ctx, formatter)
+
+
 class _Commands(TyperGroup):
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        _as_text(self, *self.params, *self.commands.values())
+        super().format_help(ctx, formatter)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
@@ -73,8 +90,8 @@ _COMMANDS = (
     robots.robots,
 )
 for _command in _COMMANDS:
-    app.command()(_command)
-app.command("next")(next_.next_command)
+    app.command(cls=_Command)(_command)
+app.command("next", cls=_Command)(next_.next_command)
 
 
 def _print_version(wanted: bool) -> None:

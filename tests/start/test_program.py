@@ -8,6 +8,7 @@ import sys
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 import elastic_robot
 from coupling.cli import app
@@ -45,6 +46,16 @@ def test_help_loads_neither_the_model_nor_what_computes(command, of_typer):
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     assert "coupling.cli.study" in loaded
     assert {name.partition(".")[0] for name in loaded} & HEAVY <= of_typer
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_says_every_word_of_its_source(name):
+    """Brackets too, as of [study] and [mm], which Rich takes for markup."""
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "500"}).stdout
+    listed = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "500"}).stdout
+    assert COMMANDS[name].help in listed
+    for told in (COMMANDS[name], *COMMANDS[name].params):
+        assert " ".join(told.help.split()) in shown
 
 
 def test_help_names_what_there_is():
