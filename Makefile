@@ -1,6 +1,7 @@
 # make run   the cone: robot, forming force, coupling, compensation, report   (results/cone)
 # make test  style, types and tests
 # make lint  style and types
+# make check these, and the tests nearest to what changed since main: a minute for a small change
 # make fuzz  the native FMUs under a million random calls
 # make docs  every page and picture that runs write
 # make release  sdist, wheel and checksums in dist/, tried in an environment of their own
@@ -17,7 +18,7 @@ performance: script = benchmarks/iso_path.py --page docs/performance.md
 real-time: script = -m benchmarks.real_time --page performance
 inverse-time: script = -m benchmarks.inverse --page performance
 
-.PHONY: notebooks run lint test fuzz emulators docs site $(PAGES) masters clean
+.PHONY: notebooks run lint check test fuzz emulators docs site $(PAGES) masters clean
 .NOTPARALLEL:  # what is timed runs alone
 
 run: .venv/installed
@@ -29,8 +30,11 @@ lint: .venv/installed
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 
+check: lint
+	tests=$$(.venv/bin/python .ci/changed.py) && { test -z "$$tests" || .venv/bin/pytest -q -n 2 $$tests; }
+
 test: lint
-	.venv/bin/pytest -n 2 --durations=10
+	.venv/bin/pytest -n 2 --durations=40
 
 # A million random calls each of co-simulation and model exchange, FMI 2.0 and 3.0, and a hundred thousand
 # damaged trajectory files under address and undefined-behaviour sanitizers.

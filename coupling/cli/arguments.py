@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from coupling.errors import StoreError
-from coupling.run.run_log import is_run
 
 # Name of the store beside the run folders.
 STORE = "store"
@@ -35,6 +34,8 @@ def store_folder(run_folder: Path, store: Path | None, no_store: bool) -> Path |
     Raises:
         StoreError: If the options contradict each other, or the store would be lost with the run.
     """
+    from coupling.run.run_log import is_run
+
     if no_store:
         if store is not None:
             raise StoreError("expected either --store or --no-store, got both")

@@ -6,21 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.case import load_case
 from coupling.cli.arguments import CaseFile
-from coupling.files.robot_file import find_robot, load_robot
-from coupling.fmu_export.build import (
-    DEFAULT_KIND,
-    BuildOptions,
-    build_fmu,
-    platform_names,
-    remarks,
-)
-from coupling.fmu_export.core_library import is_ready, platforms_named
-from coupling.run.ssp import System
-from elastic_robot.fmi.interface import MODEL_NAME
+from coupling.cli.console import console
 
 Platforms = Annotated[
     str | None,
@@ -35,7 +23,7 @@ def build(
     ),
     kind: Annotated[
         str, typer.Option(help="native: in C, needs nothing; or python, the readable reference.")
-    ] = DEFAULT_KIND,
+    ] = "native",
     platforms: Platforms = None,
     sources: Annotated[bool, typer.Option(help="Pack the C sources of a native FMU.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of FMI; 3 for a native FMU.")] = "2",
@@ -48,15 +36,18 @@ def build(
     ] = "point",
     name: Annotated[
         str, typer.Option(help="Name of the model and its identifier: letters, digits, _.")
-    ] = MODEL_NAME,
+    ] = "ElasticRobot",
 ) -> None:
     """Build the FMU of a robot."""
+    from coupling.files.robot_file import find_robot, load_robot
+    from coupling.fmu_export.build import BuildOptions, build_fmu, remarks
+
     described = load_robot(find_robot(robot))
     options = BuildOptions(
         kind, _asked_for(platforms, kind), sources, fmi, arrays, name, dependencies
     )
     for line in remarks(build_fmu(described, output, options), name):
-        Console().print(line, soft_wrap=True)
+        console.print(line)
 
 
 def ssp(
@@ -75,20 +66,26 @@ def ssp(
     ] = None,
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
+    from coupling.case import load_case
+    from coupling.run.ssp import System
+
     loaded = load_case(case)
     system = System.of(loaded, "force" if force_only else "spring", step)
     file = system.write(output, _asked_for(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
-        Console().print(line, soft_wrap=True)
+        console.print(line)
 
 
 def _asked_for(platforms: str | None, kind: str) -> tuple[str, ...]:
     """Return the platforms to build for, and say which libraries have to be compiled first."""
+    from coupling.fmu_export.build import platform_names
+    from coupling.fmu_export.core_library import is_ready, platforms_named
+
     if kind != "native":
         return platform_names(platforms or "")
     names = platform_names("all" if platforms is None else platforms)
     waiting = [p.name for p in platforms_named(names) if not is_ready(p)]
     if waiting:
         text = f"compiling the C core for {', '.join(waiting)}: once, for all robots"
-        Console().print(text, soft_wrap=True)
+        console.print(text)
     return names

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.case import Case, load_case
-from coupling.check.checked import checked
-from coupling.check.estimate import estimated, repeated, timed
-from coupling.check.words import robot_lines
 from coupling.cli.arguments import CaseFile
+from coupling.cli.console import console
 from coupling.events import Progress
-from coupling.path.histories import WrenchHistory
-from coupling.process import ProcessTable
-from coupling.report.check_page import write_check_page
-from coupling.run.asked_again import LastAsked
-from coupling.run.console import RunView
-from coupling.run.expected import remarks
-from coupling.run.kept_process import checked_process
-from coupling.run.study import quiet_process
-from coupling.solve.inverse import Inverse
+
+if TYPE_CHECKING:
+    from coupling.case import Case
 
 
 def check(
@@ -41,7 +31,19 @@ def check(
     ] = False,
 ) -> None:
     """Say whether a case can be run, draw its path, estimate the time; no command is made."""
-    console = Console()
+    from coupling.case import load_case
+    from coupling.check.checked import checked
+    from coupling.check.estimate import repeated
+    from coupling.check.words import robot_lines
+    from coupling.path.histories import WrenchHistory
+    from coupling.process import ProcessTable
+    from coupling.report.check_page import write_check_page
+    from coupling.run.asked_again import LastAsked
+    from coupling.run.console import RunView
+    from coupling.run.expected import remarks
+    from coupling.run.kept_process import checked_process
+    from coupling.run.study import quiet_process
+
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
         desired = loaded.desired
@@ -68,11 +70,14 @@ def check(
     file = output or Path("results", f"{case.stem}_check.html")
     write_check_page(file, f"{loaded.name}: check", robots, lines)
     for line in (*lines, f"Picture: {file}"):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line)
 
 
 def _time(case: Case, each: float | None) -> list[str]:
     """Return what there is to say of the time that a compensation would take."""
+    from coupling.check.estimate import estimated, timed
+    from coupling.solve.inverse import Inverse
+
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
     if isinstance(case.method, Inverse):

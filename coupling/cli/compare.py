@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.report.compare_page import comparison_lines, write_comparison
-from coupling.report.comparison import Comparison
+from coupling.cli.console import console
 
 _FILE = Path("comparison.html")
 
@@ -20,7 +18,10 @@ def compare(
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file.")] = _FILE,
 ) -> None:
     """Put two run folders side by side: what they come to, their commands, inputs that differ."""
+    from coupling.report.compare_page import comparison_lines, write_comparison
+    from coupling.report.comparison import Comparison
+
     found = Comparison.of(first, second)
     page = write_comparison(found, output)
     lines = [*comparison_lines(found), f"Page: {page}"]
-    Console().print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines))

@@ -5,23 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.errors import ProgramError, one_of
-from coupling.export.commands import (
-    RobotCommand,
-    command_in_run,
-    command_of_table,
-    commands_of_run,
-)
-from coupling.export.exported import TOLERANCE, Exported, Options
-from coupling.export.exporting import export_commands
-from coupling.export.folder import require_writable, write_export
-from coupling.programs.languages import LANGUAGES
-from coupling.run.console import RunView
+
+if TYPE_CHECKING:
+    from coupling.export.commands import RobotCommand
+    from coupling.export.exported import Exported, Options
 
 # Exit status where a program loses more than it may; it is written all the same.
 _LOSES = 1
@@ -33,7 +26,7 @@ def export(
     source: Annotated[
         Path, typer.Argument(help="A run folder; or, with --robot, a command: time, q1..; CSV.")
     ],
-    to: Annotated[str, typer.Option("--to", help=f"Language: {', '.join(LANGUAGES)}.")],
+    to: Annotated[str, typer.Option("--to", help="Language: krl, rapid, fanuc, csv.")],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -61,7 +54,7 @@ def export(
     ] = None,
     tolerance: Annotated[
         float, typer.Option("--tolerance", help="Largest loss at the moving robot's tool, in um.")
-    ] = 1e6 * TOLERANCE,
+    ] = 5.0,
     cycle_ms: Annotated[
         float | None,
         typer.Option(
@@ -76,6 +69,12 @@ def export(
     ] = False,
 ) -> None:
     """Write a command as robot programs, read them back and simulate what they do."""
+    from coupling.export.exported import Options
+    from coupling.export.exporting import export_commands
+    from coupling.export.folder import require_writable, write_export
+    from coupling.programs.languages import LANGUAGES
+    from coupling.run.console import RunView
+
     if to not in LANGUAGES:
         raise ProgramError(f"--to: {one_of(LANGUAGES, to)}")
     language = LANGUAGES[to]
@@ -89,14 +88,13 @@ def export(
     file = command or (None if source.is_dir() else source)
     folder = output or (source if file is None else file.parent / file.stem) / to
     require_writable(folder, overwrite)
-    console = Console()
     with RunView(console) as view:
         found = export_commands(read(), options, view.watch)
     write_export(folder, found, options, overwrite)
     for one in found:
         for line in _lines(one, options, len(found) > 1):
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
-    console.print(f"Programs: {folder}", markup=False, highlight=False, soft_wrap=True)
+            console.print(line)
+    console.print(f"Programs: {folder}")
     if any(one.loss > options.tolerance for one in found):
         raise typer.Exit(_LOSES)
 
@@ -109,6 +107,8 @@ def _reader(
     Raises:
         ProgramError: If the options do not belong to one of these.
     """
+    from coupling.export.commands import command_in_run, command_of_table, commands_of_run
+
     if source.is_dir():
         for option, given in (("--robot", robot), ("--wrench", wrench)):
             if given is not None:

@@ -6,27 +6,19 @@ import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.cli.plan import print_plan, write_plan
+from coupling.cli.console import console
 from coupling.errors import IdentifyError, one_of
-from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.identify.console import lines
-from coupling.identify.figures import figures
-from coupling.identify.identification import Options
-from coupling.identify.identification import identify as identified
-from coupling.identify.least_squares import LOSSES
-from coupling.identify.measurements import Measurements, read_measurements
-from coupling.identify.noise import Noise, noise_of
-from coupling.identify.plan import Wish, planned
-from coupling.identify.robot_file import identified_text
-from coupling.report.identify_page import identify_page
-from elastic_robot.description import Robot
-from elastic_robot.torque_curves import TORQUE_CURVES
+
+if TYPE_CHECKING:
+    from coupling.identify.measurements import Measurements
+    from coupling.identify.noise import Noise
+    from coupling.identify.plan import Wish
+    from elastic_robot.description import Robot
 
 _REFUSED = 1
 _PLAN = "Plan"
@@ -75,6 +67,19 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Of poses.", rich_help_panel=_PLAN)] = 1,
 ) -> None:
     """Identify stiffness, tilts and backlash from measured static deflections; or plan them."""
+    from coupling.files.robot_file import find_robot, load_robot
+    from coupling.identify.console import lines
+    from coupling.identify.figures import figures
+    from coupling.identify.identification import Options
+    from coupling.identify.identification import identify as identified
+    from coupling.identify.least_squares import LOSSES
+    from coupling.identify.measurements import read_measurements
+    from coupling.identify.noise import noise_of
+    from coupling.identify.plan import Wish
+    from coupling.identify.robot_file import identified_text
+    from coupling.report.identify_page import identify_page
+    from elastic_robot.torque_curves import TORQUE_CURVES
+
     _require(torque_curve, TORQUE_CURVES, "--torque-curve")
     _require(loss, LOSSES, "--loss")
     start = find_robot(robot)
@@ -95,25 +100,18 @@ def identify(
     found = identified(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
-    console = Console()
-    console.print("\n".join(lines(told)), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines(told)))
     title = f"{measurements.name}: {described.name}"
     report, data = target.with_suffix(".html"), target.with_suffix(".json")
     _write(data, json.dumps(told, indent=1) + "\n")
     _write(report, identify_page(title, told))
-    console.print(f"Report: {report}", highlight=False, soft_wrap=True)
+    console.print(f"Report: {report}")
     if found.refusal:
-        console.print(
-            f"{target}: NOT WRITTEN: {found.refusal}",
-            style="yellow",
-            markup=False,
-            highlight=False,
-            soft_wrap=True,
-        )
+        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow")
         raise typer.Exit(_REFUSED)
     source = f"{measurements.name}, {measured.count} measurements"
     _write(target, identified_text(found, start, target, source))
-    console.print(f"Robot file: {target}", highlight=False, soft_wrap=True)
+    console.print(f"Robot file: {target}")
 
 
 def _plan(
@@ -124,6 +122,11 @@ def _plan(
     deviations: tuple[float | None, ...],
     output: Path | None,
 ) -> None:
+    from coupling.cli.plan import print_plan, write_plan
+    from coupling.identify.measurements import read_measurements
+    from coupling.identify.noise import noise_of
+    from coupling.identify.plan import planned
+
     done: tuple[Measurements, Noise] | None = None
     if file is not None:
         measured = read_measurements(file, len(robot.joints))
@@ -134,7 +137,7 @@ def _plan(
     make_folder_of(target, IdentifyError)
     found = planned(robot, torque_curve, wish, done)
     write_plan(found, target)
-    print_plan(Console(), found, target)
+    print_plan(found, target)
 
 
 def _with_noise(wish: Wish, position: float | None, force: float | None) -> Wish:

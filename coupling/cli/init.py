@@ -8,18 +8,19 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.files.robot_file import robot_numbers, shipped_robots
-from coupling.start.new_case import new_case, write_case
-from coupling.start.starts import STARTS
+from coupling.cli.console import console
 
 
 def _robots() -> list[str]:
+    from coupling.files.robot_file import shipped_robots
+
     return list(shipped_robots())
 
 
 def _processes() -> list[str]:
+    from coupling.start.starts import STARTS
+
     return list(STARTS)
 
 
@@ -42,10 +43,11 @@ def init(
     ] = False,
 ) -> None:
     """Make a folder with a case that runs as it stands, to be changed into your own."""
-    console = Console(highlight=False)
+    from coupling.start.new_case import new_case, write_case
+
     if listed:
         for line in _list():
-            console.print(line, markup=False, soft_wrap=True)
+            console.print(line)
         return
     if folder is None:
         raise typer.BadParameter("expected the folder to make, or --list, got neither")
@@ -56,10 +58,13 @@ def init(
         *(f"{folder / name}: beside it" for name in case.texts if name != file.name),
         f"Next: elastic-robot check {shlex.quote(str(file))}",
     ):
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line)
 
 
 def _list() -> Iterator[str]:
+    from coupling.files.robot_file import robot_numbers, shipped_robots
+    from coupling.start.starts import STARTS
+
     yield "--process:"
     for name, start in STARTS.items():
         cell = "; also with --two-robots" if start.cell else ""

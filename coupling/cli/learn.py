@@ -8,26 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
-from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED
 from coupling.errors import CaseError, LearnError
-from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.learn.console import lines
-from coupling.learn.figures import figures
-from coupling.learn.learning import Options
-from coupling.learn.learning import learn as learned
-from coupling.learn.measured import read_seen
-from coupling.learn.next_inputs import next_case_text
-from coupling.learn.robot_file import learned_text
-from coupling.learn.source import read_source
-from coupling.report.learn_page import learn_page
-from coupling.run.console import RunView, gear_lines, print_summary
-from coupling.run.models import Models
-from coupling.run.new_folder import require_free
-from coupling.run.study import run_compensation
 
 _REFUSED = 1
 
@@ -62,6 +48,22 @@ def learn(
     no_store: NoStore = False,
 ) -> None:
     """Learn backlash, stiffness and damping from measured passes, and compute the next command."""
+    from coupling.conduct import conduct
+    from coupling.files.toml_file import load_toml
+    from coupling.learn.console import lines
+    from coupling.learn.figures import figures
+    from coupling.learn.learning import Options
+    from coupling.learn.learning import learn as learned
+    from coupling.learn.measured import read_seen
+    from coupling.learn.next_inputs import next_case_text
+    from coupling.learn.robot_file import learned_text
+    from coupling.learn.source import read_source
+    from coupling.report.learn_page import learn_page
+    from coupling.run.console import RunView, gear_lines, print_summary
+    from coupling.run.models import Models
+    from coupling.run.new_folder import require_free
+    from coupling.run.study import run_compensation
+
     if len(passes) % 2:
         raise LearnError(
             f"expected pairs of a run folder and what was measured, got {len(passes)} names"
@@ -81,28 +83,27 @@ def learn(
     start = sources[0].file
     if start.resolve() == target.resolve():
         raise LearnError(f"{target}: expected another file than the robot that is learned from")
-    console = Console()
     with RunView(console) as view, Models("native", view.watch) as models:
         found = learned(sources, Options(own_frame, draws, seed), models, view.watch)
     told = figures(found)
     make_folder_of(target, LearnError)
     said = [*lines(told), "What the gears go through:", *gear_lines(found.gears)]
-    console.print("\n".join(said), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(said))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
     _write(target.with_suffix(".json"), json.dumps(told, indent=1) + "\n")
     _write(report, learn_page(title, told))
-    _say(console, f"Report: {report}")
+    console.print(f"Report: {report}")
     if found.refusal:
-        _say(console, f"{target}: NOT WRITTEN: {found.refusal}", "yellow")
+        console.print(f"{target}: NOT WRITTEN: {found.refusal}", style="yellow")
         raise typer.Exit(_REFUSED)
     _write(target, learned_text(found, target))
-    _say(console, f"Robot file: {target}")
+    console.print(f"Robot file: {target}")
     last = pairs[-1][0]
     case = target.with_name(f"{target.stem}_case.toml")
     _write(case, next_case_text(load_toml(last / "case.toml", CaseError), target))
     if no_next:
-        _say(console, f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
+        console.print(f"Next command: elastic-robot compensate {shlex.quote(str(case))}")
         return
     kept = store_folder(folder, store or (None if no_store else last.parent / STORE), no_store)
     with RunView(console) as view:
@@ -110,10 +111,6 @@ def learn(
     print_summary(console, done.case, done.run, folder, done.from_store)
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
-
-
-def _say(console: Console, text: str, style: str | None = None) -> None:
-    console.print(text, style=style, markup=False, highlight=False, soft_wrap=True)
 
 
 def _write(file: Path, text: str) -> None:

@@ -1,4 +1,10 @@
-"""All commands as one program, and what it says where one of them fails."""
+"""All commands as one program, and what it says where one of them fails.
+
+Every call loads the modules of all commands, `--help` and a shell's completion among them. What they
+import at their top, and what annotations and defaults of a command name, is therefore light: typer,
+rich, `coupling.errors`, `coupling.events`. The model and the rest of `coupling`, which need NumPy, are
+imported in the functions that use them.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +13,13 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from typer.core import TyperGroup
+from rich.markup import escape
+from typer.core import TyperCommand, TyperGroup
 
-import elastic_robot
 from coupling.cli import (
     build,
     check,
     compare,
-    completion,
     export,
     identify,
     init,
@@ -27,9 +31,9 @@ from coupling.cli import (
     study,
 )
 from coupling.cli import next as next_
+from coupling.cli.console import errors
 from coupling.cli.interrupts import termination_interrupts
 from coupling.errors import CouplingError
-from elastic_robot.errors import ElasticRobotError
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
@@ -38,7 +42,23 @@ class _StoppedError(Exception):
     """The user has interrupted a command: typer would swallow a KeyboardInterrupt with its notes."""
 
 
+def _as_text(*entries: Any) -> None:
+    """Let the help of commands and parameters stand as it is: [study] is a table, no markup of Rich."""
+    for entry in entries:
+        entry.help = escape(entry.help or "")
+
+
+class _Command(TyperCommand):
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        _as_text(self, *self.params)
+        super().format_help(ctx, formatter)
+
+
 class _Commands(TyperGroup):
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        _as_text(self, *self.params, *self.commands.values())
+        super().format_help(ctx, formatter)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
@@ -49,7 +69,6 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 _COMMANDS = (
@@ -69,15 +88,16 @@ _COMMANDS = (
     learn.learn,
     next_.mirror,
     robots.robots,
-    completion.completion,
 )
 for _command in _COMMANDS:
-    app.command()(_command)
-app.command("next")(next_.next_command)
+    app.command(cls=_Command)(_command)
+app.command("next", cls=_Command)(next_.next_command)
 
 
 def _print_version(wanted: bool) -> None:
     if wanted:
+        import elastic_robot
+
         typer.echo(f"elastic-robot {elastic_robot.__version__}")
         raise typer.Exit
 
@@ -99,15 +119,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with termination_interrupts():
         try:
             app(arguments)
-        except (CouplingError, ElasticRobotError) as error:
-            text = "\n".join([f"error: {error}", *_notes(error)])
-            Console(stderr=True).print(text, style="red", soft_wrap=True, markup=False)
-            sys.exit(BAD_INPUT)
         except (KeyboardInterrupt, _StoppedError) as stop:
             kept = _notes(stop.__cause__ or stop) or ["nothing was written"]
             text = "\n".join([f"stopped; {kept[0]}", *kept[1:]])
-            Console(stderr=True).print(text, soft_wrap=True, markup=False)
+            errors.print(text)
             sys.exit(INTERRUPTED)
+        except Exception as error:
+            from elastic_robot.errors import ElasticRobotError
+
+            if not isinstance(error, CouplingError | ElasticRobotError):
+                raise
+            text = "\n".join([f"error: {error}", *_notes(error)])
+            errors.print(text, style="red")
+            sys.exit(BAD_INPUT)
 
 
 def _notes(error: BaseException) -> list[str]:

@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-from rich.console import Console
 
-from coupling.case import Case
 from coupling.cli.arguments import STORE, NoStore, Overwrite, StoreFolder, store_folder
-from coupling.cli.runs import NOT_CONVERGED, conduct
+from coupling.cli.console import console
+from coupling.cli.runs import NOT_CONVERGED
 from coupling.errors import LearnError
 from coupling.events import Watch
-from coupling.files.alone import alone
 from coupling.files.whole_file import write_whole
-from coupling.learn.device import ANYWHERE, FrameKnown
-from coupling.learn.forecast import forecast
-from coupling.learn.measured import read_seen
-from coupling.learn.next_command import Plan, plan
-from coupling.learn.next_figures import figures, sentences
-from coupling.learn.next_inputs import PLAN, inputs_folder, plan_text, write_inputs
-from coupling.learn.next_options import KINDS, REPEATABILITY, NextOptions
-from coupling.learn.selection import selected
-from coupling.learn.source import read_source
-from coupling.report.next_page import next_page
-from coupling.run.console import RunView, print_summary
-from coupling.run.models import Models
-from coupling.run.new_folder import require_free
-from coupling.run.study import Run, run_compensation
+
+if TYPE_CHECKING:
+    from coupling.case import Case
+    from coupling.learn.device import FrameKnown
+    from coupling.learn.next_command import Plan
+    from coupling.learn.next_options import NextOptions
+    from coupling.run.models import Models
+    from coupling.run.study import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
@@ -89,7 +81,9 @@ def next_command(
     output: NextRun,
     move: Annotated[
         str,
-        typer.Option(help=f"One of {', '.join(KINDS)}: what is learned; auto: what predicts best."),
+        typer.Option(
+            help="One of auto, parameters, path, both: what is learned; auto: what predicts best."
+        ),
     ] = "auto",
     frame_known: Known = None,
     own_frame: OwnFrame = False,
@@ -140,9 +134,11 @@ def mirror(
 def _options(
     move: str, known: FrameKnown, cutoff: float | None, repeatability: str | None, seed: int
 ) -> NextOptions:
+    from coupling.learn.next_options import KINDS, REPEATABILITY, NextOptions
+
     if move not in KINDS:
         raise LearnError(f"--move: expected one of {', '.join(KINDS)}, got {move!r}")
-    if cutoff is not None and not (np.isfinite(cutoff) and cutoff > 0.0):
+    if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0.0):
         raise LearnError(f"--cutoff-Hz: expected a frequency > 0, got {cutoff:g}")
     again = REPEATABILITY
     if repeatability is not None:
@@ -152,6 +148,8 @@ def _options(
 
 def _known(frame: str | None, own_frame: bool, tip: str | None) -> FrameKnown:
     """Return what is known of the measuring device, from options."""
+    from coupling.learn.device import ANYWHERE, FrameKnown
+
     if own_frame and frame is not None:
         raise LearnError("expected either --own-frame or --frame-known, got both")
     known = ANYWHERE if own_frame else FrameKnown()
@@ -179,6 +177,8 @@ def frame_of(text: str) -> FrameKnown:
         >>> frame_of("0.05mm,0.02mrad")
         FrameKnown(shift=5e-05, turn=2e-05, tip=0.0)
     """
+    from coupling.learn.device import FrameKnown
+
     parts = text.replace(" ", "").split(",")
     units = (_LENGTHS, _ANGLES)
     values = [_value(part, own) for part, own in zip(parts, units, strict=False)]
@@ -199,7 +199,7 @@ def _value(text: str, units: dict[str, float]) -> float | None:
         value = float(found[1]) * units[found[2]]
     except ValueError:
         return None
-    return value if 0.0 < value < np.inf else None
+    return value if 0.0 < value < math.inf else None
 
 
 def _advance(
@@ -211,6 +211,19 @@ def _advance(
     no_store: bool,
 ) -> None:
     """Plan the next command, compute it into its run folder, and say what to expect."""
+    from coupling.conduct import conduct
+    from coupling.files.alone import alone
+    from coupling.learn.measured import read_seen
+    from coupling.learn.next_command import plan
+    from coupling.learn.next_figures import figures, sentences
+    from coupling.learn.next_inputs import PLAN, inputs_folder, plan_text, write_inputs
+    from coupling.learn.selection import selected
+    from coupling.learn.source import read_source
+    from coupling.report.next_page import next_page
+    from coupling.run.console import RunView, print_summary
+    from coupling.run.models import Models
+    from coupling.run.new_folder import require_free
+
     if len(passes) % 2:
         raise LearnError(
             f"expected pairs of a run folder and what was measured, got {len(passes)} names"
@@ -220,11 +233,11 @@ def _advance(
     if any(output.resolve() == folder.resolve() for folder, _ in pairs):
         raise LearnError(f"{output}: expected another folder than those that were measured")
     sources = [read_source(folder, read_seen(file)) for folder, file in pairs]
-    console, place = Console(), inputs_folder(output)
+    place = inputs_folder(output)
     with alone(place, LearnError), RunView(console) as view, Models("native", view.watch) as models:
         found = plan(sources, options, models, view.watch)
         found = selected(found, models, view.watch)
-        _say(console, sentences(found))
+        console.print("\n".join(sentences(found)))
         case = write_inputs(place, found, figures(found))
         beside = store or (None if no_store else pairs[-1][0].parent / STORE)
         kept = store_folder(output, beside, no_store)
@@ -238,19 +251,18 @@ def _advance(
         write_whole(place / PLAN, plan_text(told), LearnError)
         write_whole(place / REPORT, next_page(title, told), LearnError)
     print_summary(console, done.case, done.run, output, done.from_store)
-    _say(console, [f"How it was found: {place / REPORT}"])
+    console.print(f"How it was found: {place / REPORT}")
     if not done.run.correction.converged:
         raise typer.Exit(NOT_CONVERGED)
 
 
 def expected(case: Case, found: Plan, models: Models, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
+    from coupling.learn.forecast import forecast
+    from coupling.run.study import run_compensation
+
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()
     wrench = correction.answer.wrench.transformed(base_from_world)
     told = forecast(found, correction.joints, wrench, watch)
     return replace(run, forecast=told)
-
-
-def _say(console: Console, lines: Sequence[str]) -> None:
-    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)

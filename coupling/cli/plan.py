@@ -7,8 +7,8 @@ import io
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
+from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.whole_file import write_whole
 from coupling.identify.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
@@ -34,7 +34,7 @@ def write_plan(plan: Plan, file: Path) -> None:
     write_whole(file, stream.getvalue(), IdentifyError)
 
 
-def print_plan(console: Console, plan: Plan, file: Path) -> None:
+def print_plan(plan: Plan, file: Path) -> None:
     """Say what the planned measurements will tell."""
     lines = [
         "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:"
@@ -52,7 +52,7 @@ def print_plan(console: Console, plan: Plan, file: Path) -> None:
         " pose is free of collisions before you drive there."
     )
     lines.append(f"{file}: {plan.measurements.count} poses and loads")
-    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines))
 
 
 def _percent(half: float) -> str:

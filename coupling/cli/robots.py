@@ -6,10 +6,8 @@ from collections.abc import Iterator
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.files.robot_file import find_robot, robot_numbers, shipped_robots
-from coupling.files.sources import UNKNOWN, by_source
+from coupling.cli.console import console
 
 
 def robots(
@@ -19,13 +17,15 @@ def robots(
     ] = None,
 ) -> None:
     """List the shipped robots and where their numbers come from; of named robots every number."""
-    console = Console(highlight=False)
     for line in _every_number(names) if names else _all():
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line)
 
 
 def _all() -> Iterator[str]:
     """Yield a line for each robot, and one for what has the same source."""
+    from coupling.files.robot_file import robot_numbers, shipped_robots
+    from coupling.files.sources import by_source
+
     for name, file in shipped_robots().items():
         title, numbers = robot_numbers(file)
         yield f"{name} ({title})"
@@ -34,6 +34,9 @@ def _all() -> Iterator[str]:
 
 
 def _every_number(names: list[str]) -> Iterator[str]:
+    from coupling.files.robot_file import find_robot, robot_numbers
+    from coupling.files.sources import UNKNOWN
+
     for name in names:
         file = find_robot(name)
         title, numbers = robot_numbers(file)

@@ -7,15 +7,15 @@ import time
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from coupling.cli.arguments import STORE
-from coupling.store import Entry, Store
-from coupling.store.clearing import clear as remove
-from coupling.store.clearing import to_clear
+from coupling.cli.console import console
+
+if TYPE_CHECKING:
+    from coupling.store import Entry
 
 UNSOUND = 1
 _HOURS = {"h": 1, "d": 24, "w": 7 * 24}
@@ -61,6 +61,10 @@ def store(
     ] = None,
 ) -> None:
     """List the evaluations that are kept, check them, or clear them by age and size."""
+    from coupling.store import Store
+    from coupling.store.clearing import clear as remove
+    from coupling.store.clearing import to_clear
+
     bounded = older_than is not None or keep is not None
     if clear != bounded:
         raise typer.BadParameter("expected --clear with --older-than, --keep or both")
@@ -68,22 +72,21 @@ def store(
         raise typer.BadParameter("expected one of --verify and --clear")
     kept = Store(folder)
     entries = kept.entries()
-    console = Console(highlight=False)
     if clear:
         gone = to_clear(entries, time.time(), older_than, keep)
         remove(kept, gone)
-        console.print(f"{folder}: {_sum(gone)} removed, {_sum(entries, gone)} left", soft_wrap=True)
+        console.print(f"{folder}: {_sum(gone)} removed, {_sum(entries, gone)} left")
     elif verify:
         problems = {entry: problem for entry in entries if (problem := entry.problem())}
         for entry, problem in problems.items():
-            console.print(f"{entry.file}: {problem}", style="red", soft_wrap=True, markup=False)
-        console.print(f"{folder}: {_sum(entries)}, {len(problems)} damaged", soft_wrap=True)
+            console.print(f"{entry.file}: {problem}", style="red")
+        console.print(f"{folder}: {_sum(entries)}, {len(problems)} damaged")
         if problems:
             raise typer.Exit(UNSOUND)
     else:
         for line in _list(entries):
-            console.print(line, soft_wrap=True, markup=False)
-        console.print(f"{folder}: {_sum(entries)}", soft_wrap=True)
+            console.print(line)
+        console.print(f"{folder}: {_sum(entries)}")
 
 
 def _sum(entries: list[Entry], without: list[Entry] | None = None) -> str:

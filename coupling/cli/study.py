@@ -6,22 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from coupling.case import load_case
 from coupling.cli.arguments import NoStore, StoreFolder, store_folder
-from coupling.cli.runs import conduct
+from coupling.cli.console import console
 from coupling.events import Progress, Watch
-from coupling.report.study_page import write_study_report
-from coupling.run.console import RunView
-from coupling.run.stored_run import RESULT
-from coupling.run.study import run_compensation
-from coupling.study.conduct import changed_table, opened, simulated
-from coupling.study.console import print_findings
-from coupling.study.evaluate import write_findings
-from coupling.study.folder import RUN, locked
-from coupling.study.stored_study import read_study
-from coupling.study.workers import Workers
 
 _CONVERGED, _NOT_CONVERGED = 0, 1
 
@@ -50,12 +38,22 @@ def study(
     no_store: NoStore = False,
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
+    from coupling.case import load_case
+    from coupling.report.study_page import write_study_report
+    from coupling.run.console import RunView
+    from coupling.study.conduct import changed_table, opened, simulated
+    from coupling.study.console import print_findings
+    from coupling.study.evaluate import write_findings
+    from coupling.study.folder import RUN, locked
+    from coupling.study.stored_study import read_study
+    from coupling.study.workers import Workers
+
     folder = output or Path("results", f"{case.stem}_study")
     crew = Workers(scheduler=scheduler) if workers is None else Workers(workers, scheduler)
     kept = store_folder(folder, store, no_store)
     loaded = load_case(case)
     table = changed_table(loaded.study, samples=samples, seed=seed)
-    with locked(folder, overwrite), RunView(Console()) as view:
+    with locked(folder, overwrite), RunView(console) as view:
         place = run or _own_run(case, folder / RUN, kept, view.watch)
         begun = opened(folder, loaded, table, place, couple, kept)
         found = simulated(begun, crew, view.watch)
@@ -63,13 +61,17 @@ def study(
         write_findings(begun, found)
         write_study_report(folder)
     stored = read_study(folder)
-    print_findings(Console(), stored, folder)
+    print_findings(console, stored, folder)
     if not stored.figures["command"]["converged"]:
         raise typer.Exit(_NOT_CONVERGED)
 
 
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
+    from coupling.conduct import conduct
+    from coupling.run.stored_run import RESULT
+    from coupling.run.study import run_compensation
+
     if not (folder / RESULT).exists():
         conduct(file, folder, False, store, "compensate", run_compensation, watch)
     return folder

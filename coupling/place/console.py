@@ -39,7 +39,7 @@ def print_placement(console: Console, placement: StoredPlacement, folder: Path) 
         )
     lines.append("Look whether robot, tool and part are free of collisions before you drive there.")
     lines.append(f"Placement: {folder}  (report: {folder / REPORT})")
-    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines))
 
 
 def _header(figures: dict[str, Any]) -> str:

@@ -9,7 +9,6 @@ from types import TracebackType
 
 import numpy as np
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from coupling import events
@@ -39,13 +38,13 @@ class RunView:
     """Shows a run while it goes on; a context manager that clears its progress bar.
 
     Args:
-        console: Console to write to.
+        console: Console to write to; text is no markup to it.
     """
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._progress = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.fields[count]}"),
             TimeRemainingColumn(),
@@ -100,9 +99,7 @@ class RunView:
         )
 
     def _said(self, line: str) -> None:
-        self._progress.update(
-            self._task, description=escape(line), total=None, count="", visible=True
-        )
+        self._progress.update(self._task, description=line, total=None, count="", visible=True)
 
     def _evaluated(self, evaluation: Evaluation, path: ToolPath) -> None:
         assert self._desired is not None
@@ -129,7 +126,7 @@ class RunView:
         self._print(text, "cyan")
 
     def _print(self, text: str, style: str | None = None) -> None:
-        self._console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
+        self._console.print(text, style=style)
 
 
 def print_summary(
@@ -138,7 +135,7 @@ def print_summary(
     """Say in plain words what a run found and where it is.
 
     Args:
-        console: Console to write to.
+        console: Console to write to; text is no markup to it.
         case: The case.
         run: The run.
         folder: Its folder.
@@ -205,7 +202,7 @@ def print_summary(
         )
     safe = found.converged and (outlook is None or outlook.gains)
     style = None if safe else "yellow"
-    console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines), style=style)
 
 
 def _of_other_robots(replays: Sequence[Replay]) -> list[str]:

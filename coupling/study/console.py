@@ -43,7 +43,7 @@ def print_findings(console: Console, study: StoredStudy, folder: Path) -> None:
         )
     lines.append(f"Study: {folder}  (report: {folder / REPORT})")
     style = None if command["converged"] else "yellow"
-    console.print("\n".join(lines), style=style, highlight=False, markup=False, soft_wrap=True)
+    console.print("\n".join(lines), style=style)
 
 
 def _of_parameters(figures: dict[str, Any]) -> list[str]:

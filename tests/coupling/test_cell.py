@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
 import pytest
@@ -14,11 +13,11 @@ from hypothesis import strategies as st
 from line_case import changed_text
 from places import CASES
 from reported import compensated
-from rich.console import Console
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
 from coupling.case import load_case
+from coupling.cli.console import console
 from coupling.errors import BuildError, CaseError
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.deviation import measure
@@ -260,12 +259,12 @@ def test_a_coupled_cell_speaks_of_no_compensation(finished, tmp_path):
     assert "after compensation" in (out / "report.html").read_text(encoding="utf-8")
     as_it_was = replace(run.correction, achieved=run.before)
     coupled = replace(run, kind="couple", correction=as_it_was)
-    said = Console(record=True, file=StringIO())
-    print_summary(said, case, coupled, tmp_path)
+    with console.capture() as said:
+        print_summary(console, case, coupled, tmp_path)
     write_run(tmp_path, case, coupled)
     report = write_report(tmp_path).read_text(encoding="utf-8")
     page = report[report.index("<body>") : report.index("<h3>Case</h3>")]
-    for text in (said.export_text(), page):
+    for text in (said.get(), page):
         assert "ompensation" not in text
         assert " after." not in text
 
@@ -278,10 +277,10 @@ def test_a_path_before_that_is_not_coupled_is_said_to_be_one_way(finished, tmp_p
     write_run(tmp_path, case, one_way)
     assert json.loads((tmp_path / "result.json").read_text())["before"] == "one-way"
     write_report(tmp_path)
-    said = Console(record=True, file=StringIO())
-    print_summary(said, case, one_way, tmp_path)
+    with console.capture() as said:
+        print_summary(console, case, one_way, tmp_path)
     page = (tmp_path / "support" / "report.html").read_text(encoding="utf-8")
-    for text in (said.export_text(), page):
+    for text in (said.get(), page):
         assert HOW["one-way"] in text
         assert HOW["coupled"] not in text
 
@@ -343,11 +342,9 @@ def test_passages_of_a_cell_are_told_with_their_robot(finished, tmp_path):
     for place, count in ((".", 3), ("forming", 1), ("support", 2)):
         figures = json.loads((tmp_path / place / "result.json").read_text())
         assert len(figures["flank_changes"]) == count
-    said = Console(record=True, file=StringIO(), width=200)
-    print_summary(said, case, told, tmp_path)
-    assert "3 times (forming joint 1: 1, support joint 1: 1, support joint 4: 1)" in (
-        said.export_text()
-    )
+    with console.capture() as said:
+        print_summary(console, case, told, tmp_path)
+    assert "3 times (forming joint 1: 1, support joint 1: 1, support joint 4: 1)" in said.get()
     write_report(tmp_path)
     for name in ("forming", "support"):
         assert "gear in its play" in (tmp_path / name / "report.html").read_text(encoding="utf-8")

@@ -79,7 +79,9 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
         (run.robustness, "Converged", "Result: "),
         ((*run.robustness, shaken), "This command may be WORSE THAN NONE", "Do not send"),
     ):
-        said = Console(record=True, file=StringIO(), width=500, force_terminal=True)
+        said = Console(
+            record=True, file=StringIO(), width=500, force_terminal=True, highlight=False
+        )
         print_summary(said, case, replace(run, robustness=replays), tmp_path)
         text = said.export_text(styles=True)
         assert ("\x1b[33m" in text) is (first != "Converged")

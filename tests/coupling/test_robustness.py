@@ -5,18 +5,17 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from io import StringIO
 from math import degrees
 from pathlib import Path
 
 import numpy as np
 import pytest
 from line_case import line_case
-from rich.console import Console
 from scipy.integrate import trapezoid
 from scipy.interpolate import BPoly
 
 from coupling.case import Case
+from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.inverse.joint_limits import JointLimits
@@ -42,16 +41,16 @@ NAMES = [variation.name for variation in VARIATIONS]
 def finished(request, tmp_path_factory) -> tuple[Case, Run, Path, str]:
     """Case, run, run folder and what the terminal showed."""
     folder = tmp_path_factory.mktemp(request.param)
-    said = Console(record=True, file=StringIO(), width=200)
     case = line_case(folder, request.param)
-    with RunView(said) as view:
-        run = run_compensation(case, view.watch)
     out = folder / "out"
     out.mkdir()
-    write_run(out, case, run)
-    write_report(out)
-    print_summary(said, case, run, out)
-    return case, run, out, said.export_text()
+    with console.capture() as said:
+        with RunView(console) as view:
+            run = run_compensation(case, view.watch)
+        write_run(out, case, run)
+        write_report(out)
+        print_summary(console, case, run, out)
+    return case, run, out, said.get()
 
 
 def changed_by_hand(robot: Robot, key: str, factor: float) -> dict[str, float]:

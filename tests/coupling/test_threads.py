@@ -20,6 +20,7 @@ class Finder:
 
 sys.meta_path.insert(0, Finder())
 import coupling.cli
+import numpy
 """
 
 

@@ -11,7 +11,7 @@ import pytest
 from wall_case import WALL_CASE
 
 from coupling.case import load_case
-from coupling.cli.runs import conduct
+from coupling.conduct import conduct
 from coupling.errors import ProgramError
 from coupling.events import unwatched
 from coupling.export.commands import command_in_run, command_of_table

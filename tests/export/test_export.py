@@ -12,7 +12,7 @@ import pytest
 from wall_case import WALL_CASE
 
 from coupling.case import load_case
-from coupling.cli.runs import conduct
+from coupling.conduct import conduct
 from coupling.errors import PlanningError
 from coupling.events import unwatched
 from coupling.export import every_cycle, few_points

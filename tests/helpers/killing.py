@@ -24,7 +24,7 @@ PROGRAM = Path(__file__).parent / "logged_program.py"
 OF_THE_RUN = ("run.json", "report.html", "evaluations")
 
 _context = multiprocessing.get_context("forkserver")
-_context.set_forkserver_preload(["coupling.cli"])
+_context.set_forkserver_preload(["coupling.cli", "coupling.conduct", "coupling.export.exporting"])
 
 
 def _command(arguments: Sequence[str], output: Path) -> None:

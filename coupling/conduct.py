@@ -1,0 +1,68 @@
+"""From a case file to its run folder, with its report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from coupling.case import Case, load_case
+from coupling.events import Progress, Watch
+from coupling.report import write_report
+from coupling.run.folder import write_run
+from coupling.run.kept_process import kept_process
+from coupling.run.logged_folder import logged_folder
+from coupling.run.study import Run
+
+
+@dataclass(frozen=True)
+class Done:
+    """A run that has come to its end.
+
+    Attributes:
+        case: Its case.
+        run: Its result.
+        from_store: Number of the process's answers that were taken from the store.
+        unkept: Number of answers that could not be kept there.
+    """
+
+    case: Case
+    run: Run
+    from_store: int
+    unkept: int
+
+
+def conduct(
+    file: Path,
+    folder: Path,
+    overwrite: bool,
+    store: Path | None,
+    kind: str,
+    work: Callable[[Case, Watch], Run],
+    tell: Watch,
+) -> Done:
+    """Run a case into its run folder.
+
+    Args:
+        file: The case file.
+        folder: The run folder.
+        overwrite: A result that is there may be replaced.
+        store: Store of evaluations, if any.
+        kind: "couple" or "compensate".
+        work: What is to be done.
+        tell: Function that is told what happens.
+
+    Raises:
+        CouplingError: If the case, the run, the folder or the store fails.
+    """
+    with logged_folder(kind, file, folder, overwrite, store, tell) as (place, log, watch):
+        case = load_case(file, place, watch)
+        process = kept_process(case, store, watch)
+        run = work(replace(case, process=process), watch)
+        process.settle()
+        watch(Progress("writing the run folder", 0, 2))
+        write_run(place, case, replace(run, keys=log.keys))
+        watch(Progress("writing the report", 1, 2))
+        write_report(place)
+        log.finish(run.durations)
+    return Done(case, run, log.answers_from("store"), process.unkept)

@@ -1,0 +1,52 @@
+"""A run folder while work goes on in it: a log of what happens, and no half result of what fails."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from coupling.events import Event, Watch
+from coupling.files.scratch import remove_abandoned
+from coupling.run.new_folder import clear_for_work, new_run_folder
+from coupling.run.run_log import RunLog
+
+
+@contextmanager
+def logged_folder(
+    kind: str, case: Path, folder: Path, overwrite: bool, store: Path | None, tell: Watch
+) -> Iterator[tuple[Path, RunLog, Watch]]:
+    """Give the folder to work in, its log, and what notes an event there and tells it.
+
+    Args:
+        kind: "couple", "compensate" or "place".
+        case: The case file.
+        folder: Where the result is to be.
+        overwrite: A result that is there may be replaced.
+        store: Store of evaluations, if any.
+        tell: Function that is told what happens.
+
+    Raises:
+        CouplingError: If the folder cannot be written.
+    """
+    remove_abandoned()
+    with new_run_folder(folder, overwrite) as place:
+        kept = None if store is None else str(store.resolve())
+        log = RunLog(place, {"kind": kind, "case": str(case.resolve()), "store": kept})
+
+        def watch(event: Event) -> None:
+            log.watch(event)
+            tell(event)
+
+        try:
+            yield place, log, watch
+        except (Exception, KeyboardInterrupt) as error:
+            with suppress(OSError):
+                clear_for_work(place)  # half of a result is none
+            log.stop(error)
+            if store is not None and any(log.keys):
+                error.add_note(
+                    f"answers of the process so far, kept in {store}: {len(log.keys)}; the same"
+                    " command goes on from there"
+                )
+            raise

@@ -1,0 +1,101 @@
+"""The program as a whole: how little it loads, help, version, and what a shell completes of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import elastic_robot
+from coupling.cli import app
+from coupling.cli.console import console
+from coupling.export.exported import TOLERANCE
+from coupling.fmu_export.build import DEFAULT_KIND
+from coupling.learn.next_options import KINDS
+from coupling.programs.languages import LANGUAGES
+from elastic_robot.fmi.interface import MODEL_NAME
+
+COMMANDS = typer.main.get_command(app).commands
+HEAVY = {
+    *("elastic_robot", "numpy", "scipy", "pinocchio", "pydantic", "fmpy", "pythonfmu", "plotly"),
+    *("piqp", "filelock", "tomli_w", "numba", "pandas", "distributed"),
+}
+PROGRAM = "import sys; sys.argv[0] = 'elastic-robot'; from coupling.cli import main; main()"
+
+
+def run(*arguments: str, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *arguments],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
+
+
+@pytest.mark.parametrize(("command", "of_typer"), [([], set()), (["study"], {"pydantic"})])
+def test_help_loads_neither_the_model_nor_what_computes(command, of_typer):
+    """Typer itself checks ranges of options with pydantic."""
+    program = [sys.executable, "-X", "importtime", "-c", PROGRAM, *command, "--help"]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "coupling.cli.study" in loaded
+    assert {name.partition(".")[0] for name in loaded} & HEAVY <= of_typer
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_says_every_word_of_its_source(name):
+    """Brackets too, as of [study] and [mm], which Rich takes for markup."""
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "500"}).stdout
+    listed = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "500"}).stdout
+    assert COMMANDS[name].help in listed
+    for told in (COMMANDS[name], *COMMANDS[name].params):
+        assert " ".join(told.help.split()) in shown
+
+
+def test_help_names_what_there_is():
+    """What a command says of the model is written twice: help does not load the model."""
+    told = {name: {own.name: own for own in COMMANDS[name].params} for name in COMMANDS}
+    assert ", ".join(LANGUAGES) in told["export"]["to"].help
+    assert ", ".join(KINDS) in told["next"]["move"].help
+    assert told["export"]["tolerance"].default == 1e6 * TOLERANCE
+    assert (told["build"]["kind"].default, told["build"]["name"].default) == (
+        DEFAULT_KIND,
+        MODEL_NAME,
+    )
+
+
+def test_the_version_is_told():
+    assert run("--version") == f"elastic-robot {elastic_robot.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("typed", "expected"),
+    [
+        ("elastic-robot compen", {"compensate"}),
+        ("elastic-robot init --robot k", {"kuka_kr210"}),
+        ("elastic-robot init --proc", {"--process"}),
+        ("elastic-robot check ca", set()),  # files are the shell's own
+        ("elastic-robot compensate -o ca", set()),
+    ],
+)
+def test_bash_completes(typed, expected):
+    """By the protocol of Typer's script, which falls back on files."""
+    said = run(
+        COMP_WORDS=typed,
+        COMP_CWORD=str(len(typed.split()) - 1),
+        _ELASTIC_ROBOT_COMPLETE="complete_bash",
+    )
+    assert set(said.split()) == expected
+
+
+def test_what_is_printed_stands_as_it_is():
+    text = f"[study] :ok: 'cell[1]/case.toml', {'long ' * 50}"
+    with console.capture() as said:
+        console.print(text)
+    assert said.get() == f"{text}\n"
