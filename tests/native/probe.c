@@ -12,7 +12,7 @@
 static er_failure failure;
 
 /* Wrench, then the anchor's position and velocity and the stiffness of its spring, then the contact. */
-enum { LOAD_ENTRIES = 18 + ER_CONTACT_COLUMNS };
+enum { LOAD_ENTRIES = 18 + ER_CONTACT_ENTRIES };
 
 static er_load load_of(const double values[LOAD_ENTRIES])
 {
@@ -22,7 +22,7 @@ static er_load load_of(const double values[LOAD_ENTRIES])
     memcpy(load.anchor.position, values + 6, sizeof load.anchor.position);
     memcpy(load.anchor.velocity, values + 9, sizeof load.anchor.velocity);
     memcpy(load.anchor.stiffness, values + 12, sizeof load.anchor.stiffness);
-    for (int k = 0; k < ER_CONTACT_COLUMNS; k++)
+    for (int k = 0; k < ER_CONTACT_ENTRIES; k++)
         *er_contact_entry(&load.contact, k) = values[18 + k];
     return load;
 }
@@ -219,7 +219,7 @@ int probe_columns(er_model *model, double end, const double *q, const double *lo
     int m = model->robot.elastics;
     const er_command command = standing(model, q);
     bool good;
-    er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
+    er_sensitivity_start(&model->sensitivity, &model->robot, ER_BY_WRENCH, ER_BY_WRENCH, state.time);
     model->sensitivity.accuracy = accuracy;
     good = er_model_follow(model, &state, &model->memory.past, end, &command, &load, &failure);
     for (int column = 0; column < 6; column++) {

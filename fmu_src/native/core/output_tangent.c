@@ -250,3 +250,30 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
         }
     return true;
 }
+
+void er_contact_of_model_along(const er_model *model, const er_change *change, double force[3], double *gap)
+{
+    const er_robot *robot = &model->robot;
+    const er_load *load = &model->memory.held.load;
+    bool still = model->memory.options.quasistatic;
+    er_load along = change->held.load;
+    er_contact_motion motion;
+    er_touch touch;
+    double theta[MOST], rate[MOST] = {0.0}, wrench[6];
+    memset(force, 0, 3 * sizeof *force);
+    *gap = 0.0;
+    if (!er_contact_holds(&load->contact))
+        return;
+    er_model_contact(model, &motion, wrench);
+    er_angles(robot, change->held.q, change->x, theta);
+    if (still)
+        memset(along.anchor.velocity, 0, sizeof along.anchor.velocity);
+    else
+        er_angles(robot, change->held.qd, change->v, rate);
+    er_contact_place_along(robot, load, &motion, theta, rate, &along, &touch);
+    *gap = -touch.depth;
+    if (!(motion.touch.depth > 0.0))
+        return;
+    er_contact_wrench_along(robot, load, &motion, theta, rate, &along, wrench);
+    memcpy(force, wrench, 3 * sizeof *force);
+}

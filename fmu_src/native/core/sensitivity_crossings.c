@@ -86,7 +86,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     response[k] = jump * per_beyond * crossing->outward;
     er_lu_solve(m, mass, pivot, response);
     for (int column = s->first; column < s->first + s->count; column++) {
-        bool moves = column == er_elastic_column(system->robot, 2) + k; /* the edge, with the backlash */
+        bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
         double beyond_change = s->x[column][k] - (moves ? edge / system->curve->backlash[k] : 0.0);
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;

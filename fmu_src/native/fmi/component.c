@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "exchange.h"
 #include "instance_state.h"
 #include "instance_variables.h"
 #include "log_categories.h"
@@ -160,7 +161,9 @@ bool er_component_exit(er_component *c)
     er_instance *robot;
     er_failure text;
     char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
-    if (!er_component_may(c, ER_CALL_EXIT) || !er_component_told(c, er_instance_start(c->robot)))
+    if (!er_component_may(c, ER_CALL_EXIT) ||
+        !er_component_told(c, er_instance_start(c->robot) &&
+                                  (!c->robot->exchange.on || er_exchange_settle(c->robot))))
         return false;
     pass_warning_on(c);
     robot = c->robot;

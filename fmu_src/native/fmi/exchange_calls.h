@@ -19,13 +19,12 @@ bool er_component_set_states(er_component *c, const double *states, size_t count
 
 bool er_component_get_nominals(er_component *c, double *nominals, size_t count);
 
-/* All states, their derivatives, or the event indicators. */
-typedef bool er_exchange_getter(er_instance *instance, double *values, size_t count);
-bool er_component_get_exchanged(er_component *c, er_exchange_getter *getter, double *values,
-                                size_t count);
+/* What a master reads as one vector: all states in the order of their blocks, their derivatives, or the
+ * event indicators. */
+typedef enum { ER_STATES, ER_STATE_DERIVATIVES, ER_INDICATORS } er_exchanged;
+bool er_component_get_exchanged(er_component *c, er_exchanged which, double *values, size_t count);
 
-/* The number of states or event indicators. */
-typedef int er_exchange_counter(const er_instance *instance);
-bool er_component_count_exchanged(er_component *c, er_exchange_counter *counter, size_t *count);
+/* Their number. */
+bool er_component_count_exchanged(er_component *c, er_exchanged which, size_t *count);
 
 #endif

@@ -2,86 +2,43 @@
 #include <math.h>
 #include <string.h>
 
-#include "../core/free_motion.h"
 #include "exchange.h"
 #include "instance_variables.h"
 
-/* An input, state or parameter by its value reference; NULL for what else is computed. */
-static double *settable(er_instance *instance, int reference)
+/* The entry of inputs or parameters at a place in them. */
+static double *input_at(er_instance *instance, size_t place, int entry)
 {
-    er_block block = (er_block)instance->interface.block[reference];
-    int k = reference - instance->interface.first[block];
-    switch (block) {
-    case ER_WRENCH: return &instance->inputs.load.wrench[k];
-    case ER_Q_CMD: return &instance->inputs.command.q[k];
-    case ER_QD_CMD: return &instance->inputs.command.qd[k];
-    case ER_QDD_CMD: return &instance->inputs.command.qdd[k];
-    case ER_ANCHOR: return &instance->inputs.load.anchor.position[k];
-    case ER_ANCHOR_VELOCITY: return &instance->inputs.load.anchor.velocity[k];
-    case ER_ANCHOR_STIFFNESS: return &instance->inputs.load.anchor.stiffness[k];
-    case ER_WRENCH_RATE: return &instance->inputs.load.rate[k];
-    case ER_CONTACT: return er_contact_entry(&instance->inputs.load.contact, k);
-    case ER_CONTACT_NORMAL: return &instance->inputs.load.contact.normal[k];
-    case ER_TCP_TOLERANCE: return &instance->inputs.tcp_tolerance;
-    case ER_DEFLECTION: return &instance->model->memory.state.x[k];
-    case ER_DEFLECTION_RATE: return &instance->model->memory.state.v[k];
-    default: return er_parameter(&instance->interface, &instance->inputs.parameters, block, k);
-    }
+    return (double *)((char *)&instance->inputs + place) + entry;
 }
 
-static bool find_acceleration(er_instance *instance, double *acceleration)
+double *er_instance_settable(er_instance *instance, unsigned reference)
 {
-    er_model *model = instance->model;
-    size_t bytes = (size_t)model->robot.elastics * sizeof *acceleration;
-    memset(acceleration, 0, bytes);
-    if (model->memory.options.quasistatic)
-        return true;
-    if (!er_free_motion_find(model))
-        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
-                       " singular");
-    memcpy(acceleration, model->free.acceleration, bytes);
-    return true;
+    const er_block *block = er_block_of(&instance->interface, reference);
+    int entry = er_entry(&instance->interface, reference);
+    return er_is_computed(block)
+               ? (double *)((char *)&instance->model->memory.state + block->place) + entry
+               : input_at(instance, block->place, entry);
 }
 
-static void find_contact_force(const er_model *model, double *force)
+/* How many of some references, from the first on, follow one another in a block: its values lie so as well. */
+static size_t run_of(const er_interface *in, const unsigned *references, size_t count)
 {
-    er_contact_motion motion;
-    double wrench[6];
-    er_model_contact(model, &motion, wrench);
-    memcpy(force, wrench, 3 * sizeof *force);
+    int block = in->block[references[0]];
+    size_t left = (size_t)(in->first[block] + in->size[block]) - references[0], run = 1;
+    if (er_blocks[block].torsion > 0 && !er_is_computed(&er_blocks[block]))
+        return 1;
+    while (run < count && run < left && references[run] == references[0] + run)
+        run++;
+    return run;
 }
 
-static bool compute_block(er_instance *instance, er_block block)
-{
-    er_model *model = instance->model;
-    size_t elastics = (size_t)model->robot.elastics * sizeof(double);
-    double *out = instance->outputs + instance->interface.first[block];
-    switch (block) {
-    case ER_TCP: er_model_tcp(model, out); return true;
-    case ER_VELOCITY: er_model_velocity(model, out); return true;
-    case ER_RIGID: er_model_rigid(model, out); return true;
-    case ER_DEVIATION: er_model_deviation(model, out); return true;
-    case ER_COMPLIANCE: return er_model_compliance(model, out, &instance->failure);
-    case ER_DEFLECTION: memcpy(out, model->memory.state.x, elastics); return true;
-    case ER_DEFLECTION_RATE:
-    case ER_DEFLECTION_DERIVATIVE: memcpy(out, model->memory.state.v, elastics); return true;
-    case ER_RATE_DERIVATIVE: return find_acceleration(instance, out);
-    case ER_BEND: er_exchange_bends(instance, out); return true;
-    case ER_CONTACT_FORCE: find_contact_force(model, out); return true;
-    case ER_CONTACT_GAP: *out = er_exchange_contact_gap(instance); return true;
-    default:
-        return er_fail(&instance->failure, "%s has no value: expected one in instance_reals.c",
-                       instance->interface.name[instance->interface.first[block]]);
-    }
-}
-
-bool er_instance_require(er_instance *instance, er_block block)
+bool er_instance_require(er_instance *instance, int block)
 {
     unsigned bit = 1u << block;
     if ((instance->fresh & bit) != 0) /* nothing has changed since */
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance) ||
-        !compute_block(instance, block))
+        !er_blocks[block].find(instance, instance->outputs + instance->interface.first[block]))
         return false;
     instance->fresh |= bit;
     return true;
@@ -105,44 +62,43 @@ static bool require_finite(er_instance *instance, unsigned reference, double val
                    er_shown(value, number), instance->interface.unit[reference]);
 }
 
-bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
-                           double *values)
+/* Values of a block's variables that follow one another. */
+static bool get_run(er_instance *instance, unsigned first, size_t count, double *values)
 {
-    for (size_t i = 0; i < count; i++)
-        if (references[i] != er_time_reference(&instance->interface) &&
-            !require_real(instance, references[i]))
-            return false;
-    for (size_t i = 0; i < count; i++) {
-        er_block block;
-        if (references[i] == er_time_reference(&instance->interface)) {
-            values[i] = instance->progress.time;
-            continue;
-        }
-        block = (er_block)instance->interface.block[references[i]];
-        if (er_is_computed(block)) {
-            if (!er_instance_require(instance, block) ||
-                !require_finite(instance, references[i], instance->outputs[references[i]]))
-                /* An integrator tries states; those of co-simulation are its own. */
-                return er_exchange_runs(instance) && er_let_retry(&instance->failure);
-            values[i] = instance->outputs[references[i]];
-        } else {
-            values[i] = *settable(instance, (int)references[i]);
-        }
+    int block = instance->interface.block[first];
+    if (!er_is_computed(&er_blocks[block])) {
+        memcpy(values, er_instance_settable(instance, first), count * sizeof *values);
+        return true;
     }
+    if (!er_instance_require(instance, block))
+        return false;
+    for (size_t k = 0; k < count; k++)
+        if (!require_finite(instance, first + (unsigned)k, instance->outputs[first + k]))
+            return false;
+    memcpy(values, instance->outputs + first, count * sizeof *values);
     return true;
 }
 
-/* The input that is an input's first derivative, NULL where none is. */
-static double *derivative_of(er_instance *instance, int reference)
+bool er_instance_get_reals(er_instance *instance, const unsigned *references, size_t count,
+                           double *values)
 {
-    er_block block = (er_block)instance->interface.block[reference];
-    int k = reference - instance->interface.first[block];
-    switch (block) {
-    case ER_WRENCH: return &instance->inputs.load.rate[k];
-    case ER_QDD_CMD: return &instance->inputs.command.jerk[k];
-    case ER_ANCHOR: return &instance->inputs.load.anchor.velocity[k];
-    default: return NULL;
+    const unsigned time = er_time_reference(&instance->interface);
+    size_t run;
+    for (size_t i = 0; i < count; i++)
+        if (references[i] != time && !require_real(instance, references[i]))
+            return false;
+    for (size_t i = 0; i < count; i += run) {
+        run = 1;
+        if (references[i] == time) {
+            values[i] = instance->progress.time;
+            continue;
+        }
+        run = run_of(&instance->interface, references + i, count - i);
+        if (!get_run(instance, references[i], run, values + i))
+            /* An integrator tries states; those of co-simulation are its own. */
+            return er_exchange_runs(instance) && er_let_retry(&instance->failure);
     }
+    return true;
 }
 
 static bool may_derive(er_instance *instance, unsigned reference, int order, double value)
@@ -151,7 +107,7 @@ static bool may_derive(er_instance *instance, unsigned reference, int order, dou
     char number[ER_NUMBER_TEXT];
     if (!require_real(instance, reference))
         return false;
-    if (!er_is_input((er_block)interface->block[reference]))
+    if (er_block_of(interface, reference)->kind != ER_INPUT)
         return er_fail(&instance->failure, "derivative: expected that of an input, got %s",
                        interface->name[reference]);
     if (order != 1)
@@ -170,34 +126,37 @@ bool er_instance_set_derivatives(er_instance *instance, const unsigned *referenc
         if (!may_derive(instance, references[i], orders[i], values[i]))
             return false;
     for (size_t i = 0; i < count; i++) {
-        double *derivative = derivative_of(instance, (int)references[i]);
-        if (derivative != NULL)
-            *derivative = values[i];
+        size_t place = er_block_of(&instance->interface, references[i])->rate;
+        if (place > 0)
+            *input_at(instance, place, er_entry(&instance->interface, references[i])) = values[i];
         else if (*ignored == NULL)
             *ignored = instance->interface.name[references[i]];
     }
     return true;
 }
 
-static bool may_set(er_instance *instance, unsigned reference, double value)
+/* Whether variables like this one may be set now. */
+static bool may_set(er_instance *instance, unsigned reference)
+{
+    const er_interface *interface = &instance->interface;
+    const er_block *block = er_block_of(interface, reference);
+    const bool state = er_is_state(interface, reference);
+    if (er_is_computed(block) && !(state && er_exchange_runs(instance)))
+        return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
+                       block->kind == ER_OUTPUT ? "an output" : "computed");
+    if (block->kind == ER_FIXED && instance->progress.phase >= ER_RUNNING)
+        return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
+                       interface->name[reference]);
+    return instance->progress.phase != ER_CONTINUOUS_MODE || block->kind == ER_INPUT || state ||
+           er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
+                   " continuous-time mode", interface->name[reference]);
+}
+
+/* Whether a variable may have a value. */
+static bool may_be(er_instance *instance, unsigned reference, double value)
 {
     const er_interface *interface = &instance->interface;
     char number[ER_NUMBER_TEXT];
-    er_block block;
-    if (!require_real(instance, reference))
-        return false;
-    block = (er_block)interface->block[reference];
-    if (er_is_input(block) && block != ER_CONTACT && isfinite(value))
-        return true;
-    if (er_is_computed(block) && !(er_is_state(block) && er_exchange_runs(instance)))
-        return er_fail(&instance->failure, "%s is %s and cannot be set", interface->name[reference],
-                       er_is_output(block) ? "an output" : "computed");
-    if (block == ER_TCP_TOLERANCE && instance->progress.phase >= ER_RUNNING)
-        return er_fail(&instance->failure, "%s is fixed; set it before initialisation ends",
-                       interface->name[reference]);
-    if (instance->progress.phase == ER_CONTINUOUS_MODE && !er_is_input(block) && !er_is_state(block))
-        return er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
-                       " continuous-time mode", interface->name[reference]);
     if (!isfinite(value))
         er_fail(&instance->failure, "%s: expected a finite number, got %s %s",
                 interface->name[reference], er_shown(value, number), interface->unit[reference]);
@@ -206,39 +165,27 @@ static bool may_set(er_instance *instance, unsigned reference, double value)
     return er_let_retry(&instance->failure);
 }
 
-/* A drive that is told to go beyond its limits goes there: said once, until it is back. */
-static void watch_limits(er_instance *instance, int reference)
-{
-    const er_interface *interface = &instance->interface;
-    int i = reference - interface->first[ER_Q_CMD];
-    const double *limit = interface->limit[i];
-    double q = instance->inputs.command.q[i];
-    unsigned bit = 1u << i;
-    char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT];
-    if (q >= limit[0] && q <= limit[1]) {
-        instance->beyond &= ~bit;
-    } else if ((instance->beyond & bit) == 0) {
-        instance->beyond |= bit;
-        instance->warned = true;
-        er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
-                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
-                er_shown(q, number));
-    }
-}
-
 bool er_instance_set_reals(er_instance *instance, const unsigned *references, size_t count,
                            const double *values)
 {
+    const er_interface *interface = &instance->interface;
+    size_t run;
     instance->warned = false;
-    for (size_t i = 0; i < count; i++)
-        if (!may_set(instance, references[i], values[i]))
+    for (size_t i = 0; i < count; i += run) {
+        if (!require_real(instance, references[i]) || !may_set(instance, references[i]))
             return false;
-    for (size_t i = 0; i < count; i++) {
-        er_block block = (er_block)instance->interface.block[references[i]];
-        *settable(instance, (int)references[i]) = values[i];
-        if (block == ER_Q_CMD)
-            watch_limits(instance, (int)references[i]);
-        if (er_is_tunable(block))
+        run = run_of(interface, references + i, count - i);
+        for (size_t k = i; k < i + run; k++)
+            if (!may_be(instance, references[k], values[k]))
+                return false;
+    }
+    for (size_t i = 0; i < count; i += run) {
+        const er_block *block = er_block_of(interface, references[i]);
+        run = run_of(interface, references + i, count - i);
+        memcpy(er_instance_settable(instance, references[i]), values + i, run * sizeof *values);
+        for (size_t k = i; block->watch != NULL && k < i + run; k++)
+            block->watch(instance, (int)references[k]);
+        if (block->kind == ER_TUNABLE)
             instance->progress.parameters_changed = true;
     }
     if (er_exchange_runs(instance))

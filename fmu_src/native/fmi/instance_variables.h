@@ -15,8 +15,11 @@ bool er_instance_set_reals(er_instance *instance, const unsigned *references, si
 bool er_instance_set_derivatives(er_instance *instance, const unsigned *references, size_t count,
                                  const int *orders, const double *values, const char **ignored);
 
-/* Has the values of a block of computed variables. */
-bool er_instance_require(er_instance *instance, er_block block);
+/* Has the values of a block of computed variables, by its place in er_blocks. */
+bool er_instance_require(er_instance *instance, int block);
+
+/* Where an input, a parameter or a state has its value; nothing is looked at. */
+double *er_instance_settable(er_instance *instance, unsigned reference);
 
 bool er_instance_get_string(er_instance *instance, unsigned reference, const char **value);
 bool er_instance_set_strings(er_instance *instance, const unsigned *references, size_t count,
