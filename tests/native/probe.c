@@ -232,14 +232,14 @@ int probe_columns(er_model *model, double end, const double *q, const double *lo
 void probe_curve(er_model *model, int kind, int region, int count, const double *x, double *torque,
                  double *slope, double *deflection)
 {
-    er_curve_build(&model->curve, kind, &model->robot, &model->memory.parameters);
+    er_gears_build(&model->gears, kind, &model->robot, &model->memory.parameters);
     for (int k = 0; k < model->robot.elastics; k++)
         for (int i = 0; i < count; i++) {
             int at = k * count + i;
-            int branch = region == 2 ? er_curve_region(&model->curve, k, x[at]) : region;
-            torque[at] = er_curve_torque(&model->curve, k, branch, x[at]);
-            slope[at] = er_curve_slope(&model->curve, k, branch, x[at]);
-            deflection[at] = er_curve_deflection(&model->curve, k, torque[at]);
+            int branch = region == 2 ? er_gear_region(&model->gears, k, x[at]) : region;
+            torque[at] = er_gear_torque(&model->gears, k, branch, x[at]);
+            slope[at] = er_gear_slope(&model->gears, k, branch, x[at]);
+            deflection[at] = er_gear_deflection(&model->gears, k, torque[at]);
         }
 }
 
@@ -248,7 +248,7 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance,
 {
     const er_load load = load_of(load_values);
     const er_command command = standing(model, q);
-    model->memory.options.curve = curve;
+    model->memory.options.curve = gears;
     model->memory.options.quasistatic = quasistatic;
     model->memory.options.tolerance = tolerance;
     strcpy(model->memory.options.trajectory, path);

@@ -62,16 +62,16 @@ static bool begin(er_descent *s)
     er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
-        s->neutral[k] = er_curve_switches(s->curve, k) && fabs(given[k]) < least &&
-                        stiffness[k * m + k] * er_descent_play(s, k) < least;
-        stiffness[k * m + k] += er_curve_flank_slope(s->curve, k, 0.0);
+        s->neutral[k] = er_gear_switches(s->gears, k) && fabs(given[k]) < least &&
+                        stiffness[k * m + k] * er_gear_play(s->gears, k) < least;
+        stiffness[k * m + k] += er_gear_flank_slope(s->gears, k, 0.0);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
     er_lu_solve(m, stiffness, pivot, s->x);
     for (int k = 0; k < m; k++) {
         double side = s->x[k] > 0.0 ? 1.0 : s->x[k] < 0.0 ? -1.0 : 0.0;
-        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_descent_play(s, k);
+        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_gear_play(s->gears, k);
     }
     return true;
 }
@@ -135,8 +135,8 @@ static double distance(const er_descent *s)
 static bool is_undecided(const er_descent *s, int k)
 {
     double driven = s->gradient[k * s->m + k];
-    return er_curve_switches(s->curve, k) && er_descent_region(s, k) != 0 && driven > 0.0 &&
-           fabs(s->torque[k]) < CERTAIN * 2.0 * er_descent_play(s, k) * driven;
+    return er_gear_switches(s->gears, k) && er_descent_region(s, k) != 0 && driven > 0.0 &&
+           fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_play(s->gears, k) * driven;
 }
 
 /* Where a gear that the spring does not support could rest on either flank, takes the one with the TCP
@@ -157,12 +157,12 @@ static void take_nearer_flanks(er_descent *s, const bool *neutral)
         }
 }
 
-bool er_anchored_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
                              const double *q, const er_load *load, double *x)
 {
     er_descent s;
     bool neutral[MOST];
-    s.robot = robot, s.curve = curve, s.gravity = gravity, s.load = load, s.q = q;
+    s.robot = robot, s.gears = gears, s.gravity = gravity, s.load = load, s.q = q;
     s.m = robot->elastics;
     if (!begin(&s))
         return false;

@@ -6,11 +6,6 @@
 /* A passage is located to this part of a step. */
 #define LOCATED 1e-12
 
-double er_crossing_slack(const er_curve *curve, const er_settings *settings, int k, double tolerance)
-{
-    return fmin(settings->slack * tolerance, settings->slack_of_width * curve->half_width[k]);
-}
-
 /* Bernstein coefficients of the left and right half of a polynomial (de Casteljau). */
 static void halve(const double *whole, double *left, double *right)
 {
@@ -61,15 +56,15 @@ static void take_earlier(const double *control, int coordinate, double boundary,
     }
 }
 
-bool er_first_crossing(const er_curve *curve, const er_settings *settings, const int *region,
+bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
                        double tolerance, double h, const double *x, const double *v,
                        const er_lanes *acceleration, er_crossing *first)
 {
     bool found = false;
-    for (int k = 0; k < curve->count; k++) {
-        double width = curve->half_width[k], control[ER_CONTROL], beyond, upper, lower;
+    for (int k = 0; k < gears->count; k++) {
+        double control[ER_CONTROL], edge[2];
         double highest = -INFINITY, lowest = INFINITY;
-        if (!er_curve_switches(curve, k))
+        if (!er_gear_switches(gears, k))
             continue;
         for (int c = 0; c < ER_CONTROL; c++) {
             const double *weight = er_gauss_bernstein[c];
@@ -80,15 +75,12 @@ bool er_first_crossing(const er_curve *curve, const er_settings *settings, const
             highest = control[c] > highest ? control[c] : highest;
             lowest = control[c] < lowest ? control[c] : lowest;
         }
-        beyond = er_crossing_slack(curve, settings, k, tolerance);
-        upper = (region[k] == 0 ? width : -width) + beyond;
-        lower = (region[k] == 0 ? -width : width) - beyond;
-        /* The polynomial lies between its coefficients.  Outside the play only the side towards it is
-         * a boundary. */
-        if (region[k] <= 0 && highest > upper)
-            take_earlier(control, k, upper, 1, region[k], first, &found);
-        if (region[k] >= 0 && lowest < lower)
-            take_earlier(control, k, lower, -1, region[k], first, &found);
+        er_gear_edges(gears, settings, k, region[k], tolerance, edge);
+        /* The polynomial lies between its coefficients. */
+        if (highest > edge[1])
+            take_earlier(control, k, edge[1], 1, region[k], first, &found);
+        if (lowest < edge[0])
+            take_earlier(control, k, edge[0], -1, region[k], first, &found);
     }
     return found;
 }

@@ -2,7 +2,7 @@
 #ifndef ER_CROSSINGS_H
 #define ER_CROSSINGS_H
 
-#include "curves.h"
+#include "gear.h"
 #include "gauss.h"
 
 typedef struct {
@@ -16,9 +16,6 @@ typedef struct {
 /* In er_crossing: no coordinate, the depth of a contact. */
 enum { ER_DEPTH = -1 };
 
-/* Boundaries are passed only this far beyond +-half_width [rad], so that rounding does not undo it. */
-double er_crossing_slack(const er_curve *curve, const er_settings *settings, int k, double tolerance);
-
 /* A contact begins this far behind the plane [m], so that rounding does not undo it, and ends at it: what
  * presses never pulls. */
 #define ER_CONTACT_SLACK 1e-11
@@ -28,7 +25,7 @@ double er_crossing_slack(const er_curve *curve, const er_settings *settings, int
 bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first);
 
 /* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
-bool er_first_crossing(const er_curve *curve, const er_settings *settings, const int *region,
+bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
                        double tolerance, double h, const double *x, const double *v,
                        const er_lanes *acceleration, er_crossing *first);
 

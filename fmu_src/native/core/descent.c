@@ -27,7 +27,7 @@ void er_descent_place(er_descent *s, const double *x)
     er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
     for (int k = 0; k < s->m; k++)
         s->residual[k] =
-            s->torque[k] - er_curve_torque(s->curve, k, er_curve_region(s->curve, k, x[k]), x[k]);
+            s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]);
 }
 
 void er_descent_gradient(er_descent *s)
@@ -64,10 +64,10 @@ static void find_matrix(const er_descent *s, double shift, double *matrix)
 {
     int m = s->m;
     for (int k = 0; k < m; k++) {
-        double slope = er_curve_slope(s->curve, k, er_descent_region(s, k), s->x[k]);
-        double flank = er_curve_flank_slope(s->curve, k, 0.0); /* a rounded one is flat at its foot */
+        double slope = er_gear_slope(s->gears, k, er_descent_region(s, k), s->x[k]);
+        double flank = er_gear_flank_slope(s->gears, k, 0.0); /* a rounded one is flat at its foot */
         if (er_descent_region(s, k) == 0) {
-            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_descent_play(s, k));
+            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_play(s->gears, k));
             slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
         }
         for (int j = 0; j < m; j++)
@@ -117,8 +117,8 @@ static int find_edges(const er_descent *s, const double *step, double edge[2 * M
     int count = 0;
     for (int i = 0; i < 2 * s->m; i++) {
         int k = i / 2, place = count;
-        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_descent_play(s, k) - s->x[k]) / step[k];
-        if (!er_curve_switches(s->curve, k) || !(part > 0.0 && part < 1.0))
+        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_gear_play(s->gears, k) - s->x[k]) / step[k];
+        if (!er_gear_switches(s->gears, k) || !(part > 0.0 && part < 1.0))
             continue;
         for (; place > 0 && edge[place - 1] > part; place--)
             edge[place] = edge[place - 1];

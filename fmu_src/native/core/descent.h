@@ -5,13 +5,13 @@
 #include <math.h>
 
 #include "chain.h"
-#include "curves.h"
+#include "gear.h"
 #include "load.h"
 
 /* An equilibrium in the making; one entry per elastic coordinate. */
 typedef struct {
     const er_robot *robot;
-    const er_curve *curve;
+    const er_gears *gears;
     const double *gravity, *q;
     const er_load *load;
     int m;
@@ -24,15 +24,9 @@ typedef struct {
     er_placement placement;
 } er_descent;
 
-/* Half width of the play [rad]; 0 for coordinates without. */
-static inline double er_descent_play(const er_descent *s, int k)
-{
-    return er_curve_switches(s->curve, k) ? s->curve->half_width[k] : 0.0;
-}
-
 static inline int er_descent_region(const er_descent *s, int k)
 {
-    return er_curve_region(s->curve, k, s->x[k]);
+    return er_gear_region(s->gears, k, s->x[k]);
 }
 
 /* Largest absolute value; NaN where there is one. */

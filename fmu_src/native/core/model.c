@@ -30,25 +30,25 @@ void er_model_free(er_model *model)
     free(((void **)model)[-1]);
 }
 
-/* Derives curve and means from options and parameters. */
+/* Derives gears and means from options and parameters. */
 static void derive(er_model *model)
 {
     const er_options *options = &model->memory.options;
     const er_parameters *parameters = &model->memory.parameters;
     const er_settings *settings = &model->robot.settings;
     double longest = settings->longest_step;
-    double local = options->tolerance / (options->curve == ER_LINEAR
-                                             ? settings->tcp_per_local_error
-                                             : settings->tcp_per_local_error_with_play);
-    if (model->derived_kind == options->curve && model->derived_tolerance == options->tolerance &&
+    double local = options->tolerance / (er_law_switches(options->curve)
+                                             ? settings->tcp_per_local_error_with_play
+                                             : settings->tcp_per_local_error);
+    if (model->derived_law == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
         return;
     model->means = (er_means){local, settings->iteration,
                               local / (settings->shift_by_jump * longest * longest * longest),
                               model->kernel};
-    er_curve_build(&model->curve, options->curve, &model->robot, parameters);
+    er_gears_build(&model->gears, options->curve, &model->robot, parameters);
     er_relinearise(&model->work); /* with the damping there is now */
-    model->derived_kind = options->curve;
+    model->derived_law = options->curve;
     model->derived_tolerance = options->tolerance;
     model->derived_parameters = *parameters;
 }
@@ -70,10 +70,10 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
-        !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
+        !er_equilibrium(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
                         load, memory->state.x, failure))
         return false;
-    er_state_start(&memory->state, &model->robot, &model->curve, 0.0);
+    er_state_start(&memory->state, &model->robot, &model->gears, 0.0);
     er_model_orient(model);
     return true;
 }
@@ -83,7 +83,7 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     er_state *state = &model->memory.state;
     model->memory.parameters = *parameters;
     derive(model);
-    er_state_start(state, &model->robot, &model->curve, state->time);
+    er_state_start(state, &model->robot, &model->gears, state->time);
 }
 
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)

@@ -22,7 +22,7 @@ typedef struct {
 
 /* What is fixed when a simulation starts. */
 typedef struct {
-    er_curve_kind curve;
+    int curve; /* law of the gears, by its place in TORQUE_CURVES */
     bool quasistatic; /* equilibrium at every step's end instead of the equation of motion */
     bool undeflected; /* start with x = 0 instead of the equilibrium */
     double tolerance; /* error allowed at the TCP over a path [m], in dynamic mode */
@@ -71,12 +71,12 @@ typedef struct {
     char resources[ER_MAX_PATH];   /* folder, ending in /, where relative paths are sought as well */
     char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
     size_t hint;                   /* place in the trajectory */
-    /* What means and curve were derived from. */
-    er_curve_kind derived_kind;
+    /* What means and gears were derived from. */
+    int derived_law;
     double derived_tolerance; /* 0: nothing yet */
     er_parameters derived_parameters;
     er_means means;
-    er_curve curve;
+    er_gears gears;
     er_workspace work;
     er_state began;             /* where the last step that was asked for began */
     er_sensitivity sensitivity; /* of the present state, for derivatives */

@@ -119,6 +119,6 @@ void er_model_contact(const er_model *model, er_contact_motion *motion, double w
 bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
 {
     const er_memory *memory = &model->memory;
-    return er_compliance(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
+    return er_compliance(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
                          memory->state.x, &memory->held.load, compliance, failure);
 }

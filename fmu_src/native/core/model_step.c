@@ -11,11 +11,11 @@ static bool rest_at(er_model *model, double end, const er_held *held, er_failure
 {
     er_state *state = &model->memory.state;
     double x[ER_MAX_ANGLES];
-    if (!er_equilibrium(&model->robot, &model->curve, model->memory.parameters.gravity, held->q,
+    if (!er_equilibrium(&model->robot, &model->gears, model->memory.parameters.gravity, held->q,
                         &held->load, x, failure))
         return false;
     memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
-    er_state_start(state, &model->robot, &model->curve, end);
+    er_state_start(state, &model->robot, &model->gears, end);
     return true;
 }
 
@@ -46,7 +46,7 @@ static bool move_to(er_model *model, double end, const er_drives *drives, const 
                     const er_held *held, er_failure *failure)
 {
     const double start = model->began.time;
-    er_system system = {&model->robot, &model->curve, &model->memory.parameters, drives, *load,
+    er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
                         start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
                         er_contact_holds(&load->contact)};
     const er_means *means = &model->means;

@@ -49,7 +49,7 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    const er_curve *curve = &model->curve;
+    const er_gears *gears = &model->gears;
     static const double no_wrench[6] = {0.0};
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
@@ -67,14 +67,14 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its play, whatever the others do. */
-        bool neutral = er_curve_switches(curve, k) && at == 0.0;
+        bool neutral = er_gear_switches(gears, k) && at == 0.0;
         for (int j = 0; j < m; j++)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
-            neutral ? 1.0 : er_curve_slope(curve, k, er_curve_region(curve, k, at), at);
+            neutral ? 1.0 : er_gear_slope(gears, k, er_gear_region(gears, k, at), at);
         x[k] = neutral ? 0.0
                        : x[k] + of_gravity[k] -
-                             er_curve_along(curve, k, er_curve_region(curve, k, at), at,
+                             er_gear_along(gears, k, er_gear_region(gears, k, at), at,
                                             change.parameters.stiffness[k],
                                             change.parameters.backlash[k]);
     }
@@ -222,9 +222,9 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     er_add_support(robot, &p.at, support, stiffness);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
-        stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);
-        softening[k * m + k] -= er_curve_flank_curvature(&model->curve, k, x) * change->x[k] +
-                                er_curve_flank_slope_along(&model->curve, k, x,
+        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x);
+        softening[k * m + k] -= er_gear_flank_curvature(&model->gears, k, x) * change->x[k] +
+                                er_gear_flank_slope_along(&model->gears, k, x,
                                                            change->parameters.stiffness[k],
                                                            change->parameters.backlash[k]);
     }

@@ -120,7 +120,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
+            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]);
 }
 
 /* Derivative of the contact's wrench at a stage along a change of the motion and of the load. */
@@ -173,7 +173,7 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int
     er_direction direction;
     ER_ALIGNED er_pull pull;
     kernel->direct(robot, h, s->x[column], s->v[column], acceleration, s->slope,
-                   r->system->parameters->damping, &direction, tangent);
+                   r->system->gears->damping, &direction, tangent);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
         direction.angle[i][l] += share[l].q;
@@ -236,7 +236,7 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] = change.damping[k] * w->v[k][l] +
-                         er_curve_along(r->system->curve, k, state->region[k], w->x[k][l],
+                         er_gear_along(r->system->gears, k, state->region[k], w->x[k][l],
                                         change.stiffness[k], change.backlash[k]);
     return true;
 }

@@ -68,9 +68,9 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
             cross_contact(s, r, state, step);
         return;
     }
-    jump = er_curve_torque(system->curve, k, crossing->region, step->x[k]) -
-                  er_curve_torque(system->curve, k, state->region[k], step->x[k]);
-    edge = copysign(system->curve->half_width[k], crossing->boundary);
+    jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
+                  er_gear_torque(system->gears, k, state->region[k], step->x[k]);
+    edge = copysign(er_gear_play(system->gears, k), crossing->boundary);
     beyond = crossing->outward * (step->x[k] - edge);
     rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];
     per_beyond = 2.0 / (rate + sqrt(fmax(rate * rate - 2.0 * bend * beyond, 0.0)));
@@ -87,7 +87,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
     er_lu_solve(m, mass, pivot, response);
     for (int column = s->first; column < s->first + s->count; column++) {
         bool moves = column == er_first_column(system->robot, ER_BY_BACKLASH) + k; /* the edge, with the backlash */
-        double beyond_change = s->x[column][k] - (moves ? edge / system->curve->backlash[k] : 0.0);
+        double beyond_change = s->x[column][k] - (moves ? er_gear_per_backlash(system->gears, k, edge) : 0.0);
         for (int i = 0; i < m; i++)
             s->v[column][i] -= response[i] * beyond_change;
     }

@@ -43,7 +43,7 @@ typedef struct {
 /* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x' = 0. */
 typedef struct {
     const er_robot *robot;
-    const er_curve *curve;
+    const er_gears *gears;
     const er_parameters *parameters;
     const er_drives *drives;
     er_load load;  /* its anchor is that of `start` */
@@ -99,7 +99,7 @@ typedef struct {
 } er_workspace;
 
 /* Begins an integration at the x and v that are in the state. */
-void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve, double time);
+void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time);
 
 /* Integrates to a time.  If that fails, the state is somewhere in between. */
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,

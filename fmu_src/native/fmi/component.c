@@ -152,7 +152,7 @@ static const char *chosen(const er_instance *robot, int string)
     const er_options *options = &robot->model->memory.options;
     int choice = string == ER_MODE            ? options->quasistatic
                  : string == ER_INITIAL_STATE ? options->undeflected
-                                              : (int)options->curve;
+                                              : options->curve;
     return robot->interface.string[string].choice[choice];
 }
 

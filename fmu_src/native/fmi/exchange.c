@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "../core/bends.h"
 
 bool er_exchange_runs(const er_instance *instance)
 {
@@ -38,8 +37,8 @@ static double find_bends(const er_instance *instance, int torsion, er_bends *ben
 {
     const er_model *model = instance->model;
     int k = instance->interface.torsion[torsion];
-    er_bends_find(&model->curve, k, bends);
-    return er_crossing_slack(&model->curve, &model->robot.settings, k, model->means.tolerance);
+    er_bends_find(&model->gears, k, bends);
+    return er_gear_slack(&model->gears, &model->robot.settings, k, model->means.tolerance);
 }
 
 /* The bends of a torsion's curve, the piece that counts, and how far behind them it ends. */
@@ -73,8 +72,7 @@ void er_exchange_bends_along(const er_instance *instance, const er_change *along
         int piece, k = instance->interface.torsion[t];
         double change = along->x[k], slack = find_piece(instance, t, &bends, &piece);
         /* Bends lie at parts of the backlash but for those of a table. */
-        double wider = er_curve_switches(&model->curve, k)
-                           ? along->parameters.backlash[k] / model->curve.backlash[k] : 0.0;
+        double wider = er_gear_per_backlash(&model->gears, k, along->parameters.backlash[k]);
         if (slack < model->robot.settings.slack * model->means.tolerance)
             slack *= wider;
         else

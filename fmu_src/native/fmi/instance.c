@@ -84,7 +84,7 @@ void er_instance_reset(er_instance *instance)
     memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
-    model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
+    model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
     model->memory.options.tolerance = interface->tolerance.usual;

@@ -68,7 +68,7 @@ static bool set_string(er_instance *instance, er_options *options, unsigned refe
         return set_trajectory(instance, options, value) || er_let_retry(&instance->failure);
     chosen = choose(instance, &instance->interface.string[which], value);
     switch (which) {
-    case ER_TORQUE_CURVE: options->curve = (er_curve_kind)chosen; break;
+    case ER_TORQUE_CURVE: options->curve = chosen; break;
     case ER_MODE: options->quasistatic = chosen == 1; break;
     case ER_INITIAL_STATE: options->undeflected = chosen == 1; break;
     }

@@ -104,7 +104,7 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
 
 bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    static const int choices[ER_STRINGS] = {0, ER_CURVES, 2, 2};
+    const int choices[ER_STRINGS] = {0, er_gear_laws, 2, 2};
     double tolerance[4];
     memset(in, 0, sizeof *in);
     if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||

@@ -47,7 +47,7 @@ extern const int er_block_count;
 /* String variables, in their order; the choices of the last three are those of er_options. */
 enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 
-#define ER_MAX_CHOICES ER_CURVES
+#define ER_MAX_CHOICES ER_MAX_LAWS
 #define ER_NAME 64
 #define ER_BLANK '~' /* stands for a blank in a name */
 #define ER_UNIT 16
