@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "chain.h"
-#include "inflate.h"
+#include "zip.h"
 #include "interface.h"
 #include "model.h"
-#include "number.h"
+#include "lines.h"
 
 static er_failure failure;
 
@@ -248,7 +248,7 @@ bool probe_reset(er_model *model, int curve, bool quasistatic, double tolerance,
 {
     const er_load load = load_of(load_values);
     const er_command command = standing(model, q);
-    model->memory.options.curve = gears;
+    model->memory.options.curve = curve;
     model->memory.options.quasistatic = quasistatic;
     model->memory.options.tolerance = tolerance;
     strcpy(model->memory.options.trajectory, path);

@@ -3,14 +3,14 @@
  * place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
  */
-#include "anchored_statics.h"
+#include "statics.h"
 
 #include <float.h>
 #include <string.h>
 
 #include "descent.h"
+#include "contact_motion.h"
 #include "linear.h"
-#include "vector.h"
 
 /* Passes of Newton's method before there is no equilibrium. */
 #define MOST_PASSES 200
@@ -24,18 +24,6 @@
 #define ROUNDING (8.0 * DBL_EPSILON)
 
 enum { MOST = ER_MAX_ANGLES };
-
-void er_add_support(const er_robot *robot, const er_placement *placement,
-                    const double stiffness[ER_SYMMETRIC], double *matrix)
-{
-    int m = robot->elastics;
-    for (int i = 0; i < m; i++) {
-        double pull[3];
-        er_anchor_times(stiffness, placement->lever[robot->elastic_angle[i]], pull);
-        for (int j = 0; j < m; j++)
-            matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
-    }
-}
 
 /* What counts as nothing: rounding of a stiff spring's torque may be more than a gear feels. */
 static void find_negligible(er_descent *s)

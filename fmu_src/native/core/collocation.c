@@ -1,9 +1,8 @@
-#include "collocation.h"
+#include "step.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "newton.h"
 
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */

@@ -1,4 +1,4 @@
-#include "commands.h"
+#include "trajectory.h"
 
 #include <math.h>
 

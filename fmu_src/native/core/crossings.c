@@ -1,4 +1,4 @@
-#include "crossings.h"
+#include "step.h"
 
 #include <math.h>
 #include <string.h>

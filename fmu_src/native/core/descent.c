@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "anchored_statics.h"
+#include "contact_motion.h"
 #include "linear.h"
 
 /* Longest step of a coordinate [rad]. */

@@ -1,4 +1,4 @@
-#include "free_motion.h"
+#include "tangent.h"
 
 #include <math.h>
 #include <string.h>

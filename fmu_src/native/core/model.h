@@ -9,8 +9,8 @@
 
 #include "sensitivity.h"
 #include "statics.h"
-#include "stepper.h"
-#include "turns.h"
+#include "step.h"
+#include "chain.h"
 
 #define ER_MAX_PATH 1024
 

@@ -1,10 +1,10 @@
-#include "newton.h"
+#include "step.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#include "vector.h"
+#include "linear.h"
 
 /* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "vector.h"
+#include "linear.h"
 
 /* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "anchored_statics.h"
+#include "contact_motion.h"
 #include "linear.h"
 
 /* A step longer than this [rad] is no deflection any more. */

@@ -1,12 +1,10 @@
-#include "stepper.h"
+#include "step.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "collocation.h"
-#include "newton.h"
 #include "sensitivity.h"
 
 /* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */

@@ -8,7 +8,7 @@
 #ifndef ER_EXCHANGE_H
 #define ER_EXCHANGE_H
 
-#include "../core/output_tangent.h"
+#include "../core/tangent.h"
 #include "instance.h"
 
 /* Whether states and time are the master's: initialisation has ended. */

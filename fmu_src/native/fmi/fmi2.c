@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../io/uri.h"
+#include "../io/file.h"
 #include "component.h"
 #include "derivative.h"
 #include "instance_variables.h"

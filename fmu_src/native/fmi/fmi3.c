@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../io/uri.h"
+#include "../io/file.h"
 #include "derivative.h"
 #include "instance_variables.h"
 #include "log_categories.h"

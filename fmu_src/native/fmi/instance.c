@@ -4,8 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../io/hash.h"
-#include "../io/text_file.h"
+#include "../io/file.h"
 
 /* The file holds the robot and, behind it, the variables. */
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "../io/hash.h"
+#include "../io/file.h"
 #include "exchange.h"
 
 /* Changes with the layout of er_saved_state. */

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "instance_variables.h"
-#include "../io/utf8.h"
+#include "../io/file.h"
 
 static bool require_string(er_instance *instance, unsigned reference, unsigned *which)
 {
