@@ -41,7 +41,7 @@ void er_static_torque(const er_robot *robot, const er_placement *placement, cons
 void er_static_torque_gradient(const er_robot *robot, const er_placement *placement,
                                const double gravity[3], const double wrench[6], double *gradient);
 
-/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0: turns.h has the other quaternion. */
+/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0: er_turns_sign tells the other quaternion. */
 void er_pose(const double position[3], const double rotation[9], double pose[7]);
 
 /* Rotation vector r [rad] with R = exp(r) R_reference, base axes. */
@@ -53,6 +53,7 @@ void er_rotation_between(const double rotation[9], const double reference[9], do
  * quaternion that is taken after it does not jump to its opposite where the tool has turned by 180 degrees,
  * and follows from the angles alone, not from the way there.  elastic_robot/turns.py is the same in Python.
  */
+
 /* A product that serves all angles nearby. */
 typedef struct {
     bool set; /* there is one */

@@ -1,6 +1,6 @@
 /* The derivative of the loads in kernel_body.h along a direction, for every width of `er_real`.
  *
- * Included behind kernel_link.h.  The recursive Newton-Euler algorithm is differentiated line by
+ * Included behind kernel_body.h.  The recursive Newton-Euler algorithm is differentiated line by
  * line, in the bodies' frames: of v = R^T v_before follows dv = R^T dv_before + (v x axis) dtheta,
  * of f_before = R f follows df_before = R (df + (axis x f) dtheta).
  */

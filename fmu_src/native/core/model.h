@@ -1,8 +1,7 @@
 /* The elastic robot as one object: reset, step, outputs.  elastic_robot/robot.py is the same in Python.
  *
  * What it remembers is one flat block, er_memory; the rest of the object follows from that block and
- * from files, so that copying the block saves and restores a simulation.  model.c has its beginning and its
- * states, model_drives.c what drives and holds it, model_step.c its steps, model_outputs.c its outputs.
+ * from files, so that copying the block saves and restores a simulation.  outputs.c has its outputs.
  */
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
@@ -10,7 +9,6 @@
 #include "sensitivity.h"
 #include "statics.h"
 #include "step.h"
-#include "chain.h"
 
 #define ER_MAX_PATH 1024
 
@@ -49,7 +47,7 @@ typedef struct {
     double pose[7];
 } er_posture;
 
-/* The equation of motion solved for x'' at the present state (free_motion.h). */
+/* The equation of motion solved for x'' at the present state (free_motion.c). */
 typedef struct {
     double acceleration[ER_MAX_ANGLES];            /* x'' [rad/s^2] */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];    /* factors of M */

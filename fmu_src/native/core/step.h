@@ -127,6 +127,7 @@ bool er_first_crossing(const er_gears *gears, const er_settings *settings, const
                        const er_lanes *acceleration, er_crossing *first);
 
 /* The collocation equations of one step, solved by simplified Newton iteration. */
+
 /* The parts of an integration that its functions share. */
 typedef struct {
     const er_system *system;
@@ -160,6 +161,7 @@ void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
 const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
 
 /* The matrices of Newton's method for a step's stages. */
+
 /* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of
  * length h from a state.  The mass matrix of an earlier posture nearby is kept.  False if they are not
  * finite. */

@@ -15,6 +15,7 @@
 /* Motion of the drives that follow commands given at the starts of steps.  elastic_robot/commands.py is the
  * same in Python and has the formulas.
  */
+
 /* What a command says of a drive: q, q', q''. */
 enum { ER_COMMAND_ORDERS = 3 };
 

@@ -5,8 +5,7 @@
 #include <string.h>
 
 #include "exchange.h"
-#include "instance_state.h"
-#include "instance_variables.h"
+#include "variables.h"
 #include "log_categories.h"
 
 /* Without the master's log, stderr. */

@@ -4,14 +4,13 @@
  * A step is computed again from where it began, with the sensitivities of its state carried along,
  * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
  */
-#include "derivative.h"
+#include "variables.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "exchange.h"
-#include "instance_variables.h"
 
 /* The first of the causes whose columns are computed together with those of one. */
 static er_cause first_beside(er_cause cause)

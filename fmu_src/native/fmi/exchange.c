@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-
 bool er_exchange_runs(const er_instance *instance)
 {
     return instance->exchange.on && instance->progress.phase >= ER_EVENT_MODE;

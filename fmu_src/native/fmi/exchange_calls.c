@@ -1,9 +1,9 @@
-#include "exchange_calls.h"
+#include "component.h"
 
 #include <math.h>
 
 #include "exchange.h"
-#include "instance_variables.h"
+#include "variables.h"
 
 /* As many as one vector may have. */
 enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };

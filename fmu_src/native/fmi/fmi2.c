@@ -6,8 +6,7 @@
 
 #include "../io/file.h"
 #include "component.h"
-#include "derivative.h"
-#include "instance_variables.h"
+#include "variables.h"
 #include "log_categories.h"
 
 static fmi2Status status(bool good)

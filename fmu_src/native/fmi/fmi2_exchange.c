@@ -1,7 +1,7 @@
 /* The functions of FMI 2.0 for model exchange. */
 #include "fmi2Functions.h"
 
-#include "exchange_calls.h"
+#include "component.h"
 
 static fmi2Status status(bool good)
 {

@@ -9,8 +9,7 @@
 #include <stdlib.h>
 
 #include "../io/file.h"
-#include "derivative.h"
-#include "instance_variables.h"
+#include "variables.h"
 #include "log_categories.h"
 
 static fmi3Status status(bool good)

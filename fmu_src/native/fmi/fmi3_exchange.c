@@ -1,5 +1,5 @@
 /* The functions of FMI 3.0 for model exchange. */
-#include "exchange_calls.h"
+#include "component.h"
 #include "fmi3.h"
 
 static fmi3Status status(bool good)

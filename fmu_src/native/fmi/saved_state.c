@@ -1,4 +1,4 @@
-#include "instance_state.h"
+#include "variables.h"
 
 #include <string.h>
 
