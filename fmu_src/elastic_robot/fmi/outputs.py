@@ -180,7 +180,12 @@ def outputs(chain: Chain) -> dict[str, Block]:
         ),
         "deflection": block(
             [
-                Variable(f"deflection[{k}]", "rad", f"Elastic angle of {name}", nominal=ANGLE)
+                Variable(
+                    f"deflection[{k}]",
+                    "rad",
+                    f"Elastic angle of {name}",
+                    nominal=STATES["deflection"].nominal,
+                )
                 for k, name in enumerate(names, start=1)
             ],
             Array(
@@ -195,7 +200,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
                     f"deflection_rate[{k}]",
                     "rad/s",
                     f"Rate of elastic angle of {name}",
-                    nominal=RATE,
+                    nominal=STATES["deflection_rate"].nominal,
                 )
                 for k, name in enumerate(names, start=1)
             ],

@@ -289,3 +289,11 @@ void er_bends_distance(const er_bends *bends, int piece, double x, double slack,
     distance[0] = piece > 0 ? x - bends->angle[piece - 1] + slack : NOWHERE;
     distance[1] = piece < bends->count ? bends->angle[piece] - x + slack : NOWHERE;
 }
+
+void er_bends_distance_along(const er_bends *bends, int piece, double x_change, double wider, double slack,
+                             double distance[2])
+{
+    slack *= wider;
+    distance[0] = piece > 0 ? x_change - wider * bends->angle[piece - 1] + slack : 0.0;
+    distance[1] = piece < bends->count ? wider * bends->angle[piece] - x_change + slack : 0.0;
+}

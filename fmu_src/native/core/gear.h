@@ -142,4 +142,9 @@ int er_bends_piece(const er_bends *bends, int piece, double x, double slack);
 /* How far x is from where it would leave a piece downwards and upwards [rad]; 1 where it cannot. */
 void er_bends_distance(const er_bends *bends, int piece, double x, double slack, double distance[2]);
 
+/* How that changes with x and as the backlash gets `wider` by a part; bends lie at parts of it but for those of
+ * a table. */
+void er_bends_distance_along(const er_bends *bends, int piece, double x_change, double wider, double slack,
+                             double distance[2]);
+
 #endif

@@ -4,9 +4,6 @@
  * line, in the bodies' frames: of v = R^T v_before follows dv = R^T dv_before + (v x axis) dtheta,
  * of f_before = R f follows df_before = R (df + (axis x f) dtheta).
  */
-#ifndef ER_KERNEL_TANGENT_H
-#define ER_KERNEL_TANGENT_H
-
 /* What the tangent of the loads needs to know about a motion, once for every width of `er_real`.
  *
  * Included behind kernel_body.h, whose steps over the rotations it takes again and keeps.
@@ -348,5 +345,3 @@ static void ER_NAME(tangent)(const er_robot *robot, const er_links *links,
     for (int first = 0; first < ER_LANES; first += ER_WIDTH)
         tangent_from(robot, links, direction, first, wrench, pull, result);
 }
-
-#endif

@@ -208,3 +208,4 @@ const er_block er_blocks[] = {
      .is_indicator = true},
 };
 const int er_block_count = sizeof er_blocks / sizeof *er_blocks;
+typedef char blocks_fit[sizeof er_blocks / sizeof *er_blocks <= ER_MAX_BLOCKS ? 1 : -1];

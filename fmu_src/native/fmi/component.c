@@ -146,13 +146,11 @@ bool er_component_enter(er_component *c)
     return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
 }
 
-static const char *chosen(const er_instance *robot, int string)
+static const char *chosen(er_instance *robot, int string)
 {
-    const er_options *options = &robot->model->memory.options;
-    int choice = string == ER_MODE            ? options->quasistatic
-                 : string == ER_INITIAL_STATE ? options->undeflected
-                                              : options->curve;
-    return robot->interface.string[string].choice[choice];
+    const char *text;
+    er_instance_get_string(robot, (unsigned)(robot->interface.reals + string), &text);
+    return text;
 }
 
 bool er_component_exit(er_component *c)

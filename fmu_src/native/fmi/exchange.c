@@ -69,15 +69,11 @@ void er_exchange_bends_along(const er_instance *instance, const er_change *along
     for (int t = 0; t < instance->interface.torsions; t++) {
         er_bends bends;
         int piece, k = instance->interface.torsion[t];
-        double change = along->x[k], slack = find_piece(instance, t, &bends, &piece);
-        /* Bends lie at parts of the backlash but for those of a table. */
+        double slack = find_piece(instance, t, &bends, &piece);
         double wider = er_gear_per_backlash(&model->gears, k, along->parameters.backlash[k]);
-        if (slack < model->robot.settings.slack * model->means.tolerance)
-            slack *= wider;
-        else
-            slack = 0.0;
-        ways[2 * t] = piece > 0 ? change - wider * bends.angle[piece - 1] + slack : 0.0;
-        ways[2 * t + 1] = piece < bends.count ? wider * bends.angle[piece] - change + slack : 0.0;
+        if (!(slack < model->robot.settings.slack * model->means.tolerance))
+            slack = 0.0; /* it does not follow the backlash */
+        er_bends_distance_along(&bends, piece, along->x[k], wider, slack, ways + 2 * t);
     }
 }
 
