@@ -1,4 +1,4 @@
-"""Includes of the C core: a file and its header are one module, and modules include each other one way."""
+"""Includes of the C core: a file and its header are one module; modules include each other one way."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@
 #include <stdbool.h>
 
 #include "../io/failure.h"
-#include "linear.h"
 #include "contact.h"
 
 typedef struct {

@@ -64,7 +64,7 @@ static er_drives drives_of(er_model *model, double start, double end, const er_c
 
 /* Drives at a time, and the load as it is a while after its beginning; false if they do not cover it. */
 static bool find_held(const er_model *model, const er_drives *drives, double time,
-                        const er_load *load, double elapsed, er_held *held, er_failure *failure)
+                      const er_load *load, double elapsed, er_held *held, er_failure *failure)
 {
     double slack = er_slack_at(&model->robot.settings, model->memory.origin + time);
     if (!er_drives_cover(drives, time, slack, failure))
@@ -89,7 +89,7 @@ static bool read_trajectory(const er_model *model, const char *path, er_trajecto
 
 /* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
 static bool require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
-                                 er_failure *failure)
+                               er_failure *failure)
 {
     bool there = strcmp(path, model->loaded_path) == 0;
     er_trajectory read;

@@ -18,8 +18,7 @@ bool er_compliance(const er_robot *robot, const er_gears *gears, const double gr
                    const double *q, const double *x, const er_load *load, double compliance[6],
                    er_failure *failure);
 
-/* Elastic coordinates at rest, S(x) = J^T w + J_p^T (K (a - p) + k max(0, d) n) - g; false if there are
- * none. */
+/* The same by the way downhill in energy, on a contact spring or a contact; false if there are none. */
 bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
                              const double *q, const er_load *load, double *x);
 

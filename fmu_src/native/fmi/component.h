@@ -88,8 +88,7 @@ bool er_component_state_size(er_component *c, const void *state, size_t *size);
 bool er_component_serialise(er_component *c, const void *state, void *bytes, size_t size);
 bool er_component_deserialise(er_component *c, const void *bytes, size_t size, void **state);
 
-/* Model exchange, in exchange_calls.c.
- * What an event has changed. */
+/* Model exchange, in exchange_calls.c: what an event has changed. */
 typedef struct {
     bool has_next;    /* there is a time event */
     double next_time; /* [s] */
