@@ -14,8 +14,9 @@ BLANK = "~"
 def interface_text(groups: Groups) -> str:
     """Return a line for each variable, in the order of the value references.
 
-    Before them the tolerance to begin with, the relative one that is the same, and their limits; how
-    large the states of model exchange are; and the lowest and highest angle of every drive.
+    Before them the tolerance to begin with, the relative one that is the same, and their limits; the
+    blocks of states of model exchange, that of their derivatives and how large they are; and the lowest
+    and highest angle of every drive.
     Reals: block, unit and the names of the elements in sentences, without blanks.  Strings: name,
     start value and the values that they may have, if not any.
 
@@ -31,13 +32,11 @@ def interface_text(groups: Groups) -> str:
         >>> strings = Block("parameter", "fixed", (mode,))
         >>> print(interface_text(arrays({"gravity": gravity, "strings": strings})))
         tolerance 1e-06 0.0001 1e-09 1e-05
-        nominals 0.001 0.05
         limits
         reals gravity m/s2 gravity.x gravity.y gravity.z
         string mode fast slow fast
         end
     """
-    nominals = " ".join(repr(nominal) for nominal in STATES.values())
     tolerances = " ".join(map(repr, (TOLERANCE, RELATIVE, LEAST, MOST)))
     limits = [
         repr(limit)
@@ -45,7 +44,9 @@ def interface_text(groups: Groups) -> str:
         for variable in drives.elements
         for limit in limits_of(variable)
     ]
-    lines = [f"tolerance {tolerances}", f"nominals {nominals}", " ".join(["limits", *limits])]
+    lines = [f"tolerance {tolerances}"]
+    lines += [f"state {k} {s.derivative} {s.nominal!r}" for k, s in STATES.items() if k in groups]
+    lines.append(" ".join(["limits", *limits]))
     for key, variables in groups.items():
         lines += [_line(key, variable) for variable in variables]
     return "\n".join([*lines, "end"])

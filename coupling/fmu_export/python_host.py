@@ -71,7 +71,7 @@ def host_library(platform: Platform) -> Path:
     """
     system = _SYSTEMS[platform.suffix]
     sources = [f for f in sorted(HOST_SOURCES.glob("*.c")) if f.name not in _SYSTEMS.values()]
-    shared = (SOURCES / "io" / name for name in ("uri.c", "utf8.c", "failure.c"))
+    shared = (SOURCES / "io" / name for name in ("file.c", "failure.c"))
     sources += [HOST_SOURCES / system, *shared]
     return compile_library(platform, sources, libraries=("dl", "pthread"))
 

@@ -1,4 +1,4 @@
-"""The header of an array in NumPy's format, as `native/io/npy_header.c` reads it."""
+"""The header of an array in NumPy's format, as `native/io/npz.c` reads it."""
 
 from __future__ import annotations
 

@@ -9,8 +9,7 @@
 
 #include "component.h"
 #include "../native/fmi/log_categories.h"
-#include "../native/io/uri.h"
-#include "../native/io/utf8.h"
+#include "../native/io/file.h"
 
 /* Among the resources: the name of the slave's module, and the FMU's GUID. */
 #define SLAVE_FILE "slavemodule.txt"

@@ -4,15 +4,15 @@
 #include <string.h>
 
 #include "chain.h"
-#include "inflate.h"
+#include "zip.h"
 #include "interface.h"
 #include "model.h"
-#include "number.h"
+#include "lines.h"
 
 static er_failure failure;
 
 /* Wrench, then the anchor's position and velocity and the stiffness of its spring, then the contact. */
-enum { LOAD_ENTRIES = 18 + ER_CONTACT_COLUMNS };
+enum { LOAD_ENTRIES = 18 + ER_CONTACT_ENTRIES };
 
 static er_load load_of(const double values[LOAD_ENTRIES])
 {
@@ -22,7 +22,7 @@ static er_load load_of(const double values[LOAD_ENTRIES])
     memcpy(load.anchor.position, values + 6, sizeof load.anchor.position);
     memcpy(load.anchor.velocity, values + 9, sizeof load.anchor.velocity);
     memcpy(load.anchor.stiffness, values + 12, sizeof load.anchor.stiffness);
-    for (int k = 0; k < ER_CONTACT_COLUMNS; k++)
+    for (int k = 0; k < ER_CONTACT_ENTRIES; k++)
         *er_contact_entry(&load.contact, k) = values[18 + k];
     return load;
 }
@@ -219,7 +219,7 @@ int probe_columns(er_model *model, double end, const double *q, const double *lo
     int m = model->robot.elastics;
     const er_command command = standing(model, q);
     bool good;
-    er_sensitivity_start(&model->sensitivity, 0, 6, state.time);
+    er_sensitivity_start(&model->sensitivity, &model->robot, ER_BY_WRENCH, ER_BY_WRENCH, state.time);
     model->sensitivity.accuracy = accuracy;
     good = er_model_follow(model, &state, &model->memory.past, end, &command, &load, &failure);
     for (int column = 0; column < 6; column++) {
@@ -232,14 +232,14 @@ int probe_columns(er_model *model, double end, const double *q, const double *lo
 void probe_curve(er_model *model, int kind, int region, int count, const double *x, double *torque,
                  double *slope, double *deflection)
 {
-    er_curve_build(&model->curve, kind, &model->robot, &model->memory.parameters);
+    er_gears_build(&model->gears, kind, &model->robot, &model->memory.parameters);
     for (int k = 0; k < model->robot.elastics; k++)
         for (int i = 0; i < count; i++) {
             int at = k * count + i;
-            int branch = region == 2 ? er_curve_region(&model->curve, k, x[at]) : region;
-            torque[at] = er_curve_torque(&model->curve, k, branch, x[at]);
-            slope[at] = er_curve_slope(&model->curve, k, branch, x[at]);
-            deflection[at] = er_curve_deflection(&model->curve, k, torque[at]);
+            int branch = region == 2 ? er_gear_region(&model->gears, k, x[at]) : region;
+            torque[at] = er_gear_torque(&model->gears, k, branch, x[at]);
+            slope[at] = er_gear_slope(&model->gears, k, branch, x[at]);
+            deflection[at] = er_gear_deflection(&model->gears, k, torque[at]);
         }
 }
 

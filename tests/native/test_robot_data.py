@@ -81,6 +81,7 @@ LINES = {
     "zero": ("setting slack 0.01", "setting slack 0", "expected a setting above zero"),
     "tolerance": ("tolerance 1e-06", "tolerance -1", "expected tolerances > 0, got -1: build"),
     "block": ("reals velocity", "reals speed", "expected the name of a block .*, got 'speed'"),
+    "states": ("state deflection ", "state tcp ", "expected a block of states, got 'tcp'"),
     "fewer reals": (" tcp.vz", "", "expected 3 variables of the block velocity, got 2"),
     "more reals": (" tcp.vz", " tcp.vz x", "expected 3 variables of the block velocity, got 4"),
     "no unit": ("velocity m/s tcp.vx tcp.vy tcp.vz", "velocity", "expected a unit of less than"),

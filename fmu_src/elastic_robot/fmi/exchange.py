@@ -45,10 +45,10 @@ def exchange(chain: Chain) -> dict[str, Block]:
         )
 
     return {
-        "deflection_derivative": derivatives(
+        STATES["deflection"].derivative: derivatives(
             "deflection", "rad/s", RATE, (), ("deflection_rate",), ("deflection_rate",)
         ),
-        "rate_derivative": derivatives(
+        STATES["deflection_rate"].derivative: derivatives(
             "deflection_rate",
             "rad/s2",
             ACCELERATION,

@@ -1,8 +1,8 @@
 """The FMI contract as data: every variable of the FMU, in the order of its value reference.
 
 The variables come in blocks.  The reals are one array in the slave, and a block is a slice of it.  The
-native FMU reads this table from its robot.txt; what a block or a choice means there is an enum of
-fmi/interface.h.
+native FMU reads this table from its robot.txt; what a block means there is a row of fmi/blocks.c, what a
+choice means an enum of fmi/interface.h.
 """
 
 from __future__ import annotations

@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from elastic_robot.chain import Chain
 from elastic_robot.fmi.sizes import ANGLE, COMPLIANCE, DEVIATION, FORCE, RATE
 from elastic_robot.fmi.variables import AXES, POSE, SYMMETRIC, TIME, Array, Block, Names, Variable
 
-# The states of model exchange, and how large they are: x [rad] and x' [rad/s].
-STATES: dict[str, float] = {"deflection": ANGLE, "deflection_rate": RATE}
+
+@dataclass(frozen=True)
+class StateBlock:
+    """A block of outputs that are states of model exchange.
+
+    Attributes:
+        derivative: The block of their derivatives by time.
+        nominal: Usual size of one, for solvers, in its unit.
+    """
+
+    derivative: str
+    nominal: float
+
+
+# The states of model exchange in their order: x [rad] and x' [rad/s].
+STATES = {
+    "deflection": StateBlock("deflection_derivative", ANGLE),
+    "deflection_rate": StateBlock("rate_derivative", RATE),
+}
 # What the state at a step's end follows, what loads and posture follow, and the initial equilibrium.
 STEP = (
     "wrench",
@@ -161,7 +180,12 @@ def outputs(chain: Chain) -> dict[str, Block]:
         ),
         "deflection": block(
             [
-                Variable(f"deflection[{k}]", "rad", f"Elastic angle of {name}", nominal=ANGLE)
+                Variable(
+                    f"deflection[{k}]",
+                    "rad",
+                    f"Elastic angle of {name}",
+                    nominal=STATES["deflection"].nominal,
+                )
                 for k, name in enumerate(names, start=1)
             ],
             Array(
@@ -176,7 +200,7 @@ def outputs(chain: Chain) -> dict[str, Block]:
                     f"deflection_rate[{k}]",
                     "rad/s",
                     f"Rate of elastic angle of {name}",
-                    nominal=RATE,
+                    nominal=STATES["deflection_rate"].nominal,
                 )
                 for k, name in enumerate(names, start=1)
             ],

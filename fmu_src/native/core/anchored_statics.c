@@ -3,14 +3,14 @@
  * place of its own there under a given force, rests against the spring.
  * elastic_robot/spring_statics.py is the same in Python.
  */
-#include "anchored_statics.h"
+#include "statics.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
-#include "descent.h"
+#include "contact_motion.h"
 #include "linear.h"
-#include "vector.h"
 
 /* Passes of Newton's method before there is no equilibrium. */
 #define MOST_PASSES 200
@@ -22,63 +22,244 @@
 #define NEARER 1e-12
 /* Rounding of the spring's force, over stiffness and distance from the base. */
 #define ROUNDING (8.0 * DBL_EPSILON)
+/* Longest step of a coordinate [rad]. */
+#define LONGEST_STEP 0.5
+/* A step ends where the torque along it is this part of the one at its start, or before: the floor. */
+#define LEFT 0.1
+/* Tries to find the floor along a step. */
+#define MOST_TRIES 60
+/* Slopes that are added, over those of the flanks, until the energy's curvature is positive: powers of
+ * two, close to each other, since one that is far too large leads off a saddle in tiny steps. */
+#define LEAST_SHIFT (-40)
+#define MOST_SHIFT 14
 
 enum { MOST = ER_MAX_ANGLES };
 
-void er_add_support(const er_robot *robot, const er_placement *placement,
-                    const double stiffness[ER_SYMMETRIC], double *matrix)
+/* An equilibrium in the making; one entry per elastic coordinate. */
+typedef struct {
+    const er_robot *robot;
+    const er_gears *gears;
+    const double *gravity, *q;
+    const er_load *load;
+    int m;
+    double negligible;                              /* residual [N m] */
+    bool neutral[ER_MAX_ANGLES];                    /* hardly held: in the middle of its play */
+    double x[ER_MAX_ANGLES];                        /* [rad] */
+    double torque[ER_MAX_ANGLES];                   /* that must be carried [N m] */
+    double residual[ER_MAX_ANGLES];                 /* that minus the curve's [N m] */
+    double gradient[ER_MAX_ANGLES * ER_MAX_ANGLES]; /* of the torque [N m/rad] */
+    er_placement placement;
+} descent;
+
+static int region_of(const descent *s, int k)
 {
-    int m = robot->elastics;
-    for (int i = 0; i < m; i++) {
-        double pull[3];
-        er_anchor_times(stiffness, placement->lever[robot->elastic_angle[i]], pull);
+    return er_gear_region(s->gears, k, s->x[k]);
+}
+
+/* Largest absolute value; NaN where there is one. */
+static double largest_of(int count, const double *values)
+{
+    double largest = 0.0;
+    for (int k = 0; k < count; k++)
+        largest = fabs(values[k]) <= largest ? largest : fabs(values[k]);
+    return largest;
+}
+
+/* Torque and residual at x. */
+static void place_at(descent *s, const double *x)
+{
+    double theta[MOST], wrench[6];
+    er_angles(s->robot, s->q, x, theta);
+    er_place_bodies(s->robot, theta, &s->placement);
+    er_load_wrench(s->load, s->placement.tool_position, wrench);
+    er_static_torque(s->robot, &s->placement, s->gravity, wrench, s->torque);
+    for (int k = 0; k < s->m; k++)
+        s->residual[k] =
+            s->torque[k] - er_gear_torque(s->gears, k, er_gear_region(s->gears, k, x[k]), x[k]);
+}
+
+/* Gradient of the torque there. */
+static void find_gradient(descent *s)
+{
+    double wrench[6], stiffness[ER_SYMMETRIC], support[MOST * MOST] = {0.0};
+    er_load_wrench(s->load, s->placement.tool_position, wrench);
+    er_static_torque_gradient(s->robot, &s->placement, s->gravity, wrench, s->gradient);
+    er_load_support(s->load, s->placement.tool_position, stiffness);
+    er_add_support(s->robot, &s->placement, stiffness, support);
+    for (int i = 0; i < s->m * s->m; i++)
+        s->gradient[i] -= support[i];
+}
+
+/* Whether the energy that a matrix is the curvature of rises in all directions: Cholesky's method. */
+static bool is_positive(int m, const double *matrix)
+{
+    double root[MOST * MOST];
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.5 * (matrix[i * m + j] + matrix[j * m + i]);
+            for (int k = 0; k < j; k++)
+                sum -= root[i * m + k] * root[j * m + k];
+            if (i == j && !(sum > 0.0))
+                return false;
+            root[i * m + j] = i == j ? sqrt(sum) : sum / root[j * m + j];
+        }
+    return true;
+}
+
+/* Newton's matrix with a shift.  Inside its play a gear is held by the load alone.  A slope that sends it
+ * at most to the other end of the play, and vanishes with what is left to balance, keeps it from being
+ * thrown out; one that the load drives on crosses its play. */
+static void find_matrix(const descent *s, double shift, double *matrix)
+{
+    int m = s->m;
+    for (int k = 0; k < m; k++) {
+        double slope = er_gear_slope(s->gears, k, region_of(s, k), s->x[k]);
+        double flank = er_gear_flank_slope(s->gears, k, 0.0); /* a rounded one is flat at its foot */
+        if (region_of(s, k) == 0) {
+            slope += s->neutral[k] ? 0.0 : fabs(s->residual[k]) / (2.0 * er_gear_play(s->gears, k));
+            slope += shift > 0.0 ? fmax(s->gradient[k * m + k], 0.0) : 0.0;
+        }
         for (int j = 0; j < m; j++)
-            matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
+            matrix[k * m + j] = s->neutral[k] || s->neutral[j] ? 0.0 : -s->gradient[k * m + j];
+        matrix[k * m + k] += s->neutral[k] ? 1.0 : slope + shift * flank;
     }
 }
 
+/* Newton's step towards less energy [rad]; false if the energy has no floor. */
+static bool find_step(descent *s, double *step)
+{
+    double matrix[MOST * MOST], largest;
+    int m = s->m, pivot[MOST];
+    int power = LEAST_SHIFT;
+    find_gradient(s);
+    find_matrix(s, 0.0, matrix);
+    while (!is_positive(m, matrix)) {
+        if (power > MOST_SHIFT)
+            return false;
+        find_matrix(s, ldexp(1.0, power++), matrix);
+    }
+    for (int i = 0; i < m; i++)
+        step[i] = s->neutral[i] ? 0.0 : s->residual[i];
+    if (!er_lu_factor(m, matrix, pivot))
+        return false;
+    er_lu_solve(m, matrix, pivot, step);
+    largest = largest_of(m, step);
+    for (int i = 0; largest > LONGEST_STEP && i < m; i++)
+        step[i] *= LONGEST_STEP / largest;
+    return true;
+}
+
+/* The torque along a step, where a part of it leads: the energy's fall.  Leaves the residual there. */
+static double downhill(descent *s, const double *step, double part)
+{
+    double x[MOST], sum = 0.0;
+    for (int k = 0; k < s->m; k++)
+        x[k] = s->x[k] + part * step[k];
+    place_at(s, x);
+    for (int k = 0; k < s->m; k++)
+        sum += s->residual[k] * step[k];
+    return sum;
+}
+
+/* The parts of a step, rising, at which gears leave or take up their flanks; returns their number. */
+static int find_edges(const descent *s, const double *step, double edge[2 * MOST])
+{
+    int count = 0;
+    for (int i = 0; i < 2 * s->m; i++) {
+        int k = i / 2, place = count;
+        double part = ((i % 2 == 0 ? -1.0 : 1.0) * er_gear_play(s->gears, k) - s->x[k]) / step[k];
+        if (!er_gear_switches(s->gears, k) || !(part > 0.0 && part < 1.0))
+            continue;
+        for (; place > 0 && edge[place - 1] > part; place--)
+            edge[place] = edge[place - 1];
+        edge[place] = part;
+        count++;
+    }
+    return count;
+}
+
+/* The part of a step that leads to the valley's floor; the residual there is left. */
+static double find_part(descent *s, const double *step)
+{
+    double low = 0.0, high = 1.0, at_low = 0.0, at_high, part = 1.0, at, start, edge[2 * MOST];
+    int edges, side = 0;
+    for (int k = 0; k < s->m; k++)
+        at_low += s->residual[k] * step[k];
+    start = at_low;
+    at_high = downhill(s, step, 1.0);
+    if (largest_of(s->m, step) < s->robot->settings.equilibrium_step || !(at_high < -LEFT * start))
+        return 1.0;
+    /* Between two of these places the torque along the step is nearly straight. */
+    edges = find_edges(s, step, edge);
+    for (int k = 0; k < edges; k++) {
+        at = downhill(s, step, edge[k]);
+        if (at < 0.0) {
+            high = edge[k], at_high = at;
+            break;
+        }
+        low = edge[k], at_low = at;
+    }
+    for (int tries = 0; tries < MOST_TRIES; tries++) {
+        part = low + (high - low) * at_low / (at_low - at_high);
+        at = downhill(s, step, part);
+        if (fabs(at) <= LEFT * start)
+            break;
+        /* False position; the value at an end that stays counts half (Dowell and Jarratt 1971). */
+        if (at > 0.0) {
+            low = part, at_low = at;
+            at_high *= side > 0 ? 0.5 : 1.0;
+            side = 1;
+        } else {
+            high = part, at_high = at;
+            at_low *= side < 0 ? 0.5 : 1.0;
+            side = -1;
+        }
+    }
+    return part;
+}
+
 /* What counts as nothing: rounding of a stiff spring's torque may be more than a gear feels. */
-static void find_negligible(er_descent *s)
+static void find_negligible(descent *s)
 {
     const er_anchor *anchor = &s->load->anchor;
-    double reach = er_largest(3, anchor->position) + er_largest(3, s->placement.tool_position);
+    double reach = largest_of(3, anchor->position) + largest_of(3, s->placement.tool_position);
     s->negligible = s->robot->settings.neutral_torque +
-                    ROUNDING * (er_largest(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
+                    ROUNDING * (largest_of(ER_SYMMETRIC, anchor->stiffness) + s->load->contact.stiffness) *
                         reach * reach;
 }
 
 /* The deflection under the load of the undeflected robot, on flanks and spring; a gear that neither force
  * and weight nor the spring can hold anywhere stays in the middle of its play. */
-static bool begin(er_descent *s)
+static bool begin(descent *s)
 {
     double stiffness[MOST * MOST] = {0.0}, given[MOST], support[ER_SYMMETRIC];
     double least = s->robot->settings.neutral_torque;
     int m = s->m, pivot[MOST];
     memset(s->x, 0, sizeof s->x);
-    er_descent_place(s, s->x);
+    place_at(s, s->x);
     find_negligible(s);
     er_static_torque(s->robot, &s->placement, s->gravity, s->load->wrench, given);
     er_load_support(s->load, s->placement.tool_position, support);
     er_add_support(s->robot, &s->placement, support, stiffness);
     memcpy(s->x, s->torque, sizeof s->x);
     for (int k = 0; k < m; k++) {
-        s->neutral[k] = er_curve_switches(s->curve, k) && fabs(given[k]) < least &&
-                        stiffness[k * m + k] * er_descent_play(s, k) < least;
-        stiffness[k * m + k] += er_curve_flank_slope(s->curve, k, 0.0);
+        s->neutral[k] = er_gear_switches(s->gears, k) && fabs(given[k]) < least &&
+                        stiffness[k * m + k] * er_gear_play(s->gears, k) < least;
+        stiffness[k * m + k] += er_gear_flank_slope(s->gears, k, 0.0);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
     er_lu_solve(m, stiffness, pivot, s->x);
     for (int k = 0; k < m; k++) {
         double side = s->x[k] > 0.0 ? 1.0 : s->x[k] < 0.0 ? -1.0 : 0.0;
-        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_descent_play(s, k);
+        s->x[k] = s->neutral[k] ? 0.0 : s->x[k] + side * er_gear_play(s->gears, k);
     }
     return true;
 }
 
 /* Lets gears go that are loaded in the middle of their play now that the others have given way; false
  * if there are none. */
-static bool release_loaded(er_descent *s)
+static bool release_loaded(descent *s)
 {
     bool released = false;
     for (int k = 0; k < s->m; k++)
@@ -89,7 +270,7 @@ static bool release_loaded(er_descent *s)
     return released;
 }
 
-static double left(const er_descent *s)
+static double left(const descent *s)
 {
     double largest = 0.0;
     for (int k = 0; k < s->m; k++)
@@ -99,21 +280,21 @@ static double left(const er_descent *s)
 }
 
 /* Goes downhill from x to rest; false if there is none. */
-static bool descend(er_descent *s)
+static bool descend(descent *s)
 {
-    er_descent_place(s, s->x);
+    place_at(s, s->x);
     for (int pass = 0; pass < MOST_PASSES; pass++) {
         double step[MOST], part, before = left(s), after;
-        if (!er_descent_step(s, step))
+        if (!find_step(s, step))
             return false;
-        part = er_descent_part(s, step);
+        part = find_part(s, step);
         for (int k = 0; k < s->m; k++)
             s->x[k] += part * step[k];
-        if (!(er_largest(s->m, s->x) < LONGEST_WAY))
+        if (!(largest_of(s->m, s->x) < LONGEST_WAY))
             return false;
         after = left(s);
         /* Where it does not fall any more that is rounding, or the edge of a play. */
-        if (((part == 1.0 && er_largest(s->m, step) < s->robot->settings.equilibrium_step) ||
+        if (((part == 1.0 && largest_of(s->m, step) < s->robot->settings.equilibrium_step) ||
              (after <= s->negligible && after >= 0.5 * before)) &&
             !release_loaded(s))
             return true;
@@ -122,7 +303,7 @@ static bool descend(er_descent *s)
 }
 
 /* From the TCP to the anchor, or without a spring to the plane of the contact [m]. */
-static double distance(const er_descent *s)
+static double distance(const descent *s)
 {
     double gap[3];
     er_anchor_gap(&s->load->anchor, 0.0, s->placement.tool_position, gap);
@@ -132,24 +313,24 @@ static double distance(const er_descent *s)
 }
 
 /* Whether a gear might rest on its other flank too: driven on all through its play. */
-static bool is_undecided(const er_descent *s, int k)
+static bool is_undecided(const descent *s, int k)
 {
     double driven = s->gradient[k * s->m + k];
-    return er_curve_switches(s->curve, k) && er_descent_region(s, k) != 0 && driven > 0.0 &&
-           fabs(s->torque[k]) < CERTAIN * 2.0 * er_descent_play(s, k) * driven;
+    return er_gear_switches(s->gears, k) && region_of(s, k) != 0 && driven > 0.0 &&
+           fabs(s->torque[k]) < CERTAIN * 2.0 * er_gear_play(s->gears, k) * driven;
 }
 
 /* Where a gear that the spring does not support could rest on either flank, takes the one with the TCP
  * nearer to the anchor: a contact is touched there. */
-static void take_nearer_flanks(er_descent *s, const bool *neutral)
+static void take_nearer_flanks(descent *s, const bool *neutral)
 {
     bool undecided[MOST];
-    er_descent_gradient(s);
+    find_gradient(s);
     for (int k = 0; k < s->m; k++)
         undecided[k] = is_undecided(s, k);
     for (int k = 0; k < s->m; k++)
         if (undecided[k]) {
-            er_descent other = *s;
+            descent other = *s;
             memcpy(other.neutral, neutral, sizeof other.neutral);
             other.x[k] = -other.x[k];
             if (descend(&other) && other.x[k] * s->x[k] < 0.0 && distance(&other) < distance(s) - NEARER)
@@ -157,12 +338,12 @@ static void take_nearer_flanks(er_descent *s, const bool *neutral)
         }
 }
 
-bool er_anchored_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
                              const double *q, const er_load *load, double *x)
 {
-    er_descent s;
+    descent s;
     bool neutral[MOST];
-    s.robot = robot, s.curve = curve, s.gravity = gravity, s.load = load, s.q = q;
+    s.robot = robot, s.gears = gears, s.gravity = gravity, s.load = load, s.q = q;
     s.m = robot->elastics;
     if (!begin(&s))
         return false;

@@ -41,10 +41,28 @@ void er_static_torque(const er_robot *robot, const er_placement *placement, cons
 void er_static_torque_gradient(const er_robot *robot, const er_placement *placement,
                                const double gravity[3], const double wrench[6], double *gradient);
 
-/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0: turns.h has the other quaternion. */
+/* Pose x, y, z, qx, qy, qz, qw of a placement, qw >= 0: er_turns_sign tells the other quaternion. */
 void er_pose(const double position[3], const double rotation[9], double pose[7]);
 
 /* Rotation vector r [rad] with R = exp(r) R_reference, base axes. */
 void er_rotation_between(const double rotation[9], const double reference[9], double vector[3]);
+
+/* Which of the two unit quaternions of its orientation a tool has.
+ *
+ * The product of the turns along the chain, each by the half of its angle, is continuous in the angles: the
+ * quaternion that is taken after it does not jump to its opposite where the tool has turned by 180 degrees,
+ * and follows from the angles alone, not from the way there.  elastic_robot/turns.py is the same in Python.
+ */
+
+/* A product that serves all angles nearby. */
+typedef struct {
+    bool set; /* there is one */
+    double theta[ER_MAX_ANGLES];
+    double quaternion[4]; /* x, y, z, w */
+} er_turns;
+
+/* 1 where a tool's quaternion is that of the turns by these angles, -1 where it is the opposite. */
+double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta,
+                     const double quaternion[4]);
 
 #endif

@@ -1,9 +1,7 @@
-#include "collocation.h"
+#include "step.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "newton.h"
 
 /* One pass is enough where the last rate of convergence, enlarged by the first number, says so; each
  * step that does so enlarges the rate by the second, so that it is measured again before long. */
@@ -129,23 +127,25 @@ const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states
     return (const er_lanes *)w->pull;
 }
 
-/* The laws that coordinates obey through a step: slope (x - zero), to which splines are added. */
+/* The laws that coordinates obey through a step: slope (x - zero), to which curved flanks are added. */
 typedef struct {
     double slope[MOST], zero[MOST]; /* [N m/rad, rad] */
-    int splines, spline[MOST];      /* coordinates that have one */
+    int bent, which[MOST], region[MOST]; /* coordinates on a curved flank, and it */
     bool touching;                  /* the contact presses */
 } step_laws;
 
 static void find_laws(const er_run *r, const er_state *state, step_laws *laws)
 {
     laws->touching = r->system->contacting && state->touching == 1;
-    laws->splines = 0;
+    laws->bent = 0;
     for (int k = 0; k < r->m; k++) {
-        er_branch branch = er_curve_branch(r->system->curve, k, state->region[k]);
+        er_branch branch = er_gear_branch(r->system->gears, k, state->region[k]);
         laws->slope[k] = branch.slope;
         laws->zero[k] = branch.zero;
-        if (!branch.straight)
-            laws->spline[laws->splines++] = k;
+        if (!branch.straight) {
+            laws->region[laws->bent] = state->region[k];
+            laws->which[laws->bent++] = k;
+        }
     }
 }
 
@@ -164,12 +164,12 @@ static void find_residual(const er_run *r, const er_nodes *nodes, const er_lanes
     r->means->kernel.loads(robot, &w->motion, states, system->parameters->gravity,
                            system->loaded ? system->load.wrench : NULL,
                            er_stage_pull(r, nodes, states, laws->touching), w->residual);
-    r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->parameters->damping,
+    r->means->kernel.carry(r->m, states, laws->slope, laws->zero, system->gears->damping,
                            (const er_lanes *)w->x, (const er_lanes *)w->v, w->residual);
-    for (int s = 0; s < laws->splines; s++) {
-        int k = laws->spline[s];
+    for (int b = 0; b < laws->bent; b++) {
+        int k = laws->which[b];
         for (int l = 0; l < states; l++)
-            w->residual[k][l] += er_spline_torque(system->curve, k, w->x[k][l]);
+            w->residual[k][l] += er_gear_torque(system->gears, k, laws->region[b], w->x[k][l]);
     }
 }
 

@@ -16,7 +16,7 @@
 #include <stdbool.h>
 
 #include "../io/failure.h"
-#include "vector.h"
+#include "linear.h"
 
 typedef struct {
     double stiffness;   /* k [N/m]; 0: there is no contact */

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "vector.h"
+#include "linear.h"
 
 static void add_cross(const double a[3], const double b[3], double sum[3])
 {
@@ -109,4 +109,16 @@ void er_contact_wrench_along(const er_robot *robot, const er_load *load, const e
     offset_along(&load->contact, motion, &change->contact, &along, offset);
     er_cross(motion->offset, wrench, wrench + 3);
     add_cross(offset, motion->wrench, wrench + 3);
+}
+
+void er_add_support(const er_robot *robot, const er_placement *placement,
+                    const double stiffness[ER_SYMMETRIC], double *matrix)
+{
+    int m = robot->elastics;
+    for (int i = 0; i < m; i++) {
+        double pull[3];
+        er_anchor_times(stiffness, placement->lever[robot->elastic_angle[i]], pull);
+        for (int j = 0; j < m; j++)
+            matrix[i * m + j] += er_dot(pull, placement->lever[robot->elastic_angle[j]]);
+    }
 }

@@ -34,4 +34,8 @@ void er_contact_wrench_along(const er_robot *robot, const er_load *load, const e
                              const double *theta, const double *rate, const er_load *change,
                              double wrench[6]);
 
+/* Adds J_p^T K J_p of a stiffness K [N/m] at the TCP to a matrix of the elastic coordinates. */
+void er_add_support(const er_robot *robot, const er_placement *placement,
+                    const double stiffness[ER_SYMMETRIC], double *matrix);
+
 #endif

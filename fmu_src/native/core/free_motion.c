@@ -1,4 +1,4 @@
-#include "free_motion.h"
+#include "tangent.h"
 
 #include <math.h>
 #include <string.h>
@@ -50,10 +50,10 @@ bool er_free_motion_find(er_model *model)
     model->kernel.loads(robot, motion, 1, parameters->gravity, free->wrench, NULL, load);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
-        int region = er_curve_region(&model->curve, k, x);
-        free->slope[k] = er_curve_slope(&model->curve, k, region, x);
-        free->acceleration[k] = -(load[k][0] + er_curve_torque(&model->curve, k, region, x) +
-                                  parameters->damping[k] * memory->state.v[k]);
+        int region = er_gear_region(&model->gears, k, x);
+        free->slope[k] = er_gear_slope(&model->gears, k, region, x);
+        free->acceleration[k] = -(load[k][0] + er_gear_torque(&model->gears, k, region, x) +
+                                  model->gears.damping[k] * memory->state.v[k]);
     }
     er_mass_matrix(robot, &placement, free->mass);
     if (!er_lu_factor(m, free->mass, free->pivot))
@@ -87,7 +87,7 @@ static void add_parameters(const er_model *model, const er_parameters *change, d
     for (int k = 0; k < model->robot.elastics; k++) {
         double x = memory->state.x[k];
         torque[k] += load[k][0] + change->damping[k] * memory->state.v[k] +
-                     er_curve_along(&model->curve, k, er_curve_region(&model->curve, k, x), x,
+                     er_gear_along(&model->gears, k, er_gear_region(&model->gears, k, x), x,
                                     change->stiffness[k], change->backlash[k]);
     }
 }
@@ -138,6 +138,6 @@ void er_free_motion_along(er_model *model, const er_change *change, double *acce
     add_parameters(model, &change->parameters, own);
     for (int k = 0; k < robot->elastics; k++)
         acceleration[k] = -(load[k][0] + own[k] + free->slope[k] * change->x[k] +
-                            memory->parameters.damping[k] * change->v[k]);
+                            model->gears.damping[k] * change->v[k]);
     er_lu_solve(robot->elastics, free->mass, free->pivot, acceleration);
 }

@@ -110,7 +110,6 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_vector.h"
 #include "kernel_body.h"
 #include "kernel_newton.h"
-#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 #if defined(__clang__)

@@ -94,7 +94,6 @@ static inline void write_product(const product *sum, er_complex_pair *result)
 #include "kernel_vector.h"
 #include "kernel_body.h"
 #include "kernel_newton.h"
-#include "kernel_link.h"
 #include "kernel_tangent.h"
 
 er_kernel er_plain_kernel(void)

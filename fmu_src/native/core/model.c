@@ -1,8 +1,15 @@
+#include "model.h"
+
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "model_drives.h"
-#include "newton.h"
+#include "../io/file.h"
+#include "step.h"
+
+/* What Newton's method may leave of a step that is solved to rounding [rad]. */
+#define EXACT_ITERATION 1e-13
 
 er_model *er_model_create(const er_robot *robot)
 {
@@ -30,25 +37,100 @@ void er_model_free(er_model *model)
     free(((void **)model)[-1]);
 }
 
-/* Derives curve and means from options and parameters. */
+/* The drives of a trajectory, if there is one. */
+static er_drives own_drives(er_model *model)
+{
+    er_drives drives;
+    memset(&drives, 0, sizeof drives);
+    drives.joints = model->robot.joints;
+    if (model->memory.options.trajectory[0] != '\0') {
+        drives.trajectory = &model->trajectory;
+        drives.hint = &model->hint;
+        drives.start = model->trajectory.start - model->memory.origin;
+    }
+    return drives;
+}
+
+/* The same, or those that follow a command through a step. */
+static er_drives drives_of(er_model *model, double start, double end, const er_command *command)
+{
+    er_drives drives = own_drives(model);
+    if (drives.trajectory == NULL) {
+        drives.start = start;
+        er_command_follow(&model->robot, &model->memory.past, command, end - start, drives.powers);
+    }
+    return drives;
+}
+
+/* Drives at a time, and the load as it is a while after its beginning; false if they do not cover it. */
+static bool find_held(const er_model *model, const er_drives *drives, double time,
+                      const er_load *load, double elapsed, er_held *held, er_failure *failure)
+{
+    double slack = er_slack_at(&model->robot.settings, model->memory.origin + time);
+    if (!er_drives_cover(drives, time, slack, failure))
+        return false;
+    er_drives_at(drives, time, held->q, held->qd, held->qdd);
+    held->load = *load;
+    er_load_move(&held->load, elapsed);
+    return true;
+}
+
+/* Reads a file, or one of this name among the resources if it is there only. */
+static bool read_trajectory(const er_model *model, const char *path, er_trajectory *trajectory,
+                            er_failure *failure)
+{
+    char packed[2 * ER_MAX_PATH];
+    snprintf(packed, sizeof packed, "%s%s", model->resources, path);
+    if (model->resources[0] == '\0' || er_exists(path) || !er_exists(packed))
+        snprintf(packed, sizeof packed, "%s", path);
+    return er_trajectory_read(trajectory, packed, model->robot.joints, &model->robot.settings,
+                              failure);
+}
+
+/* Has the trajectory of some options in the model, with the samples of `fingerprint` unless that is 0. */
+static bool require_trajectory(er_model *model, const char *path, uint64_t fingerprint,
+                               er_failure *failure)
+{
+    bool there = strcmp(path, model->loaded_path) == 0;
+    er_trajectory read;
+    if (path[0] == '\0')
+        return true;
+    if (!there && !read_trajectory(model, path, &read, failure))
+        return false;
+    if (fingerprint != 0 && fingerprint != (there ? &model->trajectory : &read)->fingerprint) {
+        if (!there)
+            er_trajectory_free(&read);
+        return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved"
+                       " with, got another", path);
+    }
+    if (!there) {
+        er_trajectory_free(&model->trajectory);
+        model->trajectory = read;
+        model->hint = 0;
+        strcpy(model->loaded_path, path);
+    }
+    return true;
+}
+
+/* Derives gears and means from options and parameters. */
 static void derive(er_model *model)
 {
     const er_options *options = &model->memory.options;
     const er_parameters *parameters = &model->memory.parameters;
     const er_settings *settings = &model->robot.settings;
     double longest = settings->longest_step;
-    double local = options->tolerance / (options->curve == ER_LINEAR
-                                             ? settings->tcp_per_local_error
-                                             : settings->tcp_per_local_error_with_play);
-    if (model->derived_kind == options->curve && model->derived_tolerance == options->tolerance &&
+    double local = options->tolerance / (er_law_switches(options->curve)
+                                             ? settings->tcp_per_local_error_with_play
+                                             : settings->tcp_per_local_error);
+    if (model->derived_law == options->curve && model->derived_tolerance == options->tolerance &&
         memcmp(&model->derived_parameters, parameters, sizeof *parameters) == 0)
         return;
     model->means = (er_means){local, settings->iteration,
                               local / (settings->shift_by_jump * longest * longest * longest),
                               model->kernel};
-    er_curve_build(&model->curve, options->curve, &model->robot, parameters);
+    er_gears_build(&model->gears, options->curve, &model->robot, parameters);
     er_relinearise(&model->work); /* with the damping there is now */
-    model->derived_kind = options->curve;
+    model->derived_law = options->curve;
     model->derived_tolerance = options->tolerance;
     model->derived_parameters = *parameters;
 }
@@ -58,22 +140,22 @@ bool er_model_reset(er_model *model, double origin, const er_command *command, c
 {
     er_memory *memory = &model->memory;
     er_drives drives;
-    if (!er_model_require_trajectory(model, memory->options.trajectory, 0, failure))
+    if (!require_trajectory(model, memory->options.trajectory, 0, failure))
         return false;
     memory->trajectory_fingerprint =
         memory->options.trajectory[0] != '\0' ? model->trajectory.fingerprint : 0;
     derive(model);
     memory->origin = origin;
     memset(&memory->past, 0, sizeof memory->past);
-    drives = er_model_drives(model, 0.0, 0.0, command);
-    if (!er_model_find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
+    drives = drives_of(model, 0.0, 0.0, command);
+    if (!find_held(model, &drives, 0.0, load, 0.0, &memory->held, failure))
         return false;
     memset(&memory->state, 0, sizeof memory->state);
     if (!memory->options.undeflected &&
-        !er_equilibrium(&model->robot, &model->curve, memory->parameters.gravity, memory->held.q,
+        !er_equilibrium(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
                         load, memory->state.x, failure))
         return false;
-    er_state_start(&memory->state, &model->robot, &model->curve, 0.0);
+    er_state_start(&memory->state, &model->robot, &model->gears, 0.0);
     er_model_orient(model);
     return true;
 }
@@ -83,16 +165,177 @@ void er_model_take_parameters(er_model *model, const er_parameters *parameters)
     er_state *state = &model->memory.state;
     model->memory.parameters = *parameters;
     derive(model);
-    er_state_start(state, &model->robot, &model->curve, state->time);
+    er_state_start(state, &model->robot, &model->gears, state->time);
 }
 
 bool er_model_restore(er_model *model, const er_memory *memory, bool computed, er_failure *failure)
 {
-    if (computed && !er_model_require_trajectory(model, memory->options.trajectory,
+    if (computed && !require_trajectory(model, memory->options.trajectory,
                                         memory->trajectory_fingerprint, failure))
         return false;
     model->memory = *memory;
     if (computed)
         derive(model);
     return true;
+}
+
+void er_model_hold(er_model *model, double time, const er_command *command, const er_load *load)
+{
+    er_held *held = &model->memory.held;
+    er_drives drives = own_drives(model);
+    double own = time - model->memory.origin;
+    if (drives.trajectory != NULL) {
+        er_drives_at(&drives, own, held->q, held->qd, held->qdd);
+    } else {
+        memcpy(held->q, command->q, sizeof held->q);
+        memcpy(held->qd, command->qd, sizeof held->qd);
+        memcpy(held->qdd, command->qdd, sizeof held->qdd);
+    }
+    held->load = *load;
+    model->memory.state.time = own;
+}
+
+bool er_model_covers(er_model *model, double time, er_failure *failure)
+{
+    er_drives drives = own_drives(model);
+    return er_drives_cover(&drives, time - model->memory.origin,
+                           er_slack_at(&model->robot.settings, time), failure);
+}
+
+double er_model_next_kink(er_model *model, double time)
+{
+    er_drives drives = own_drives(model);
+    double at = model->memory.state.time, origin = model->memory.origin;
+    do
+        at = er_drives_next_kink(&drives, at, INFINITY, model->means.jump);
+    while (at + origin <= time); /* the sum rounds */
+    return at + origin;
+}
+
+void er_model_held_by_time(er_model *model, er_held *change)
+{
+    er_drives drives = own_drives(model);
+    memset(change, 0, sizeof *change);
+    er_drives_by_time(&drives, model->memory.state.time, change->q, change->qd, change->qdd);
+}
+
+static bool rest_at(er_model *model, double end, const er_held *held, er_failure *failure)
+{
+    er_state *state = &model->memory.state;
+    double x[ER_MAX_ANGLES];
+    if (!er_equilibrium(&model->robot, &model->gears, model->memory.parameters.gravity, held->q,
+                        &held->load, x, failure))
+        return false;
+    memcpy(state->x, x, (size_t)model->robot.elastics * sizeof *x);
+    er_state_start(state, &model->robot, &model->gears, end);
+    return true;
+}
+
+/* Says what acted where a motion was given up: one of these may have grown too large. */
+static bool tell_acting(const er_model *model, const er_held *held, er_failure *failure)
+{
+    const er_failure reason = *failure;
+    const double *w = held->load.wrench, *k = held->load.anchor.stiffness;
+    double stiffness = 0.0, rate = 0.0, acceleration = 0.0;
+    char spring[64] = "", contact[64] = "";
+    for (int i = 0; i < ER_SYMMETRIC; i++)
+        stiffness = fmax(stiffness, fabs(k[i]));
+    for (int i = 0; i < model->robot.joints; i++) {
+        rate = fmax(rate, fabs(held->qd[i]));
+        acceleration = fmax(acceleration, fabs(held->qdd[i]));
+    }
+    if (stiffness > 0.0)
+        snprintf(spring, sizeof spring, "a spring of %.3g N/m, ", stiffness);
+    if (er_contact_holds(&held->load.contact))
+        snprintf(contact, sizeof contact, "a contact of %.3g N/m, ", held->load.contact.stiffness);
+    return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %s%sdrives of %.3g rad/s and %.3g rad/s2:"
+                   " one of these is too large, or the robot is unstable", reason.text,
+                   hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate,
+                   acceleration);
+}
+
+static bool move_to(er_model *model, double end, const er_drives *drives, const er_load *load,
+                    const er_held *held, er_failure *failure)
+{
+    const double start = model->began.time;
+    er_system system = {&model->robot, &model->gears, &model->memory.parameters, drives, *load,
+                        start, false, er_anchor_holds(&load->anchor), er_load_changes(load),
+                        er_contact_holds(&load->contact)};
+    const er_means *means = &model->means;
+    er_means finer;
+    double most = model->robot.settings.most_step;
+    if (!(end - start <= most))
+        return er_fail(failure, "step size: expected at most %g s at a time, got %.9g s", most,
+                       end - start);
+    for (int k = 0; k < 6; k++)
+        system.loaded |= load->wrench[k] != 0.0;
+    if (!system.anchored) /* of either sign */
+        memset(system.load.anchor.stiffness, 0, sizeof system.load.anchor.stiffness);
+    if (system.contacting || model->work.sensitivity != NULL) {
+        finer = model->means;
+        if (system.contacting) /* it enlarges errors as a play does */
+            finer.tolerance = fmin(finer.tolerance, model->memory.options.tolerance /
+                                                        model->robot.settings.tcp_per_local_error_with_play);
+        if (model->work.sensitivity != NULL)
+            finer.iteration = EXACT_ITERATION / finer.tolerance;
+        means = &finer;
+    }
+    if (er_advance(&model->memory.state, &system, means, end, &model->work, failure))
+        return true;
+    model->memory.state = model->began;
+    return tell_acting(model, held, failure);
+}
+
+/* What a step that has been taken leaves to the next one; quasi-static robots have no memory. */
+static void remember(er_model *model, double length, const er_command *command)
+{
+    const er_memory *memory = &model->memory;
+    er_past *past = &model->memory.past;
+    if (memory->options.trajectory[0] != '\0' || memory->options.quasistatic ||
+        !er_command_counts(&model->robot, length))
+        return;
+    past->length = length;
+    memcpy(past->q, memory->held.q, sizeof past->q);
+    memcpy(past->qd, memory->held.qd, sizeof past->qd);
+    memcpy(past->qdd, memory->held.qdd, sizeof past->qdd);
+    memcpy(past->rate, command->qd, sizeof past->rate);
+    memcpy(past->acceleration, command->qdd, sizeof past->acceleration);
+}
+
+bool er_model_step(er_model *model, double end, const er_command *command, const er_load *load,
+                   er_failure *failure)
+{
+    const double start = model->memory.state.time;
+    er_drives drives = drives_of(model, start, end, command);
+    er_held held = model->memory.held;
+    bool still = model->memory.options.quasistatic || model->robot.elastics == 0;
+    model->began = model->memory.state;
+    if (!find_held(model, &drives, end, load, end - start, &held, failure) ||
+        !(still ? rest_at(model, end, &held, failure)
+                : move_to(model, end, &drives, load, &held, failure)))
+        return false;
+    model->memory.held = held;
+    remember(model, end - start, command);
+    return true;
+}
+
+bool er_model_follow(er_model *model, const er_state *state, const er_past *past, double end,
+                     const er_command *command, const er_load *load, er_failure *failure)
+{
+    const er_state present = model->memory.state;
+    const er_held held = model->memory.held;
+    const er_past latest = model->memory.past;
+    bool good;
+    model->memory.state = *state;
+    model->memory.past = *past;
+    /* Matrices of the step's own make the columns converge in fewer passes.  Where the torque curve
+     * bends, the columns are as exact as the stages that they belong to. */
+    memset(&model->memory.state.linearisation, 0, sizeof model->memory.state.linearisation);
+    model->work.sensitivity = &model->sensitivity;
+    good = er_model_step(model, end, command, load, failure);
+    model->work.sensitivity = NULL;
+    model->memory.state = present;
+    model->memory.held = held;
+    model->memory.past = latest; /* which a step that fails has not remembered anew */
+    return good;
 }

@@ -1,16 +1,14 @@
 /* The elastic robot as one object: reset, step, outputs.  elastic_robot/robot.py is the same in Python.
  *
  * What it remembers is one flat block, er_memory; the rest of the object follows from that block and
- * from files, so that copying the block saves and restores a simulation.  model.c has its beginning and its
- * states, model_drives.c what drives and holds it, model_step.c its steps, model_outputs.c its outputs.
+ * from files, so that copying the block saves and restores a simulation.  outputs.c has its outputs.
  */
 #ifndef ER_MODEL_H
 #define ER_MODEL_H
 
 #include "sensitivity.h"
 #include "statics.h"
-#include "stepper.h"
-#include "turns.h"
+#include "step.h"
 
 #define ER_MAX_PATH 1024
 
@@ -22,7 +20,7 @@ typedef struct {
 
 /* What is fixed when a simulation starts. */
 typedef struct {
-    er_curve_kind curve;
+    int curve; /* law of the gears, by its place in TORQUE_CURVES */
     bool quasistatic; /* equilibrium at every step's end instead of the equation of motion */
     bool undeflected; /* start with x = 0 instead of the equilibrium */
     double tolerance; /* error allowed at the TCP over a path [m], in dynamic mode */
@@ -49,7 +47,7 @@ typedef struct {
     double pose[7];
 } er_posture;
 
-/* The equation of motion solved for x'' at the present state (free_motion.h). */
+/* The equation of motion solved for x'' at the present state (free_motion.c). */
 typedef struct {
     double acceleration[ER_MAX_ANGLES];            /* x'' [rad/s^2] */
     double mass[ER_MAX_ANGLES * ER_MAX_ANGLES];    /* factors of M */
@@ -71,12 +69,12 @@ typedef struct {
     char resources[ER_MAX_PATH];   /* folder, ending in /, where relative paths are sought as well */
     char loaded_path[ER_MAX_PATH]; /* file that the trajectory was read from */
     size_t hint;                   /* place in the trajectory */
-    /* What means and curve were derived from. */
-    er_curve_kind derived_kind;
+    /* What means and gears were derived from. */
+    int derived_law;
     double derived_tolerance; /* 0: nothing yet */
     er_parameters derived_parameters;
     er_means means;
-    er_curve curve;
+    er_gears gears;
     er_workspace work;
     er_state began;             /* where the last step that was asked for began */
     er_sensitivity sensitivity; /* of the present state, for derivatives */

@@ -1,10 +1,10 @@
-#include "newton.h"
+#include "step.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#include "vector.h"
+#include "linear.h"
 
 /* A mass matrix serves steps that differ by this much in every drive [rad]. */
 #define SAME_POSTURE 0.005
@@ -103,7 +103,7 @@ static bool invert(const er_run *r)
             w->matrix[i * m + j] = (er_complex_pair){{mass, mass}, {0.0, 0.0}};
         }
     for (int k = 0; k < m; k++) {
-        double damping = r->system->parameters->damping[k];
+        double damping = r->system->gears->damping[k];
         er_complex_pair *diagonal = &w->matrix[k * m + k];
         for (int p = 0; p < ER_PAIRS; p++) {
             double re = at->length * er_gauss_eigen_re[p], im = at->length * er_gauss_eigen_im[p];
@@ -174,7 +174,7 @@ bool er_linearise(const er_run *r, const er_state *state, double h)
         find_mass(r);
     }
     for (int k = 0; k < r->m; k++)
-        at->slope[k] = er_curve_slope(system->curve, k, state->region[k], state->x[k]);
+        at->slope[k] = er_gear_slope(system->gears, k, state->region[k], state->x[k]);
     memcpy(at->anchor, system->load.anchor.stiffness, sizeof at->anchor);
     memcpy(at->contact, now->stiffness, sizeof at->contact);
     memcpy(at->damper, now->damping, sizeof at->damper);

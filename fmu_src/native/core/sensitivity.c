@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "vector.h"
+#include "linear.h"
 
 /* Columns are solved to this part of their stage accelerations. */
 #define ACCURACY 1e-11
@@ -14,16 +14,40 @@
 /* Most columns are done by then, without asking what is negligible. */
 #define USUAL_PASSES 3
 
+/* Columns of a cause. */
+static int columns_of(const er_robot *robot, int cause)
+{
+    const int n = robot->joints, m = robot->elastics;
+    const int columns[ER_CAUSES] = {6, n, n, n, 3, 3, ER_SYMMETRIC, 6, 5, 3, 3, m, m, m};
+    return columns[cause];
+}
+
+int er_first_column(const er_robot *robot, er_cause cause)
+{
+    int first = 0;
+    for (int before = 0; before < (int)cause; before++)
+        first += columns_of(robot, before);
+    return first;
+}
+
+er_cause er_cause_of(const er_robot *robot, int column, int *entry)
+{
+    int cause = ER_BY_WRENCH;
+    for (*entry = column; *entry >= columns_of(robot, cause); cause++)
+        *entry -= columns_of(robot, cause);
+    return (er_cause)cause;
+}
+
 void er_parameter_along(const er_robot *robot, int column, double factor, er_parameters *change)
 {
-    int k = column - er_elastic_column(robot, 0), m = robot->elastics;
-    double *of[] = {change->stiffness, change->damping, change->backlash};
-    if (column < er_gravity_column(robot))
-        return;
-    if (k < 0)
-        change->gravity[k + 3] += factor;
-    else
-        of[k / m][k % m] += factor;
+    int entry;
+    switch (er_cause_of(robot, column, &entry)) {
+    case ER_BY_GRAVITY: change->gravity[entry] += factor; break;
+    case ER_BY_STIFFNESS: change->stiffness[entry] += factor; break;
+    case ER_BY_DAMPING: change->damping[entry] += factor; break;
+    case ER_BY_BACKLASH: change->backlash[entry] += factor; break;
+    default: break;
+    }
 }
 
 double *er_contact_entry(er_contact *contact, int place)
@@ -35,42 +59,45 @@ double *er_contact_entry(er_contact *contact, int place)
 
 er_share er_share_of(const er_sensitivity *s, const er_robot *robot, int column, double elapsed)
 {
-    int n = robot->joints, command = column - ER_WRENCH_COLUMNS, anchor = command - 3 * n;
     er_share share;
+    int entry;
+    er_cause cause = er_cause_of(robot, column, &entry);
     memset(&share, 0, sizeof share);
     share.joint = -1;
-    if (command < 0) {
-        share.load.wrench[column] = 1.0;
-    } else if (anchor < 0) {
-        share.joint = command % n;
-        er_command_at(s->commanded[share.joint][command / n], elapsed, &share.q, &share.qd,
-                      &share.qdd);
-    } else if (anchor < 3) {
-        share.load.anchor.position[anchor] = 1.0;
-    } else if (anchor < ER_ANCHOR_COLUMNS) {
-        share.load.anchor.position[anchor - 3] = elapsed;
-        share.load.anchor.velocity[anchor - 3] = 1.0;
-    } else if (column < er_rate_column(robot)) {
-        share.load.anchor.stiffness[anchor - ER_ANCHOR_COLUMNS] = 1.0;
-    } else if (column < er_contact_column(robot)) {
-        share.load.wrench[column - er_rate_column(robot)] = elapsed;
-    } else if (column < er_gravity_column(robot)) {
-        *er_contact_entry(&share.load.contact, column - er_contact_column(robot)) = 1.0;
+    switch (cause) {
+    case ER_BY_WRENCH: share.load.wrench[entry] = 1.0; break;
+    case ER_BY_Q:
+    case ER_BY_QD:
+    case ER_BY_QDD:
+        share.joint = entry;
+        er_command_at(s->commanded[entry][cause - ER_BY_Q], elapsed, &share.q, &share.qd, &share.qdd);
+        break;
+    case ER_BY_ANCHOR: share.load.anchor.position[entry] = 1.0; break;
+    case ER_BY_ANCHOR_VELOCITY:
+        share.load.anchor.position[entry] = elapsed;
+        share.load.anchor.velocity[entry] = 1.0;
+        break;
+    case ER_BY_SPRING: share.load.anchor.stiffness[entry] = 1.0; break;
+    case ER_BY_RATE: share.load.wrench[entry] = elapsed; break;
+    case ER_BY_CONTACT: *er_contact_entry(&share.load.contact, entry) = 1.0; break;
+    case ER_BY_NORMAL: share.load.contact.normal[entry] = 1.0; break;
+    default: break;
     }
     return share;
 }
 
-void er_sensitivity_start(er_sensitivity *s, int first, int count, double start)
+void er_sensitivity_start(er_sensitivity *s, const er_robot *robot, er_cause first, er_cause last,
+                          double start)
 {
-    s->first = first;
-    s->count = count;
+    s->first = er_first_column(robot, first);
+    s->count = er_first_column(robot, (er_cause)(last + 1)) - s->first;
     s->start = start;
     s->still = true;
     s->reason = NULL;
     s->accuracy = ACCURACY;
     s->passes = 0;
-    memset(s->x[first], 0, (size_t)count * sizeof *s->x);
-    memset(s->v[first], 0, (size_t)count * sizeof *s->v);
+    memset(s->x[s->first], 0, (size_t)s->count * sizeof *s->x);
+    memset(s->v[s->first], 0, (size_t)s->count * sizeof *s->v);
 }
 
 /* The motion at the stages of a solved step, and what the tangents need of it. */
@@ -82,8 +109,8 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
     r->means->kernel.stages(r->m, step->length, state->x, state->v,
                                (const er_lanes *)step->acceleration, w->x, w->v);
     er_stage_motion(r, &w->stages, (const er_lanes *)step->acceleration);
-    if (system->anchored || (s->first + s->count > er_stiffness_column(system->robot) &&
-                             s->first < er_contact_column(system->robot)))
+    if (system->anchored || (s->first + s->count > er_first_column(system->robot, ER_BY_SPRING) &&
+                             s->first < er_first_column(system->robot, ER_BY_CONTACT)))
         er_stage_gap(r, &w->stages, ER_STAGES);
     s->touching = system->contacting && state->touching == 1;
     if (s->touching)
@@ -93,7 +120,7 @@ static void prepare(er_sensitivity *s, const er_run *r, const er_state *state, c
                           er_stage_pull(r, &w->stages, ER_STAGES, s->touching), &s->links);
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
-            s->slope[k][l] = er_curve_slope(system->curve, k, state->region[k], w->x[k][l]);
+            s->slope[k][l] = er_gear_slope(system->gears, k, state->region[k], w->x[k][l]);
 }
 
 /* Derivative of the contact's wrench at a stage along a change of the motion and of the load. */
@@ -111,35 +138,34 @@ static void follow_contact(const er_run *r, const er_direction *direction, const
 
 /* Derivative of the pull along a change of the motion and of a column's input, into `pull`; NULL where
  * there is none.  The wrench's share does not depend on the time: it is there once for all stages. */
-static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, int column,
+static const er_lanes *find_pull(const er_sensitivity *s, const er_run *r, er_cause cause,
                                  const er_share share[], const er_direction *direction,
                                  er_pull pull)
 {
     const er_system *system = r->system;
     const er_workspace *w = r->work;
     ER_ALIGNED er_vector shift;
-    if (!system->anchored && !s->touching && (column < er_stiffness_column(system->robot) ||
-                                              column >= er_contact_column(system->robot)))
+    if (!system->anchored && !s->touching && cause != ER_BY_SPRING && cause != ER_BY_RATE)
         return NULL;
     r->means->kernel.shift(system->robot, &s->links, direction, shift);
     for (int l = 0; l < ER_STAGES; l++) {
         const double gap[3] = {w->gap[0][l], w->gap[1][l], w->gap[2][l]};
         const double moved[3] = {shift[0][l], shift[1][l], shift[2][l]};
-        const er_load *load = &share[column < ER_WRENCH_COLUMNS ? 0 : l].load;
+        const er_load *load = &share[cause == ER_BY_WRENCH ? 0 : l].load;
         double force[3], contact[6] = {0.0};
         er_anchor_along(&system->load.anchor, gap, &load->anchor, moved, force);
         if (s->touching)
             follow_contact(r, direction, load, l, contact);
         for (int k = 0; k < 6; k++)
             pull[k][l] = (k < 3 ? force[k] : 0.0) + contact[k] +
-                         (column < er_rate_column(system->robot) ? 0.0 : load->wrench[k]);
+                         (cause < ER_BY_RATE ? 0.0 : load->wrench[k]);
     }
     return (const er_lanes *)pull;
 }
 
 /* Tangent of the stage residuals along a column of x and x' at the start of a step of length h, its stage
  * accelerations and its input [N m]. */
-static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int column,
+static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int column, er_cause cause,
                          const er_share share[], const er_lanes *acceleration, er_lanes *tangent)
 {
     const er_robot *robot = r->system->robot;
@@ -147,7 +173,7 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int
     er_direction direction;
     ER_ALIGNED er_pull pull;
     kernel->direct(robot, h, s->x[column], s->v[column], acceleration, s->slope,
-                   r->system->parameters->damping, &direction, tangent);
+                   r->system->gears->damping, &direction, tangent);
     for (int l = 0; share[0].joint >= 0 && l < ER_STAGES; l++) {
         int i = robot->drive_angle[share[0].joint];
         direction.angle[i][l] += share[l].q;
@@ -155,8 +181,8 @@ static void find_tangent(const er_sensitivity *s, const er_run *r, double h, int
         direction.acceleration[i][l] += share[l].qdd;
     }
     kernel->tangent(robot, &s->links, &direction,
-                    column < ER_WRENCH_COLUMNS ? share[0].load.wrench : NULL,
-                    find_pull(s, r, column, share, &direction, pull), tangent);
+                    cause == ER_BY_WRENCH ? share[0].load.wrench : NULL,
+                    find_pull(s, r, cause, share, &direction, pull), tangent);
 }
 
 static double response(er_sensitivity *s, const er_run *r)
@@ -170,13 +196,13 @@ static double response(er_sensitivity *s, const er_run *r)
 }
 
 /* Stage accelerations that count as none in a column [rad/s^2 per its unit]. */
-static double negligible(er_sensitivity *s, const er_run *r, int column, const er_share *share)
+static double negligible(er_sensitivity *s, const er_run *r, er_cause cause, const er_share *share)
 {
     double time = r->settings->longest_step, force = 1.0;
     if (share->joint >= 0)
         return NEGLIGIBLE * (fabs(share->q) / (time * time) + fabs(share->qd) / time +
                              fabs(share->qdd));
-    if (column >= er_anchor_column(r->system->robot) && column < er_rate_column(r->system->robot)) {
+    if (cause == ER_BY_ANCHOR || cause == ER_BY_ANCHOR_VELOCITY || cause == ER_BY_SPRING) {
         const double last[3] = {r->work->gap[0][ER_STAGES - 1], r->work->gap[1][ER_STAGES - 1],
                                 r->work->gap[2][ER_STAGES - 1]};
         const double still[3] = {0.0, 0.0, 0.0};
@@ -188,18 +214,19 @@ static double negligible(er_sensitivity *s, const er_run *r, int column, const e
 }
 
 /* What a parameter itself changes in the residuals of the stages [N m]; false where the column is none. */
-static bool find_parameter(const er_run *r, const er_state *state, int column, er_lanes *load)
+static bool find_parameter(const er_run *r, const er_state *state, int column, er_cause cause,
+                           er_lanes *load)
 {
     const er_robot *robot = r->system->robot;
     const er_workspace *w = r->work;
     er_parameters change;
     er_motion still;
-    if (column < er_gravity_column(robot))
+    if (cause < ER_BY_GRAVITY)
         return false;
     memset(&change, 0, sizeof change);
     er_parameter_along(robot, column, 1.0, &change);
     memset(load, 0, (size_t)r->m * sizeof *load);
-    if (column < er_elastic_column(robot, 0)) {
+    if (cause == ER_BY_GRAVITY) {
         still = w->motion;
         memset(still.rate, 0, sizeof still.rate);
         memset(still.acceleration, 0, sizeof still.acceleration);
@@ -209,7 +236,7 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
     for (int k = 0; k < r->m; k++)
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] = change.damping[k] * w->v[k][l] +
-                         er_curve_along(r->system->curve, k, state->region[k], w->x[k][l],
+                         er_gear_along(r->system->gears, k, state->region[k], w->x[k][l],
                                         change.stiffness[k], change.backlash[k]);
     return true;
 }
@@ -227,8 +254,10 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     const er_kernel *kernel = &r->means->kernel;
     ER_ALIGNED er_lanes tangent[ER_MAX_ANGLES], own[ER_MAX_ANGLES];
     er_share share[ER_STAGES];
-    bool has_own = find_parameter(r, state, column, own);
-    int shares = column < ER_WRENCH_COLUMNS ? 1 : ER_STAGES;
+    int entry;
+    er_cause cause = er_cause_of(r->system->robot, column, &entry);
+    bool has_own = find_parameter(r, state, column, cause, own);
+    int shares = cause == ER_BY_WRENCH ? 1 : ER_STAGES;
     double last = 0.0, limit = 0.0;
     for (int l = 0; l < shares; l++)
         share[l] = er_share_of(s, r->system->robot, column,
@@ -236,11 +265,11 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
     memset(acceleration, 0, (size_t)r->m * sizeof *acceleration);
     for (int pass = 1; pass <= MAX_PASSES; pass++) {
         double size, rate;
-        if (pass == 1 && s->still && column < ER_WRENCH_COLUMNS) {
+        if (pass == 1 && s->still && cause == ER_BY_WRENCH) {
             memset(tangent, 0, (size_t)r->m * sizeof *tangent);
             kernel->tangent(r->system->robot, &s->links, NULL, share[0].load.wrench, NULL, tangent);
         } else {
-            find_tangent(s, r, h, column, share, (const er_lanes *)acceleration, tangent);
+            find_tangent(s, r, h, column, cause, share, (const er_lanes *)acceleration, tangent);
             for (int k = 0; has_own && k < r->m; k++)
                 for (int l = 0; l < ER_STAGES; l++)
                     tangent[k][l] += own[k][l];
@@ -249,7 +278,7 @@ static bool solve(er_sensitivity *s, const er_run *r, const er_state *state, dou
         if (pass == 1) /* the length of the first solution is nearly that of the last */
             limit = s->accuracy * size;
         if (pass == USUAL_PASSES + 1)
-            limit = fmax(limit, negligible(s, r, column, &share[shares - 1]));
+            limit = fmax(limit, negligible(s, r, cause, &share[shares - 1]));
         rate = pass > 1 && last > 0.0 ? size / last : 1.0;
         s->passes = pass > s->passes ? pass : s->passes;
         /* What a linearly converging iteration leaves (Hairer and Wanner 1996, IV.8). */

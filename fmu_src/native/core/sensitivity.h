@@ -1,58 +1,48 @@
 /* How x and x' follow the inputs of a communication step: forward sensitivities, carried from step
  * to step of the integration, whose lengths are held.
  *
- * An input is named by its column, which is its value reference: the wrench, q, q' and q'' of the held
- * command, the anchor's position and velocity and the stiffness of its spring, the rate of the wrench, the
- * contact; behind them gravity, and stiffness, damping and backlash of each entry of x, by which
- * elastic_robot/path_sensitivity.py does the same.
+ * What they follow is a column each, cause by cause; elastic_robot/path_sensitivity.py does the same by
+ * parameters.
  */
 #ifndef ER_SENSITIVITY_H
 #define ER_SENSITIVITY_H
 
-#include "collocation.h"
+#include "step.h"
 
-enum { ER_WRENCH_COLUMNS = 6, ER_ANCHOR_COLUMNS = 6, ER_CONTACT_COLUMNS = 8 };
+/* What a motion follows: the wrench, q, q' and q'' of the held command, the anchor's position and velocity,
+ * the stiffness of its spring, the rate of the wrench, the contact and its normal; gravity, and stiffness,
+ * damping and backlash of each entry of x. */
+typedef enum {
+    ER_BY_WRENCH,
+    ER_BY_Q,
+    ER_BY_QD,
+    ER_BY_QDD,
+    ER_BY_ANCHOR,
+    ER_BY_ANCHOR_VELOCITY,
+    ER_BY_SPRING,
+    ER_BY_RATE,
+    ER_BY_CONTACT,
+    ER_BY_NORMAL,
+    ER_BY_GRAVITY,
+    ER_BY_STIFFNESS,
+    ER_BY_DAMPING,
+    ER_BY_BACKLASH,
+    ER_CAUSES
+} er_cause;
+
+enum { ER_CONTACT_ENTRIES = 8 }; /* normal included */
 enum {
-    ER_MAX_DIRECTIONS =
-        2 * ER_WRENCH_COLUMNS + 3 * ER_MAX_JOINTS + ER_ANCHOR_COLUMNS + ER_SYMMETRIC +
-        ER_CONTACT_COLUMNS + 3 +
-        3 * ER_MAX_ANGLES
+    ER_MAX_DIRECTIONS = 2 * 6 + 3 * ER_MAX_JOINTS + 2 * 3 + ER_SYMMETRIC + ER_CONTACT_ENTRIES + 3 +
+                        3 * ER_MAX_ANGLES
 };
 
-/* The first of the anchor's columns, of the stiffness of its spring, of the rate of the wrench and of the
- * contact: stiffness, dissipation, radius, friction, slip speed and normal. */
-static inline int er_anchor_column(const er_robot *robot)
-{
-    return ER_WRENCH_COLUMNS + 3 * robot->joints;
-}
+/* The first column of a cause; of ER_CAUSES the number of columns. */
+int er_first_column(const er_robot *robot, er_cause cause);
 
-static inline int er_stiffness_column(const er_robot *robot)
-{
-    return er_anchor_column(robot) + ER_ANCHOR_COLUMNS;
-}
+/* The cause that a column belongs to, and its entry of that. */
+er_cause er_cause_of(const er_robot *robot, int column, int *entry);
 
-static inline int er_rate_column(const er_robot *robot)
-{
-    return er_stiffness_column(robot) + ER_SYMMETRIC;
-}
-
-static inline int er_contact_column(const er_robot *robot)
-{
-    return er_rate_column(robot) + ER_WRENCH_COLUMNS;
-}
-
-/* The first of gravity, stiffness, damping and backlash. */
-static inline int er_gravity_column(const er_robot *robot)
-{
-    return er_contact_column(robot) + ER_CONTACT_COLUMNS;
-}
-
-static inline int er_elastic_column(const er_robot *robot, int which)
-{
-    return er_gravity_column(robot) + 3 + which * robot->elastics;
-}
-
-/* The entry of a contact by its place among these columns. */
+/* The entry of a contact by its place among its causes. */
 double *er_contact_entry(er_contact *contact, int place);
 
 /* A unit change of a column's parameter, times a factor, is added; nothing of other columns. */
@@ -85,8 +75,9 @@ typedef struct {
 er_share er_share_of(const er_sensitivity *sensitivity, const er_robot *robot, int column,
                      double elapsed);
 
-/* Begins with x and x' that do not depend on the inputs. */
-void er_sensitivity_start(er_sensitivity *sensitivity, int first, int count, double start);
+/* Begins with x and x' that do not depend on the inputs: the columns from one cause to another. */
+void er_sensitivity_start(er_sensitivity *sensitivity, const er_robot *robot, er_cause first, er_cause last,
+                          double start);
 
 /* Carries the columns over a step that was just solved from `state`; the workspace is as it left it. */
 void er_sensitivity_follow(er_sensitivity *sensitivity, const er_run *r, const er_state *state,

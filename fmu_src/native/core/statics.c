@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "anchored_statics.h"
+#include "contact_motion.h"
 #include "linear.h"
 
 /* A step longer than this [rad] is no deflection any more. */
@@ -15,7 +15,7 @@ enum { MOST = ER_MAX_ANGLES };
 /* An equilibrium in the making; one entry per elastic coordinate. */
 typedef struct {
     const er_robot *robot;
-    const er_curve *curve;
+    const er_gears *gears;
     const double *gravity, *wrench, *q;
     int m;
     double *x;
@@ -39,7 +39,7 @@ static void place_at(search *s, const double *x)
 /* Half width of the play, minus infinity for coordinates without. */
 static double guard(const search *s, int k)
 {
-    return er_curve_switches(s->curve, k) ? s->curve->half_width[k] : -INFINITY;
+    return er_gear_switches(s->gears, k) ? er_gear_play(s->gears, k) : -INFINITY;
 }
 
 static double diagonal(const search *s, int k)
@@ -51,10 +51,10 @@ static void begin(search *s)
 {
     place_at(s, NULL);
     for (int k = 0; k < s->m; k++) {
-        bool switching = er_curve_switches(s->curve, k);
+        bool switching = er_gear_switches(s->gears, k);
         s->neutral[k] = switching && fabs(s->torque[k]) < s->robot->settings.neutral_torque;
-        s->x[k] = s->neutral[k] ? 0.0 : er_curve_deflection(s->curve, k, s->torque[k]);
-        s->region[k] = s->neutral[k] ? 0 : er_curve_region(s->curve, k, s->x[k]);
+        s->x[k] = s->neutral[k] ? 0.0 : er_gear_deflection(s->gears, k, s->torque[k]);
+        s->region[k] = s->neutral[k] ? 0 : er_gear_region(s->gears, k, s->x[k]);
     }
 }
 
@@ -66,11 +66,11 @@ static void begin(search *s)
  * k (x - B/2)^2 / (2 B) of a rounded dead band, that is steeper than 2 s. */
 static double slope_for_step(const search *s, int k)
 {
-    double slope = er_curve_slope(s->curve, k, s->region[k], s->x[k]);
+    double slope = er_gear_slope(s->gears, k, s->region[k], s->x[k]);
     double longest = s->robot->settings.across_play * guard(s, k);
     if (s->region[k] == 0)
         slope = fmax(fabs(s->torque[k]) / longest + diagonal(s, k), 0.0);
-    return s->curve->spline[k].points > 0 ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
+    return er_gear_is_bent(s->gears, k) ? fmax(slope, 2.0 * diagonal(s, k)) : slope;
 }
 
 /* Whether the matrix of a step serves the next: no slope changes by itself. */
@@ -78,7 +78,7 @@ static bool is_straight(const search *s)
 {
     bool straight = true;
     for (int k = 0; k < s->m; k++)
-        straight &= s->curve->spline[k].points == 0 && (s->region[k] != 0 || s->neutral[k]);
+        straight &= !er_gear_is_bent(s->gears, k) && (s->region[k] != 0 || s->neutral[k]);
     return straight;
 }
 
@@ -102,7 +102,7 @@ static double move(search *s)
     for (int k = 0; k < s->m; k++)
         step[k] = s->neutral[k] ? 0.0
                                 : s->torque[k] -
-                                      er_curve_torque(s->curve, k, s->region[k], s->x[k]);
+                                      er_gear_torque(s->gears, k, s->region[k], s->x[k]);
     er_lu_solve(s->m, s->factors, s->pivot, step);
     for (int k = 0; k < s->m; k++) {
         s->x[k] += step[k];
@@ -140,8 +140,8 @@ static bool release_loaded(search *s)
     for (int k = 0; k < s->m; k++)
         if (s->neutral[k] && fabs(s->torque[k]) >= s->robot->settings.neutral_torque) {
             s->neutral[k] = false;
-            s->x[k] = er_curve_deflection(s->curve, k, s->torque[k]);
-            s->region[k] = er_curve_region(s->curve, k, s->x[k]);
+            s->x[k] = er_gear_deflection(s->gears, k, s->torque[k]);
+            s->region[k] = er_gear_region(s->gears, k, s->x[k]);
             released = true;
         }
     return released;
@@ -223,7 +223,7 @@ static bool rest_apart(search *s, const er_load *load)
         if (iterate(s))
             return true;
     }
-    return er_anchored_equilibrium(s->robot, s->curve, s->gravity, s->q, load, s->x);
+    return er_anchored_equilibrium(s->robot, s->gears, s->gravity, s->q, load, s->x);
 }
 
 /* A contact that is not touched without it changes nothing. */
@@ -240,15 +240,15 @@ static bool rest(search *s, const er_load *load)
         if (!(er_contact_touch(&load->contact, gap).depth > 0.0))
             return true;
     }
-    return er_anchored_equilibrium(s->robot, s->curve, s->gravity, s->q, load, s->x);
+    return er_anchored_equilibrium(s->robot, s->gears, s->gravity, s->q, load, s->x);
 }
 
-bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
                     const double *q, const er_load *load, double *x, er_failure *failure)
 {
     search s;
     char posture[400], wrench[200], stiffness[200], anchor[100], spring[400] = "", contact[64] = "";
-    s.robot = robot, s.curve = curve, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
+    s.robot = robot, s.gears = gears, s.gravity = gravity, s.wrench = load->wrench, s.q = q, s.x = x;
     s.m = robot->elastics;
     if (s.m == 0)
         return true;
@@ -267,7 +267,7 @@ bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double g
                    " N m%s%s; the joints are too soft for this load", posture, wrench, spring, contact);
 }
 
-bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_compliance(const er_robot *robot, const er_gears *gears, const double gravity[3],
                    const double *q, const double *x, const er_load *load, double compliance[6],
                    er_failure *failure)
 {
@@ -285,7 +285,7 @@ bool er_compliance(const er_robot *robot, const er_curve *curve, const double gr
     for (int i = 0; i < m * m; i++)
         stiffness[i] = -stiffness[i];
     for (int k = 0; k < m; k++)
-        stiffness[k * m + k] += er_curve_flank_slope(curve, k, x[k]);
+        stiffness[k * m + k] += er_gear_flank_slope(gears, k, x[k]);
     if (er_load_yields(load)) {
         er_load_support(load, placement.tool_position, support);
         er_add_support(robot, &placement, support, stiffness);

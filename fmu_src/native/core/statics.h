@@ -3,19 +3,23 @@
 #define ER_STATICS_H
 
 #include "chain.h"
-#include "curves.h"
+#include "gear.h"
 #include "load.h"
 
 /* Elastic coordinates at rest, S(x) = J^T w + J_p^T (K (a - p) + k max(0, d) n) - g, by the rules of
  * docs/model.md: no memory. */
-bool er_equilibrium(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
                     const double *q, const er_load *load, double *x, er_failure *failure);
 
 /* Translational compliance of the TCP at x, on its spring and contact: xx, xy, xz, yy, yz, zz [m/N].
  *
  * A gear inside its play counts with the stiffness of its flank. */
-bool er_compliance(const er_robot *robot, const er_curve *curve, const double gravity[3],
+bool er_compliance(const er_robot *robot, const er_gears *gears, const double gravity[3],
                    const double *q, const double *x, const er_load *load, double compliance[6],
                    er_failure *failure);
+
+/* The same by the way downhill in energy, on a contact spring or a contact; false if there are none. */
+bool er_anchored_equilibrium(const er_robot *robot, const er_gears *gears, const double gravity[3],
+                             const double *q, const er_load *load, double *x);
 
 #endif

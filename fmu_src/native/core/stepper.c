@@ -1,18 +1,16 @@
-#include "stepper.h"
+#include "step.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "collocation.h"
-#include "newton.h"
 #include "sensitivity.h"
 
 /* The error estimate of a step of length h falls as h^6: h^2 times the defect, of order 4. */
 #define ERROR_EXPONENT (1.0 / 6.0)
 
-void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve, double time)
+void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time)
 {
     state->time = time;
     state->step = robot->settings.first_step;
@@ -22,7 +20,7 @@ void er_state_start(er_state *state, const er_robot *robot, const er_curve *curv
     memset(state->predictor, 0, sizeof state->predictor);
     memset(&state->linearisation, 0, sizeof state->linearisation);
     for (int k = 0; k < robot->elastics; k++)
-        state->region[k] = er_curve_region(curve, k, state->x[k]);
+        state->region[k] = er_gear_region(gears, k, state->x[k]);
 }
 
 /* Stage accelerations at other nodes of a step's polynomial. */
@@ -75,7 +73,7 @@ static double find_allowed(const er_run *r, int coordinate)
 {
     return r->settings->landing *
            (coordinate == ER_DEPTH ? ER_CONTACT_SLACK
-                                   : er_crossing_slack(r->system->curve, r->settings, coordinate,
+                                   : er_gear_slack(r->system->gears, r->settings, coordinate,
                                                        r->means->tolerance));
 }
 
@@ -164,7 +162,7 @@ static bool take_step(const er_run *r, er_state *state, double end)
         } else {
             factor = settings->safety * pow(tolerance / fmax(step->error, DBL_MIN), ERROR_EXPONENT);
             bool crosses =
-                er_first_crossing(r->system->curve, settings, state->region, tolerance, h, state->x,
+                er_first_crossing(r->system->gears, settings, state->region, tolerance, h, state->x,
                                   state->v, (const er_lanes *)step->acceleration, &crossing);
             if (r->system->contacting)
                 crosses = er_earlier_contact(state->touching == 1, step->depth, crosses, &crossing);

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "instance_state.h"
-#include "instance_variables.h"
+#include "exchange.h"
+#include "variables.h"
 #include "log_categories.h"
 
 /* Without the master's log, stderr. */
@@ -146,13 +146,11 @@ bool er_component_enter(er_component *c)
     return enter_phase(c, ER_CALL_ENTER, ER_INITIALISING);
 }
 
-static const char *chosen(const er_instance *robot, int string)
+static const char *chosen(er_instance *robot, int string)
 {
-    const er_options *options = &robot->model->memory.options;
-    int choice = string == ER_MODE            ? options->quasistatic
-                 : string == ER_INITIAL_STATE ? options->undeflected
-                                              : (int)options->curve;
-    return robot->interface.string[string].choice[choice];
+    const char *text;
+    er_instance_get_string(robot, (unsigned)(robot->interface.reals + string), &text);
+    return text;
 }
 
 bool er_component_exit(er_component *c)
@@ -160,7 +158,9 @@ bool er_component_exit(er_component *c)
     er_instance *robot;
     er_failure text;
     char number[ER_NUMBER_TEXT], error[ER_NUMBER_TEXT];
-    if (!er_component_may(c, ER_CALL_EXIT) || !er_component_told(c, er_instance_start(c->robot)))
+    if (!er_component_may(c, ER_CALL_EXIT) ||
+        !er_component_told(c, er_instance_start(c->robot) &&
+                                  (!c->robot->exchange.on || er_exchange_settle(c->robot))))
         return false;
     pass_warning_on(c);
     robot = c->robot;

@@ -4,73 +4,50 @@
  * A step is computed again from where it began, with the sensitivities of its state carried along,
  * for all entries of the wrench or of the command, say, at once.  They serve until the state changes.
  */
-#include "derivative.h"
+#include "variables.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "../core/free_motion.h"
 #include "exchange.h"
-#include "instance_variables.h"
 
-/* Columns that are computed together. */
-typedef enum {
-    OF_WRENCH,
-    OF_COMMAND,
-    OF_ANCHOR,
-    OF_SPRING,
-    OF_RATE,
-    OF_CONTACT,
-    OF_GRAVITY,
-    OF_STIFFNESS, /* of the joints, as the next */
-    OF_DAMPING,
-    OF_BACKLASH,
-    GROUPS
-} column_group;
-
-/* The first column of a group, or behind the last one. */
-static int first_of(const er_robot *robot, column_group group)
+/* The first of the causes whose columns are computed together with those of one. */
+static er_cause first_beside(er_cause cause)
 {
-    const int first[] = {0, ER_WRENCH_COLUMNS, er_anchor_column(robot), er_stiffness_column(robot),
-                         er_rate_column(robot), er_contact_column(robot), er_gravity_column(robot),
-                         er_elastic_column(robot, 0),
-                         er_elastic_column(robot, 1), er_elastic_column(robot, 2),
-                         er_elastic_column(robot, 3)};
-    return first[group];
+    if (cause == ER_BY_QD || cause == ER_BY_QDD)
+        return ER_BY_Q;
+    return cause == ER_BY_ANCHOR_VELOCITY ? ER_BY_ANCHOR : cause == ER_BY_NORMAL ? ER_BY_CONTACT : cause;
 }
 
-static column_group group_of(const er_robot *robot, int column)
-{
-    column_group group = OF_WRENCH;
-    while (column >= first_of(robot, group + 1))
-        group++;
-    return group;
-}
-
-static void start_group(er_model *model, column_group group, const er_step_start *start)
+static void start_columns(er_model *model, er_cause first, const er_step_start *start)
 {
     const er_robot *robot = &model->robot;
     double time = start->state.time;
-    int first = first_of(robot, group);
-    er_sensitivity_start(&model->sensitivity, first, first_of(robot, group + 1) - first, time);
-    if (group == OF_COMMAND)
+    er_cause last = first;
+    while (last + 1 < ER_CAUSES && first_beside((er_cause)(last + 1)) == first)
+        last++;
+    er_sensitivity_start(&model->sensitivity, robot, first, last, time);
+    if (first == ER_BY_Q)
         er_command_along(robot, &start->past, &start->command,
                          start->stepped ? start->end - time : 0.0, model->sensitivity.commanded);
 }
 
-static bool is(const er_instance *instance, unsigned reference, bool (*kind)(er_block))
+/* The block of a real; NULL for other references. */
+static const er_block *block_of(const er_instance *instance, unsigned reference)
 {
-    return reference < (unsigned)instance->interface.reals &&
-           kind((er_block)instance->interface.block[reference]);
+    bool real = reference < (unsigned)instance->interface.reals;
+    return real ? er_block_of(&instance->interface, reference) : NULL;
 }
 
 /* In initialisation mode states are unknowns. */
 static bool is_known(const er_instance *instance, unsigned reference)
 {
-    return is(instance, reference, er_is_input) || is(instance, reference, er_is_tunable) ||
-           reference == er_time_reference(&instance->interface) ||
-           (instance->progress.phase >= ER_RUNNING && is(instance, reference, er_is_state));
+    const er_block *block = block_of(instance, reference);
+    if (block == NULL)
+        return reference == er_time_reference(&instance->interface);
+    return block->kind == ER_INPUT || block->kind == ER_TUNABLE ||
+           (instance->progress.phase >= ER_RUNNING && er_is_state(&instance->interface, reference));
 }
 
 /* A variable as sentences call it. */
@@ -86,10 +63,12 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                           const unsigned *knowns, size_t known_count, const double *seed)
 {
     char text[ER_NAME];
-    for (size_t i = 0; i < unknown_count; i++)
-        if (!is(instance, unknowns[i], er_is_computed))
+    for (size_t i = 0; i < unknown_count; i++) {
+        const er_block *block = block_of(instance, unknowns[i]);
+        if (block == NULL || !er_is_computed(block))
             return er_fail(&instance->failure, "derivative: expected an output to differentiate, got"
                            " %s", name_of(instance, unknowns[i], text));
+    }
     for (size_t j = 0; j < known_count; j++) {
         if (!is_known(instance, knowns[j]))
             return er_fail(&instance->failure, "derivative: expected an input, a tunable parameter, time or,"
@@ -100,27 +79,6 @@ static bool require_kinds(er_instance *instance, const unsigned *unknowns, size_
                            name_of(instance, knowns[j], text));
     }
     return true;
-}
-
-static int column_of(const er_instance *instance, unsigned reference)
-{
-    const er_interface *interface = &instance->interface;
-    const er_robot *robot = &instance->model->robot;
-    int block = interface->block[reference], k = (int)reference - interface->first[block];
-    switch (block) {
-    case ER_WRENCH: return k;
-    case ER_ANCHOR: return er_anchor_column(robot) + k;
-    case ER_ANCHOR_VELOCITY: return er_anchor_column(robot) + 3 + k;
-    case ER_ANCHOR_STIFFNESS: return er_stiffness_column(robot) + k;
-    case ER_WRENCH_RATE: return er_rate_column(robot) + k;
-    case ER_CONTACT: return er_contact_column(robot) + k;
-    case ER_CONTACT_NORMAL: return er_contact_column(robot) + 5 + k;
-    case ER_GRAVITY: return er_gravity_column(robot) + k;
-    case ER_STIFFNESS: return er_elastic_column(robot, 0) + k;
-    case ER_DAMPING: return er_elastic_column(robot, 1) + k;
-    case ER_BACKLASH_WIDTH: return er_elastic_column(robot, 2) + interface->torsion[k];
-    default: return ER_WRENCH_COLUMNS + (block - ER_Q_CMD) * robot->joints + k;
-    }
 }
 
 /* The column's unit change of what is held at the present time, and of parameters. */
@@ -138,7 +96,7 @@ static void known_along(const er_instance *instance, int column, double factor, 
         held->load.anchor.position[c] += factor * share.load.anchor.position[c];
         held->load.anchor.velocity[c] += factor * share.load.anchor.velocity[c];
     }
-    for (int k = 0; k < ER_CONTACT_COLUMNS; k++)
+    for (int k = 0; k < ER_CONTACT_ENTRIES; k++)
         *er_contact_entry(&held->load.contact, k) += factor * *er_contact_entry(&share.load.contact, k);
     for (int k = 0; k < ER_SYMMETRIC; k++)
         held->load.anchor.stiffness[k] += factor * share.load.anchor.stiffness[k];
@@ -162,17 +120,18 @@ static void follow_equilibrium(er_instance *instance, er_sensitivity *sensitivit
     }
 }
 
-/* Has the columns of a group, for the present state. */
-static bool require_columns(er_instance *instance, column_group group)
+/* Has the columns of a cause, for the present state. */
+static bool require_columns(er_instance *instance, er_cause cause)
 {
+    const er_cause first = first_beside(cause);
     const er_model *model = instance->model;
     const er_options *options = &model->memory.options;
     const er_step_start *start = &instance->step_start;
     er_sensitivity *sensitivity = &instance->model->sensitivity;
-    bool fixed = group == OF_COMMAND && options->trajectory[0] != '\0';
-    if ((instance->columns & 1u << group) != 0)
+    bool fixed = first == ER_BY_Q && options->trajectory[0] != '\0';
+    if ((instance->columns & 1u << first) != 0)
         return true;
-    start_group(instance->model, group, start);
+    start_columns(instance->model, first, start);
     if (!fixed && model->robot.elastics > 0) {
         if (start->stepped && !options->quasistatic) {
             if (!er_model_follow(instance->model, &start->state, &start->past, start->end,
@@ -185,8 +144,20 @@ static bool require_columns(er_instance *instance, column_group group)
     if (sensitivity->reason != NULL)
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: %s",
                        instance->progress.time, sensitivity->reason);
-    instance->columns |= 1u << group;
+    instance->columns |= 1u << first;
     return true;
+}
+
+/* Adds what the time does to the drives. */
+static void add_drives_by_time(const er_instance *instance, double seed, er_held *held)
+{
+    er_held by_time;
+    er_model_held_by_time(instance->model, &by_time);
+    for (int i = 0; i < instance->model->robot.joints; i++) {
+        held->q[i] += seed * by_time.q[i];
+        held->qd[i] += seed * by_time.qd[i];
+        held->qdd[i] += seed * by_time.qdd[i];
+    }
 }
 
 /* What the time alone changes: the drives of a trajectory, and with them a robot at rest. */
@@ -196,15 +167,11 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
     bool stepped = instance->step_start.stepped;
     double x[ER_MAX_ANGLES];
     er_change by_time;
-    memset(&by_time, 0, sizeof by_time);
-    er_exchange_by_time(instance, 1.0, &by_time.held);
-    for (int i = 0; i < instance->model->robot.joints; i++) {
-        change->held.q[i] += seed * by_time.held.q[i];
-        change->held.qd[i] += seed * by_time.held.qd[i];
-        change->held.qdd[i] += seed * by_time.held.qdd[i];
-    }
-    if (stepped ? !options->quasistatic : options->undeflected)
+    add_drives_by_time(instance, seed, &change->held);
+    if (er_exchange_runs(instance) || (stepped ? !options->quasistatic : options->undeflected))
         return true;
+    memset(&by_time, 0, sizeof by_time);
+    add_drives_by_time(instance, 1.0, &by_time.held);
     if (!er_equilibrium_along(instance->model, &by_time, x))
         return er_fail(&instance->failure, "there are no derivatives at t = %.9g s: the stiffness is"
                        " singular", instance->progress.time);
@@ -213,103 +180,62 @@ static bool add_time(er_instance *instance, double seed, er_change *change)
     return true;
 }
 
-/* The change of drives, wrench, state and parameters that a seed makes. */
+/* Adds what one input, state or parameter does by itself, all else as it is. */
+static void add_itself(const er_instance *instance, unsigned known, double seed, er_change *change)
+{
+    const er_block *block = er_block_of(&instance->interface, known);
+    bool drives = block->kind == ER_INPUT && block->cause >= ER_BY_Q && block->cause <= ER_BY_QDD;
+    if (!drives || instance->model->memory.options.trajectory[0] == '\0')
+        ((double *)((char *)change + block->along))[er_entry(&instance->interface, known)] += seed;
+}
+
+/* Adds what one input or parameter has done over the last step, or to the initial state. */
+static bool add_step(er_instance *instance, unsigned known, double seed, er_change *change)
+{
+    const er_sensitivity *sensitivity = &instance->model->sensitivity;
+    const er_robot *robot = &instance->model->robot;
+    er_cause cause = er_block_of(&instance->interface, known)->cause;
+    int column = er_first_column(robot, cause) + er_entry(&instance->interface, known);
+    if (!require_columns(instance, cause))
+        return false;
+    known_along(instance, column, seed, change);
+    for (int k = 0; k < robot->elastics; k++) {
+        change->x[k] += seed * sensitivity->x[column][k];
+        change->v[k] += seed * sensitivity->v[column][k];
+    }
+    return true;
+}
+
+/* The change of drives, load, state and parameters that a seed makes. */
 static bool find_change(er_instance *instance, const unsigned *knowns, size_t count,
                         const double *seed, er_change *change)
 {
-    const er_sensitivity *sensitivity = &instance->model->sensitivity;
     memset(change, 0, sizeof *change);
     for (size_t j = 0; j < count; j++) {
-        int column;
+        bool good = true;
         if (seed[j] == 0.0)
             continue;
-        if (knowns[j] == er_time_reference(&instance->interface)) {
-            if (!add_time(instance, seed[j], change))
-                return false;
-            continue;
-        }
-        if (er_is_state((er_block)instance->interface.block[knowns[j]])) {
-            er_exchange_add(instance, knowns[j], seed[j], change);
-            continue;
-        }
-        column = column_of(instance, knowns[j]);
-        if (!require_columns(instance, group_of(&instance->model->robot, column)))
+        if (knowns[j] == er_time_reference(&instance->interface))
+            good = add_time(instance, seed[j], change);
+        else if (er_exchange_runs(instance) || er_is_state(&instance->interface, knowns[j]))
+            add_itself(instance, knowns[j], seed[j], change);
+        else
+            good = add_step(instance, knowns[j], seed[j], change);
+        if (!good)
             return false;
-        known_along(instance, column, seed[j], change);
-        for (int k = 0; k < instance->model->robot.elastics; k++) {
-            change->x[k] += seed[j] * sensitivity->x[column][k];
-            change->v[k] += seed[j] * sensitivity->v[column][k];
-        }
     }
     return true;
 }
 
-static bool acceleration_along(er_instance *instance, const er_change *change, double *out)
+/* Derivatives of a block along a change. */
+static bool block_along(er_instance *instance, int number, const er_change *change, double *out)
 {
-    er_model *model = instance->model;
-    memset(out, 0, (size_t)model->robot.elastics * sizeof *out);
-    if (model->memory.options.quasistatic)
-        return true;
-    if (!er_instance_require(instance, ER_RATE_DERIVATIVE))
-        return false;
-    er_free_motion_along(model, change, out);
-    return true;
-}
-
-/* Changes of the contact's force and of the way to its plane. */
-static void contact_along(const er_instance *instance, const er_change *change, double force[3], double *gap)
-{
-    const er_model *model = instance->model;
-    const er_robot *robot = &model->robot;
-    const er_load *load = &model->memory.held.load;
-    bool still = model->memory.options.quasistatic;
-    er_load along = change->held.load;
-    er_contact_motion motion;
-    er_touch touch;
-    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES] = {0.0}, wrench[6];
-    memset(force, 0, 3 * sizeof *force);
-    *gap = 0.0;
-    if (!er_contact_holds(&load->contact))
-        return;
-    er_model_contact(model, &motion, wrench);
-    er_angles(robot, change->held.q, change->x, theta);
-    if (still)
-        memset(along.anchor.velocity, 0, sizeof along.anchor.velocity);
-    else
-        er_angles(robot, change->held.qd, change->v, rate);
-    er_contact_place_along(robot, load, &motion, theta, rate, &along, &touch);
-    *gap = -touch.depth;
-    if (!(motion.touch.depth > 0.0))
-        return;
-    er_contact_wrench_along(robot, load, &motion, theta, rate, &along, wrench);
-    memcpy(force, wrench, 3 * sizeof *force);
-}
-
-static bool block_along(er_instance *instance, er_block block, const er_change *change, double *out)
-{
-    er_model *model = instance->model;
-    size_t elastics = (size_t)model->robot.elastics * sizeof *out;
-    double gap, force[3];
-    switch (block) {
-    case ER_TCP: er_tcp_along(model, change, out); return true;
-    case ER_VELOCITY: er_velocity_along(model, change, out); return true;
-    case ER_RIGID: er_rigid_along(model, change, out); return true;
-    case ER_DEVIATION: er_deviation_along(model, change, out); return true;
-    case ER_COMPLIANCE:
-        return er_compliance_along(model, change, out) ||
-               er_fail(&instance->failure, "the compliance has no derivative here; the robot's"
-                       " stiffness is singular");
-    case ER_DEFLECTION: memcpy(out, change->x, elastics); return true;
-    case ER_DEFLECTION_RATE:
-    case ER_DEFLECTION_DERIVATIVE: memcpy(out, change->v, elastics); return true;
-    case ER_RATE_DERIVATIVE: return acceleration_along(instance, change, out);
-    case ER_BEND: er_exchange_bends_along(instance, change, out); return true;
-    case ER_CONTACT_FORCE: contact_along(instance, change, out, &gap); return true;
-    case ER_CONTACT_GAP: contact_along(instance, change, force, out); return true;
-    default:
+    const er_block *block = &er_blocks[number];
+    if (block->differentiate == NULL)
         return er_fail(&instance->failure, "%s has no derivative; expected another output",
-                       instance->interface.name[instance->interface.first[block]]);
-    }
+                       instance->interface.name[instance->interface.first[number]]);
+    return (!block->from_value || er_instance_require(instance, number)) &&
+           block->differentiate(instance, change, out);
 }
 
 bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, size_t unknown_count,
@@ -325,12 +251,10 @@ bool er_instance_derivative(er_instance *instance, const unsigned *unknowns, siz
         return true;
     if (!er_instance_initialise(instance) || !er_exchange_hold(instance))
         return false;
-    if (er_exchange_runs(instance))
-        er_exchange_change(instance, knowns, known_count, seed, &change);
-    else if (!find_change(instance, knowns, known_count, seed, &change))
+    if (!find_change(instance, knowns, known_count, seed, &change))
         return false;
     for (size_t i = 0; i < unknown_count; i++) {
-        er_block block = (er_block)instance->interface.block[unknowns[i]];
+        int block = instance->interface.block[unknowns[i]];
         if ((there & 1u << block) == 0 &&
             !block_along(instance, block, &change, along + instance->interface.first[block]))
             return false;

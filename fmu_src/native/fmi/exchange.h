@@ -8,12 +8,8 @@
 #ifndef ER_EXCHANGE_H
 #define ER_EXCHANGE_H
 
-#include "../core/output_tangent.h"
+#include "../core/tangent.h"
 #include "instance.h"
-
-/* Numbers of continuous states and event indicators. */
-int er_exchange_states(const er_instance *instance);
-int er_exchange_indicators(const er_instance *instance);
 
 /* Whether states and time are the master's: initialisation has ended. */
 bool er_exchange_runs(const er_instance *instance);
@@ -27,9 +23,6 @@ void er_exchange_disturb(er_instance *instance);
 /* Ways from x to the bends of a torsion's curve below and above [rad]: to those of its piece while the
  * master integrates, else to the nearest. */
 void er_exchange_bends(const er_instance *instance, double *ways);
-
-/* Way from the sphere to the plane of the contact [m]; 1 without one. */
-double er_exchange_contact_gap(const er_instance *instance);
 
 /* How they change with x and backlash. */
 void er_exchange_bends_along(const er_instance *instance, const er_change *change, double *ways);
@@ -45,22 +38,5 @@ double er_exchange_next_event(er_instance *instance);
 
 /* Takes a time [s]. */
 bool er_exchange_set_time(er_instance *instance, double time);
-
-/* All states, x then x', and their derivatives; of as many as there are. */
-bool er_exchange_set_states(er_instance *instance, const double *states, size_t count);
-bool er_exchange_get_states(er_instance *instance, double *states, size_t count);
-bool er_exchange_get_derivatives(er_instance *instance, double *derivatives, size_t count);
-bool er_exchange_get_indicators(er_instance *instance, double *indicators, size_t count);
-bool er_exchange_get_nominals(er_instance *instance, double *nominals, size_t count);
-
-/* Adds what the time does to what is held. */
-void er_exchange_by_time(er_instance *instance, double seed, er_held *held);
-
-/* Adds what one input, state, parameter or the time does, all else as it is. */
-void er_exchange_add(er_instance *instance, unsigned reference, double seed, er_change *change);
-
-/* The change of drives, load, state and parameters that a seed of these and of time makes. */
-void er_exchange_change(er_instance *instance, const unsigned *knowns, size_t count,
-                        const double *seed, er_change *change);
 
 #endif

@@ -1,8 +1,76 @@
-#include "exchange_calls.h"
+#include "component.h"
 
 #include <math.h>
 
 #include "exchange.h"
+#include "variables.h"
+
+/* As many as one vector may have. */
+enum { MOST = ER_MAX_STATES * ER_MAX_ANGLES };
+
+static const char *const called[] = {"continuous states", "derivatives of continuous states",
+                                     "event indicators"};
+
+/* Value references of a vector; returns their number. */
+static int list(const er_interface *in, er_exchanged which, unsigned references[MOST])
+{
+    int blocks[ER_MAX_BLOCKS], count = 0, known = 0;
+    for (int k = 0; which != ER_INDICATORS && k < in->states; k++)
+        blocks[count++] = which == ER_STATES ? in->state[k].block : in->state[k].derivative;
+    for (int k = 0; which == ER_INDICATORS && k < er_block_count; k++)
+        if (er_blocks[k].is_indicator)
+            blocks[count++] = k;
+    for (int b = 0; b < count; b++)
+        for (int k = 0; k < in->size[blocks[b]]; k++)
+            references[known++] = (unsigned)(in->first[blocks[b]] + k);
+    return known;
+}
+
+/* The same where the master gives or takes as many values. */
+static bool list_for(er_instance *instance, er_exchanged which, const char *what, size_t count,
+                     unsigned references[MOST])
+{
+    int known = list(&instance->interface, which, references);
+    return count == (size_t)known ||
+           er_fail(&instance->failure, "%s: expected %d values, got %lu", what, known,
+                   (unsigned long)count);
+}
+
+static bool set_states(er_instance *instance, const double *states, size_t count)
+{
+    unsigned references[MOST];
+    char number[ER_NUMBER_TEXT];
+    if (!list_for(instance, ER_STATES, called[ER_STATES], count, references))
+        return false;
+    for (size_t k = 0; k < count; k++)
+        if (!isfinite(states[k]))
+            return er_fail(&instance->failure, "continuous state %lu: expected a finite number, got %s",
+                           (unsigned long)k + 1, er_shown(states[k], number)) ||
+                   er_let_retry(&instance->failure);
+    for (size_t k = 0; k < count; k++)
+        *er_instance_settable(instance, references[k]) = states[k];
+    instance->fresh = 0;
+    return true;
+}
+
+static bool get_exchanged(er_instance *instance, er_exchanged which, double *values, size_t count)
+{
+    unsigned references[MOST];
+    return list_for(instance, which, called[which], count, references) &&
+           er_instance_get_reals(instance, references, count, values);
+}
+
+static bool get_nominals(er_instance *instance, double *nominals, size_t count)
+{
+    const er_interface *in = &instance->interface;
+    unsigned references[MOST];
+    if (!list_for(instance, ER_STATES, "nominals of continuous states", count, references))
+        return false;
+    for (int k = 0; k < in->states; k++)
+        for (int i = 0; i < in->size[in->state[k].block]; i++)
+            *nominals++ = in->state[k].nominal;
+    return true;
+}
 
 static bool may_exchange(er_component *c, er_call call)
 {
@@ -54,26 +122,26 @@ bool er_component_set_time(er_component *c, double time)
 bool er_component_set_states(er_component *c, const double *states, size_t count)
 {
     return may_exchange(c, ER_CALL_SET_STATES) && er_component_given(c, count, states, states) &&
-           er_component_tried(c, er_exchange_set_states(c->robot, states, count));
+           er_component_tried(c, set_states(c->robot, states, count));
 }
 
 bool er_component_get_nominals(er_component *c, double *nominals, size_t count)
 {
     return may_exchange(c, ER_CALL_ANY) && er_component_given(c, count, nominals, nominals) &&
-           er_component_told(c, er_exchange_get_nominals(c->robot, nominals, count));
+           er_component_told(c, get_nominals(c->robot, nominals, count));
 }
 
-bool er_component_get_exchanged(er_component *c, er_exchange_getter *getter, double *values,
-                                size_t count)
+bool er_component_get_exchanged(er_component *c, er_exchanged which, double *values, size_t count)
 {
     return may_exchange(c, ER_CALL_GET_STATES) && er_component_given(c, count, values, values) &&
-           er_component_tried(c, getter(c->robot, values, count));
+           er_component_tried(c, get_exchanged(c->robot, which, values, count));
 }
 
-bool er_component_count_exchanged(er_component *c, er_exchange_counter *counter, size_t *count)
+bool er_component_count_exchanged(er_component *c, er_exchanged which, size_t *count)
 {
+    unsigned references[MOST];
     if (!may_exchange(c, ER_CALL_ANY) || !er_component_given(c, 1, count, count))
         return false;
-    *count = (size_t)counter(c->robot);
+    *count = (size_t)list(&c->robot->interface, which, references);
     return true;
 }

@@ -4,10 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../io/uri.h"
+#include "../io/file.h"
 #include "component.h"
-#include "derivative.h"
-#include "instance_variables.h"
+#include "variables.h"
 #include "log_categories.h"
 
 static fmi2Status status(bool good)

@@ -1,8 +1,7 @@
 /* The functions of FMI 2.0 for model exchange. */
 #include "fmi2Functions.h"
 
-#include "exchange.h"
-#include "exchange_calls.h"
+#include "component.h"
 
 static fmi2Status status(bool good)
 {
@@ -64,17 +63,17 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real states[], siz
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
+    return tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
+    return tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real states[], size_t count)
 {
-    return tried(c, er_component_get_exchanged(c, er_exchange_get_states, states, count));
+    return tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t count)

@@ -8,9 +8,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../io/uri.h"
-#include "derivative.h"
-#include "instance_variables.h"
+#include "../io/file.h"
+#include "variables.h"
 #include "log_categories.h"
 
 static fmi3Status status(bool good)

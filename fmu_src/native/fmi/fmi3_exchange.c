@@ -1,6 +1,5 @@
 /* The functions of FMI 3.0 for model exchange. */
-#include "exchange.h"
-#include "exchange_calls.h"
+#include "component.h"
 #include "fmi3.h"
 
 static fmi3Status status(bool good)
@@ -69,17 +68,17 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], s
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_derivatives, derivatives, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_STATE_DERIVATIVES, derivatives, count));
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_indicators, indicators, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_INDICATORS, indicators, count));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t count)
 {
-    return er_fmi3_tried(c, er_component_get_exchanged(c, er_exchange_get_states, states, count));
+    return er_fmi3_tried(c, er_component_get_exchanged(c, ER_STATES, states, count));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t count)
@@ -89,10 +88,10 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
-    return status(er_component_count_exchanged(c, er_exchange_indicators, count));
+    return status(er_component_count_exchanged(c, ER_INDICATORS, count));
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
-    return status(er_component_count_exchanged(c, er_exchange_states, count));
+    return status(er_component_count_exchanged(c, ER_STATES, count));
 }

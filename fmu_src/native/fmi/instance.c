@@ -4,9 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../io/hash.h"
-#include "../io/text_file.h"
-#include "exchange.h"
+#include "../io/file.h"
 
 /* The file holds the robot and, behind it, the variables. */
 static bool read_file(er_instance *instance, er_robot *robot, const char *file)
@@ -85,7 +83,7 @@ void er_instance_reset(er_instance *instance)
     memset(&instance->step_start, 0, sizeof instance->step_start);
     memset(&model->memory, 0, sizeof model->memory);
     instance->inputs.parameters = model->robot.parameters;
-    model->memory.options.curve = (er_curve_kind)interface->string[ER_TORQUE_CURVE].start;
+    model->memory.options.curve = interface->string[ER_TORQUE_CURVE].start;
     model->memory.options.quasistatic = interface->string[ER_MODE].start == 1;
     model->memory.options.undeflected = interface->string[ER_INITIAL_STATE].start == 1;
     model->memory.options.tolerance = interface->tolerance.usual;
@@ -214,7 +212,7 @@ bool er_instance_start(er_instance *instance)
         return false;
     watch_trajectory(instance);
     instance->progress.phase = instance->exchange.on ? ER_EVENT_MODE : ER_RUNNING;
-    return !instance->exchange.on || er_exchange_settle(instance);
+    return true;
 }
 
 /* Whether spring and contact can be such; the spring of the last step was. */

@@ -47,7 +47,7 @@ typedef struct {
     int piece[ER_MAX_JOINTS]; /* of each torsion's curve, at the last event */
 } er_exchange;
 
-typedef struct {
+struct er_instance {
     er_model *model;
     er_interface interface;
     uint64_t fingerprint; /* hash of the robot's data */
@@ -55,13 +55,13 @@ typedef struct {
     er_progress progress;
     er_step_start step_start;
     er_exchange exchange;
-    unsigned columns; /* groups of model->sensitivity that belong to the present state, a bit each */
+    unsigned columns; /* causes of model->sensitivity that belong to the present state, a bit each */
     unsigned beyond; /* drives that are told to go beyond their limits, a bit each */
     bool warned;     /* `failure` says what is wrong with values that were taken all the same */
     unsigned fresh; /* blocks of `outputs` that belong to the present state, a bit each */
     double outputs[ER_MAX_REALS];
     er_failure failure;
-} er_instance;
+};
 
 /* Makes an instance of the robot whose data are in a file; NULL, with the reason, if that fails.
  * `guid` is compared with the one in the file. */
@@ -80,7 +80,7 @@ bool er_instance_require_before_stop(er_instance *instance, double time);
 /* Computes the initial state unless it is there. */
 bool er_instance_initialise(er_instance *instance);
 
-/* The same, with which initialisation ends: strings are fixed from now on. */
+/* The same, with which initialisation ends: strings are fixed from now on; model exchange settles then. */
 bool er_instance_start(er_instance *instance);
 
 /* Moves on by a communication step [s]; inputs are those at its start. */

@@ -2,16 +2,14 @@
 
 #include <string.h>
 
-#define NAME(block, name, fixed, joint, elastic, torsion) name,
-static const char *const keys[ER_BLOCKS] = {ER_BLOCK_TABLE(NAME)};
-
-/* Place of a word among some, or their number. */
-static int place(const char *word, const char *const *known, int count)
+/* The place of a block in the table. */
+static bool read_block(er_lines *lines, int *block)
 {
-    int k = 0;
-    while (k < count && strcmp(word, known[k]) != 0)
-        k++;
-    return k;
+    er_lines_word(lines);
+    for (*block = 0; *block < er_block_count; (*block)++)
+        if (strcmp(lines->word, er_blocks[*block].name) == 0)
+            return true;
+    return er_lines_refuse(lines, "the name of a block of variables");
 }
 
 /* Lowest and highest angle of each drive. */
@@ -23,15 +21,29 @@ static bool read_limits(er_interface *in, int joints, er_lines *lines)
     return true;
 }
 
+/* Blocks of the states and of their derivatives, and the nominal. */
+static bool read_state(er_interface *in, er_lines *lines)
+{
+    er_state_block *state = &in->state[in->states];
+    if (in->states == ER_MAX_STATES)
+        return er_lines_refuse(lines, "fewer blocks of states");
+    if (!read_block(lines, &state->block))
+        return false;
+    if (!er_is_computed(&er_blocks[state->block]) || er_blocks[state->block].place == 0)
+        return er_lines_refuse(lines, "a block of states");
+    if (!read_block(lines, &state->derivative) || !er_lines_numbers(lines, 1, &state->nominal))
+        return false;
+    in->states++;
+    return true;
+}
+
 /* Block, unit and names of the elements of an array. */
 static bool read_reals(er_interface *in, er_lines *lines)
 {
     char unit[ER_UNIT];
     int block, first = in->reals;
-    er_lines_word(lines);
-    block = place(lines->word, keys, ER_BLOCKS);
-    if (block == ER_BLOCKS)
-        return er_lines_refuse(lines, "the name of a block of variables");
+    if (!read_block(lines, &block))
+        return false;
     if (in->size[block] == 0)
         in->first[block] = first;
     if (in->first[block] + in->size[block] != first)
@@ -73,30 +85,26 @@ static bool read_string(er_string *string, int choices, er_lines *lines)
     return string->start >= 0 || er_lines_refuse(lines, "choices with the start value among them");
 }
 
-#define SIZE(block, name, fixed, joint, elastic, torsion) \
-    fixed + joint * n + elastic * m + torsion * torsions,
-
 /* What the robot makes of the blocks must be what the model has. */
 static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    int n = robot->joints, m = robot->elastics, torsions = 0;
-    for (int k = 0; k < m; k++)
+    for (int k = 0; k < robot->elastics; k++)
         if (robot->elastic_tilt[k] == 0)
-            in->torsion[torsions++] = k;
-    {
-        const int size[ER_BLOCKS] = {ER_BLOCK_TABLE(SIZE)};
-        for (int block = 0; block < ER_BLOCKS; block++)
-            if (in->size[block] != size[block])
-                return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
-                               " got %d: build the FMU again", size[block], keys[block],
-                               in->size[block]);
+            in->torsion[in->torsions++] = k;
+    for (int k = 0; k < er_block_count; k++) {
+        const er_block *block = &er_blocks[k];
+        int size = block->fixed + block->joint * robot->joints + block->elastic * robot->elastics +
+                   block->torsion * in->torsions;
+        if (in->size[k] != size)
+            return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
+                           " got %d: build the FMU again", size, block->name, in->size[k]);
     }
     return true;
 }
 
 bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines)
 {
-    static const int choices[ER_STRINGS] = {0, ER_CURVES, 2, 2};
+    const int choices[ER_STRINGS] = {0, er_gear_laws, 2, 2};
     double tolerance[4];
     memset(in, 0, sizeof *in);
     if (!er_lines_next(lines) || !er_lines_key(lines, "tolerance") ||
@@ -107,9 +115,11 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
             return er_fail(lines->failure, "the robot's data: expected tolerances > 0, got %g: build the"
                            " FMU again", tolerance[k]);
     in->tolerance = (er_tolerance){tolerance[0], tolerance[1], tolerance[2], tolerance[3]};
-    if (!er_lines_key(lines, "nominals") || !er_lines_numbers(lines, 2, in->nominal) ||
-        !er_lines_next(lines) || !er_lines_key(lines, "limits") ||
-        !read_limits(in, robot->joints, lines) || !er_lines_next(lines))
+    while (strcmp(lines->word, "state") == 0)
+        if (!read_state(in, lines) || !er_lines_next(lines))
+            return false;
+    if (!er_lines_key(lines, "limits") || !read_limits(in, robot->joints, lines) ||
+        !er_lines_next(lines))
         return false;
     while (strcmp(lines->word, "reals") == 0)
         if (!read_reals(in, lines) || !er_lines_next(lines))
@@ -121,26 +131,14 @@ bool er_interface_parse(er_interface *in, const er_robot *robot, er_lines *lines
     return er_lines_key(lines, "end") && require_sizes(in, robot, lines);
 }
 
-double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k)
-{
-    switch (block) {
-    case ER_GRAVITY: return &parameters->gravity[k];
-    case ER_STIFFNESS: return &parameters->stiffness[k];
-    case ER_DAMPING: return &parameters->damping[k];
-    case ER_BACKLASH_WIDTH: return &parameters->backlash[interface->torsion[k]];
-    default: return NULL;
-    }
-}
-
 bool er_require_range(const er_interface *interface, unsigned reference, double value,
                       er_failure *failure)
 {
-    int block = interface->block[reference];
-    bool above = block == ER_STIFFNESS;
-    bool limited = (block >= ER_STIFFNESS && block <= ER_TCP_TOLERANCE) || block == ER_CONTACT;
+    er_range range = er_block_of(interface, reference)->range;
     char number[ER_NUMBER_TEXT];
-    if (!limited || (above ? value > 0.0 : value >= 0.0))
+    if (range == ER_ANY_NUMBER || (range == ER_POSITIVE ? value > 0.0 : value >= 0.0))
         return true;
     return er_fail(failure, "%s: expected a number %s, got %s %s", interface->name[reference],
-                   above ? "> 0" : ">= 0", er_shown(value, number), interface->unit[reference]);
+                   range == ER_POSITIVE ? "> 0" : ">= 0", er_shown(value, number),
+                   interface->unit[reference]);
 }

@@ -6,52 +6,48 @@
 #ifndef ER_INTERFACE_H
 #define ER_INTERFACE_H
 
-#include "../core/anchor.h"
-#include "../core/curves.h"
+#include <stddef.h>
 
-/* Blocks of reals: inputs, outputs, parameters, then what model exchange asks for beside them.  Each has its name in the table and its number
- * of variables: so many, and so many for each joint, elastic coordinate and torsion. */
-#define ER_BLOCK_TABLE(BLOCK) \
-    BLOCK(ER_WRENCH, "wrench", 6, 0, 0, 0) \
-    BLOCK(ER_Q_CMD, "q_cmd", 0, 1, 0, 0) \
-    BLOCK(ER_QD_CMD, "qd_cmd", 0, 1, 0, 0) \
-    BLOCK(ER_QDD_CMD, "qdd_cmd", 0, 1, 0, 0) \
-    BLOCK(ER_ANCHOR, "anchor", 3, 0, 0, 0) \
-    BLOCK(ER_ANCHOR_VELOCITY, "anchor_velocity", 3, 0, 0, 0) \
-    BLOCK(ER_ANCHOR_STIFFNESS, "anchor_stiffness", ER_SYMMETRIC, 0, 0, 0) \
-    BLOCK(ER_WRENCH_RATE, "wrench_rate", 6, 0, 0, 0) \
-    BLOCK(ER_CONTACT, "contact", 5, 0, 0, 0) \
-    BLOCK(ER_CONTACT_NORMAL, "contact_normal", 3, 0, 0, 0) \
-    BLOCK(ER_TCP, "tcp", 7, 0, 0, 0) \
-    BLOCK(ER_VELOCITY, "velocity", 3, 0, 0, 0) \
-    BLOCK(ER_RIGID, "rigid", 7, 0, 0, 0) \
-    BLOCK(ER_DEVIATION, "deviation", 6, 0, 0, 0) \
-    BLOCK(ER_COMPLIANCE, "compliance", 6, 0, 0, 0) \
-    BLOCK(ER_DEFLECTION, "deflection", 0, 0, 1, 0) \
-    BLOCK(ER_DEFLECTION_RATE, "deflection_rate", 0, 0, 1, 0) \
-    BLOCK(ER_CONTACT_FORCE, "contact_force", 3, 0, 0, 0) \
-    BLOCK(ER_GRAVITY, "gravity", 3, 0, 0, 0) \
-    BLOCK(ER_STIFFNESS, "stiffness", 0, 0, 1, 0) \
-    BLOCK(ER_DAMPING, "damping", 0, 0, 1, 0) \
-    BLOCK(ER_BACKLASH_WIDTH, "backlash", 0, 0, 0, 1) \
-    BLOCK(ER_TCP_TOLERANCE, "tolerance", 1, 0, 0, 0) \
-    BLOCK(ER_DEFLECTION_DERIVATIVE, "deflection_derivative", 0, 0, 1, 0) \
-    BLOCK(ER_RATE_DERIVATIVE, "rate_derivative", 0, 0, 1, 0) \
-    BLOCK(ER_BEND, "bend", 0, 0, 0, 2) \
-    BLOCK(ER_CONTACT_GAP, "contact_gap", 1, 0, 0, 0)
+#include "../core/sensitivity.h"
 
-#define ER_BLOCK_CONSTANT(block, name, fixed, joint, elastic, torsion) block,
-typedef enum { ER_BLOCK_TABLE(ER_BLOCK_CONSTANT) ER_BLOCKS } er_block;
+typedef struct er_instance er_instance;
+struct er_change;
 
-/* As many reals as the largest robot has. */
-#define ER_BLOCK_MOST(block, name, fixed, joint, elastic, torsion) \
-    +fixed + (joint + torsion) * ER_MAX_JOINTS + elastic * ER_MAX_ANGLES
-enum { ER_MAX_REALS = ER_BLOCK_TABLE(ER_BLOCK_MOST) };
+/* As many blocks of reals, reals and blocks of states as there may be. */
+enum { ER_MAX_BLOCKS = 32, ER_MAX_REALS = 512, ER_MAX_STATES = 4 };
+
+typedef enum { ER_INPUT, ER_OUTPUT, ER_TUNABLE, ER_FIXED, ER_LOCAL } er_kind;
+
+/* What a number may be. */
+typedef enum { ER_ANY_NUMBER, ER_NOT_NEGATIVE, ER_POSITIVE } er_range;
+
+/* A block of reals: what it is, and what reads, sets and differentiates it. */
+typedef struct {
+    const char *name; /* in the table */
+    er_kind kind;
+    int fixed, joint, elastic, torsion; /* variables: so many, and so many for each of the robot's */
+    er_range range;
+    /* Of inputs and parameters: their place in er_inputs, in bytes; of states that in er_state. */
+    size_t place;
+    size_t along; /* and where er_change has how they change */
+    size_t rate;  /* place in er_inputs of an input's derivative by time; 0: it has none */
+    er_cause cause; /* of inputs and parameters: what the motion follows with them */
+    void (*watch)(er_instance *instance, int reference); /* what else happens when one is set, or NULL */
+    /* Of outputs and local variables: their values, and their derivatives along a change, or NULL. */
+    bool (*find)(er_instance *instance, double *values);
+    bool (*differentiate)(er_instance *instance, const struct er_change *change, double *derivatives);
+    bool from_value;   /* the derivatives need the values */
+    bool is_indicator; /* of an event */
+} er_block;
+
+/* The table, in blocks.c. */
+extern const er_block er_blocks[];
+extern const int er_block_count;
 
 /* String variables, in their order; the choices of the last three are those of er_options. */
 enum { ER_TRAJECTORY, ER_TORQUE_CURVE, ER_MODE, ER_INITIAL_STATE, ER_STRINGS };
 
-#define ER_MAX_CHOICES ER_CURVES
+#define ER_MAX_CHOICES ER_MAX_LAWS
 #define ER_NAME 64
 #define ER_BLANK '~' /* stands for a blank in a name */
 #define ER_UNIT 16
@@ -70,15 +66,23 @@ typedef struct {
     double usual, relative, least, most;
 } er_tolerance;
 
+/* A block of continuous states, and that of their derivatives by time. */
+typedef struct {
+    int block, derivative;
+    double nominal; /* usual size of one */
+} er_state_block;
+
 /* Value references count from 0 through the reals, by blocks, and go on through the strings to time. */
 typedef struct {
     er_tolerance tolerance;
-    double nominal[2];           /* of the states: angles [rad] and rates [rad/s] */
+    int states;                  /* blocks of states of model exchange, in their order */
+    er_state_block state[ER_MAX_STATES];
     double limit[ER_MAX_JOINTS][2]; /* lowest and highest angle of each drive [rad]; infinite without */
     int reals;
-    int first[ER_BLOCKS];        /* value reference of each block's first variable */
-    int size[ER_BLOCKS];         /* its number of variables */
-    int torsion[ER_MAX_JOINTS];    /* entry of x of each backlash */
+    int first[ER_MAX_BLOCKS];        /* value reference of each block's first variable */
+    int size[ER_MAX_BLOCKS];         /* its number of variables */
+    int torsions;                    /* entries of x with a backlash */
+    int torsion[ER_MAX_JOINTS];      /* these entries */
     unsigned char block[ER_MAX_REALS]; /* of each real */
     unsigned char array[ER_MAX_REALS]; /* elements of the FMI 3.0 variable that starts there, or 0 */
     char name[ER_MAX_REALS][ER_NAME];  /* of each real, in sentences */
@@ -89,32 +93,31 @@ typedef struct {
 /* Reads the lines that `coupling.fmu_export.interface_text` writes, and checks them for the robot. */
 bool er_interface_parse(er_interface *interface, const er_robot *robot, er_lines *lines);
 
-static inline bool er_is_input(er_block block)
+static inline const er_block *er_block_of(const er_interface *interface, unsigned reference)
 {
-    return block < ER_TCP;
+    return &er_blocks[interface->block[reference]];
 }
 
-static inline bool er_is_output(er_block block)
+/* Place of a variable in its block, by the robot's entries of x where that has one for each torsion. */
+static inline int er_entry(const er_interface *interface, unsigned reference)
 {
-    return block >= ER_TCP && block < ER_GRAVITY;
+    int block = interface->block[reference], k = (int)reference - interface->first[block];
+    return er_blocks[block].torsion > 0 ? interface->torsion[k] : k;
 }
 
 /* Whether it is an output or local, computed when it is read. */
-static inline bool er_is_computed(er_block block)
+static inline bool er_is_computed(const er_block *block)
 {
-    return er_is_output(block) || block > ER_TCP_TOLERANCE;
-}
-
-/* Whether it is a parameter that may change while the model runs. */
-static inline bool er_is_tunable(er_block block)
-{
-    return block >= ER_GRAVITY && block <= ER_BACKLASH_WIDTH;
+    return block->kind == ER_OUTPUT || block->kind == ER_LOCAL;
 }
 
 /* Whether it is a continuous state of model exchange. */
-static inline bool er_is_state(er_block block)
+static inline bool er_is_state(const er_interface *interface, unsigned reference)
 {
-    return block == ER_DEFLECTION || block == ER_DEFLECTION_RATE;
+    bool is = false;
+    for (int k = 0; k < interface->states; k++)
+        is |= interface->block[reference] == interface->state[k].block;
+    return is;
 }
 
 /* Elements of the FMI 3.0 variable with a value reference, 0 if there is none. */
@@ -128,9 +131,6 @@ static inline unsigned er_time_reference(const er_interface *interface)
 {
     return (unsigned)interface->reals + ER_STRINGS;
 }
-
-/* One value of a block of parameters by its place; NULL if it is not a block of parameters. */
-double *er_parameter(const er_interface *interface, er_parameters *parameters, er_block block, int k);
 
 /* Refuses a value that is out of the range of a parameter or of a contact's number; others have none. */
 bool er_require_range(const er_interface *interface, unsigned reference, double value,

@@ -1,9 +1,115 @@
 #include "lines.h"
 
 #include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "number.h"
+/* Digits and powers of ten up to these make one rounding, so the quotient or product is exact. */
+#define EXACT_MANTISSA (UINT64_C(1) << 53)
+#define EXACT_POWER 22
+/* More digits than this cannot change the rounding of a double by more than strtod's last digit. */
+#define MOST_CHARACTERS 800
+#define MOST_EXPONENT 100000
+
+static const double power_of_ten[EXACT_POWER + 1] = {
+    1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+};
+
+typedef struct {
+    const char *point; /* of the decimal point, or NULL */
+    uint64_t mantissa; /* all digits, without the point */
+    bool fits;         /* the mantissa is complete and below 2^53 */
+    int exponent;      /* of ten, that belongs to the mantissa */
+    const char *end;
+} decimal;
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+static bool scan(const char *text, decimal *found)
+{
+    const char *c = text;
+    int digits = 0;
+    *found = (decimal){NULL, 0, true, 0, text};
+    if (*c == '+' || *c == '-')
+        c++;
+    for (;; c++) {
+        if (*c == '.' && found->point == NULL) {
+            found->point = c;
+        } else if (is_digit(*c)) {
+            digits++;
+            if (found->mantissa >= EXACT_MANTISSA / 10)
+                found->fits = false;
+            else
+                found->mantissa = 10 * found->mantissa + (uint64_t)(*c - '0');
+            if (found->point != NULL)
+                found->exponent--;
+        } else {
+            break;
+        }
+    }
+    if (digits == 0)
+        return false;
+    if (*c == 'e' || *c == 'E') {
+        const char *e = c + 1;
+        int sign = 1, exponent = 0;
+        if (*e == '+' || *e == '-')
+            sign = *e++ == '-' ? -1 : 1;
+        if (is_digit(*e)) {
+            for (; is_digit(*e); e++)
+                exponent = exponent < MOST_EXPONENT ? 10 * exponent + (*e - '0') : exponent;
+            found->exponent += sign * exponent;
+            c = e;
+        }
+    }
+    found->end = c;
+    return true;
+}
+
+/* strtod with the decimal point that the host's locale asks for. */
+static bool convert(const char *text, const decimal *found, double *value)
+{
+    char copy[MOST_CHARACTERS + 8], sample[16];
+    size_t length = (size_t)(found->end - text), point_length, before;
+    if (length > MOST_CHARACTERS)
+        return false;
+    if (found->point == NULL) {
+        memcpy(copy, text, length);
+        copy[length] = '\0';
+    } else {
+        snprintf(sample, sizeof sample, "%.1f", 0.5); /* 0, the locale's point, 5 */
+        point_length = strlen(sample) - 2;
+        before = (size_t)(found->point - text);
+        memcpy(copy, text, before);
+        memcpy(copy + before, sample + 1, point_length);
+        memcpy(copy + before + point_length, found->point + 1, length - before - 1);
+        copy[length - 1 + point_length] = '\0';
+    }
+    *value = strtod(copy, NULL);
+    return isfinite(*value);
+}
+
+bool er_read_number(const char **cursor, double *value)
+{
+    decimal found;
+    if (!scan(*cursor, &found))
+        return false;
+    if (found.fits && abs(found.exponent) <= EXACT_POWER) {
+        double magnitude = (double)found.mantissa;
+        magnitude = found.exponent < 0 ? magnitude / power_of_ten[-found.exponent]
+                                       : magnitude * power_of_ten[found.exponent];
+        *value = **cursor == '-' ? -magnitude : magnitude;
+    } else if (!convert(*cursor, &found, value)) {
+        return false;
+    }
+    *cursor = found.end;
+    return true;
+}
 
 void er_lines_start(er_lines *lines, const char *text, er_failure *failure)
 {

@@ -1,10 +1,15 @@
-/* Lines of words and numbers with blanks between them: the robot's data. */
+/* Words and numbers from text: the robot's data are lines of them. */
 #ifndef ER_LINES_H
 #define ER_LINES_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "failure.h"
+
+/* Reads a decimal number (no hexadecimal one, no nan, no inf) at *cursor and moves it behind.
+ * Correctly rounded.  Returns false, with *cursor as it was, where there is none. */
+bool er_read_number(const char **cursor, double *value);
 
 #define ER_WORD 80
 

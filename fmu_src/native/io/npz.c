@@ -1,11 +1,125 @@
-#include "npz.h"
+/* Arrays from NumPy's NPZ, a zip archive of .npy files, stored or deflated.
+ *
+ * The header of an array is a text: {'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }.
+ */
+#include "table_file.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "npy_header.h"
 #include "zip.h"
+
+typedef struct {
+    char kind;     /* of an entry: 'f', 'i', 'u', 'U' .. */
+    unsigned size; /* the number behind it: bytes, or letters of a 'U' */
+    bool big;      /* the most significant byte comes first */
+    bool column_major;
+    int axes; /* 0 to 2 */
+    uint64_t shape[2];
+} npy_header;
+
+enum { SIZE_DIGITS = 7, AXIS_DIGITS = 13 };
+#define MOST_AXIS (UINT64_C(1) << 40)
+
+typedef struct {
+    const char *at, *end;
+} cursor;
+
+static void skip_blanks(cursor *c)
+{
+    while (c->at < c->end && (*c->at == ' ' || *c->at == '\n'))
+        c->at++;
+}
+
+/* Passes blanks, then a word if it stands there. */
+static bool take(cursor *c, const char *word)
+{
+    size_t length = strlen(word);
+    skip_blanks(c);
+    if ((size_t)(c->end - c->at) < length || memcmp(c->at, word, length) != 0)
+        return false;
+    c->at += length;
+    return true;
+}
+
+static bool take_number(cursor *c, int most_digits, uint64_t *value)
+{
+    int digits = 0;
+    for (*value = 0; c->at < c->end && *c->at >= '0' && *c->at <= '9' && digits < most_digits; digits++)
+        *value = 10 * *value + (uint64_t)(*c->at++ - '0');
+    return digits > 0;
+}
+
+static bool read_kind(cursor *c, npy_header *header)
+{
+    uint64_t size;
+    char order;
+    if (!take(c, "'") || c->end - c->at < 2)
+        return false;
+    order = c->at[0];
+    header->kind = c->at[1];
+    c->at += 2;
+    if (order == '\0' || strchr("<>|", order) == NULL ||
+        !((header->kind >= 'a' && header->kind <= 'z') || (header->kind >= 'A' && header->kind <= 'Z')) ||
+        !take_number(c, SIZE_DIGITS, &size) || c->at == c->end || *c->at != '\'')
+        return false;
+    c->at++;
+    header->big = order == '>';
+    header->size = (unsigned)size;
+    return order != '|' || size == 1;
+}
+
+static bool read_shape(cursor *c, npy_header *header)
+{
+    if (!take(c, "("))
+        return false;
+    for (header->axes = 0; !take(c, ")");) {
+        uint64_t length;
+        skip_blanks(c);
+        if (!take_number(c, AXIS_DIGITS, &length) || header->axes == 2 || length > MOST_AXIS)
+            return false;
+        header->shape[header->axes++] = length;
+        if (!take(c, ","))
+            return take(c, ")");
+    }
+    return true;
+}
+
+static bool read_order(cursor *c, npy_header *header)
+{
+    header->column_major = take(c, "True");
+    return header->column_major || take(c, "False");
+}
+
+/* Reads a header as NumPy writes it, its keys in any order; elastic_robot/npz.py reads the same. */
+static bool parse_header(npy_header *header, const char *text, size_t length)
+{
+    static const struct {
+        const char *key;
+        bool (*read)(cursor *, npy_header *);
+    } parts[3] = {{"'descr'", read_kind}, {"'fortran_order'", read_order}, {"'shape'", read_shape}};
+    cursor c = {text, text + length};
+    unsigned seen = 0;
+    if (!take(&c, "{"))
+        return false;
+    while (!take(&c, "}")) {
+        unsigned part = 0;
+        while (part < 3 && !take(&c, parts[part].key))
+            part++;
+        if (part == 3 || (seen >> part & 1u) != 0 || !take(&c, ":") || !parts[part].read(&c, header))
+            return false;
+        seen |= 1u << part;
+        if (!take(&c, ",")) {
+            if (!take(&c, "}"))
+                return false;
+            break;
+        }
+    }
+    skip_blanks(&c);
+    return c.at == c.end && seen == 7;
+}
 
 /* One array: its bytes and what the header says of them. */
 typedef struct {
@@ -13,7 +127,7 @@ typedef struct {
     unsigned char *unpacked;      /* to be freed; NULL: it lies in the archive as it is */
     const unsigned char *data;
     size_t bytes;
-    er_npy_header header;
+    npy_header header;
 } array;
 
 static bool open_array(const unsigned char *archive, size_t size, const char *name, const char *file,
@@ -30,7 +144,7 @@ static bool open_array(const unsigned char *archive, size_t size, const char *na
     length = (size_t)er_little(a->content + 8, prefix == 10 ? 2 : 4);
     if (length > content_size - prefix)
         return er_fail(failure, "the array '%s' is cut short", name);
-    if (!er_npy_header_parse(&a->header, (const char *)a->content + prefix, length))
+    if (!parse_header(&a->header, (const char *)a->content + prefix, length))
         return er_fail(failure, "the array '%s' has a header that is not NumPy's", name);
     a->data = a->content + prefix + length;
     a->bytes = content_size - prefix - length;
@@ -117,7 +231,7 @@ static double number_at(const array *a, size_t entry)
     }
 }
 
-static bool is_number(const er_npy_header *header)
+static bool is_number(const npy_header *header)
 {
     unsigned size = header->size;
     bool power = size == 1 || size == 2 || size == 4 || size == 8;
@@ -126,7 +240,7 @@ static bool is_number(const er_npy_header *header)
 }
 
 /* Whether the table lies in the file as this machine keeps it. */
-static bool is_own(const er_npy_header *header)
+static bool is_own(const npy_header *header)
 {
     const double one = 1.0;
     unsigned char bytes[sizeof one];

@@ -3,9 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "npz.h"
-#include "number.h"
-#include "text_file.h"
+#include "lines.h"
+#include "file.h"
 
 /* Longest number that is read: all that can tell two doubles apart. */
 #define MOST_DIGITS 800

@@ -24,6 +24,11 @@ bool er_table_read(er_data_table *table, const char *path, er_failure *failure);
 bool er_table_parse(er_data_table *table, const char *content, size_t size, bool is_npz,
                     er_failure *failure);
 
+/* The same of NPZ: the arrays `columns` (text) and `data` (numbers, two axes) of an archive in memory.
+ * `spare`: that memory, where it is from malloc and the table's data may be kept in it, or NULL. */
+bool er_npz_parse(er_data_table *table, const unsigned char *archive, size_t size, void *spare,
+                  er_failure *failure);
+
 void er_table_free(er_data_table *table);
 
 /* Number of the column with a name, and how many of them there are. */

@@ -1,8 +1,8 @@
-#include "instance_state.h"
+#include "variables.h"
 
 #include <string.h>
 
-#include "../io/hash.h"
+#include "../io/file.h"
 #include "exchange.h"
 
 /* Changes with the layout of er_saved_state. */

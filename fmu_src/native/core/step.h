@@ -5,14 +5,17 @@
  * step; where the collocation polynomial leaves a region, and where the drives' third derivative
  * jumps, the step is ended.  elastic_robot/integrator.py is the same in Python.
  */
-#ifndef ER_STEPPER_H
-#define ER_STEPPER_H
+#ifndef ER_STEP_H
+#define ER_STEP_H
+
+#include <stdbool.h>
 
 #include "chain.h"
-#include "crossings.h"
 #include "contact_motion.h"
 #include "kernel.h"
 #include "trajectory.h"
+#include "gear.h"
+#include "gauss.h"
 
 /* What the matrices of Newton's method are made of, besides the robot and its damping.  The state keeps
  * it, so that a restored state continues with the same matrices without saving them. */
@@ -43,7 +46,7 @@ typedef struct {
 /* What is integrated: M theta'' + h - J^T w - J_p^T K (a - p) - J_c^T F + S(x) + d x' = 0. */
 typedef struct {
     const er_robot *robot;
-    const er_curve *curve;
+    const er_gears *gears;
     const er_parameters *parameters;
     const er_drives *drives;
     er_load load;  /* its anchor is that of `start` */
@@ -98,8 +101,80 @@ typedef struct {
     struct er_sensitivity *sensitivity; /* carried along with the steps; NULL: none */
 } er_workspace;
 
+/* Where a step's polynomial first leaves the region in which a coordinate obeys one smooth law. */
+typedef struct {
+    int coordinate;  /* or ER_DEPTH */
+    double boundary; /* value that it passes [rad], or [m] */
+    int outward;     /* 1: rises through the boundary, -1: falls */
+    int region;      /* the region beyond */
+    double fraction; /* place in the step, in (0, 1] */
+} er_crossing;
+
+/* In er_crossing: no coordinate, the depth of a contact. */
+enum { ER_DEPTH = -1 };
+
+/* A contact begins this far behind the plane [m], so that rounding does not undo it, and ends at it: what
+ * presses never pulls. */
+#define ER_CONTACT_SLACK 1e-11
+
+/* The earlier of a crossing, if one was `found`, and that of a contact's depth at the start, the nodes and
+ * the end of a step. */
+bool er_earlier_contact(bool touching, const double depth[ER_CONTROL], bool found, er_crossing *first);
+
+/* The first crossing of a step of length h from x, v with the given stage accelerations, if any. */
+bool er_first_crossing(const er_gears *gears, const er_settings *settings, const int *region,
+                       double tolerance, double h, const double *x, const double *v,
+                       const er_lanes *acceleration, er_crossing *first);
+
+/* The collocation equations of one step, solved by simplified Newton iteration. */
+
+/* The parts of an integration that its functions share. */
+typedef struct {
+    const er_system *system;
+    const er_settings *settings;
+    const er_means *means;
+    er_workspace *work;
+    int m;
+} er_run;
+
+/* Solves the collocation equations of a step from the accelerations in it; false if that fails.
+ * `accuracy` is the error that the iteration may leave in x [rad]. */
+bool er_solve_step(const er_run *r, const er_state *state, double h, double accuracy, er_step *step);
+
+/* Depth of the contact at a state [m]. */
+double er_contact_depth(const er_run *r, const er_state *state);
+
+/* Rate of its depth at the end of the step solved last [m/s]; its motion there is in w->contact then. */
+double er_end_approach(const er_run *r, const er_step *step);
+
+/* The chain's motion at the nodes of a step, into w->motion, from w->x, w->v and the accelerations. */
+void er_stage_motion(const er_run *r, const er_nodes *nodes, const er_lanes *acceleration);
+
+/* From the TCP to the anchor at this motion, into w->gap. */
+void er_stage_gap(const er_run *r, const er_nodes *nodes, int states);
+
+/* How the sphere of a contact moves there, into w->contact, from w->x and w->v. */
+void er_stage_contact(const er_run *r, const er_nodes *nodes, int states);
+
+/* The spring's force across this gap, that of a contact that is touched and what the wrench has gained,
+ * w->pull; NULL without all three. */
+const er_lanes *er_stage_pull(const er_run *r, const er_nodes *nodes, int states, bool touching);
+
+/* The matrices of Newton's method for a step's stages. */
+
+/* Has the inverses of M + l h D + (l h)^2 K for the eigenvalues l of A1 in the workspace, for a step of
+ * length h from a state.  The mass matrix of an earlier posture nearby is kept.  False if they are not
+ * finite. */
+bool er_linearise(const er_run *r, const er_state *state, double h);
+
+/* Has the matrices of a linearisation in the workspace, which may hold them already. */
+void er_linearise_as(const er_run *r, const er_linearisation *linearisation);
+
+/* Lets the next step have matrices of its own. */
+void er_relinearise(er_workspace *work);
+
 /* Begins an integration at the x and v that are in the state. */
-void er_state_start(er_state *state, const er_robot *robot, const er_curve *curve, double time);
+void er_state_start(er_state *state, const er_robot *robot, const er_gears *gears, double time);
 
 /* Integrates to a time.  If that fails, the state is somewhere in between. */
 bool er_advance(er_state *state, const er_system *system, const er_means *means, double end,

@@ -1,24 +1,114 @@
-#include "output_tangent.h"
+#include "tangent.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "anchored_statics.h"
+#include "statics.h"
+#include "contact_motion.h"
 #include "linear.h"
-#include "vector.h"
 
-/* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
-#define SMALL_ANGLE 0.1
+/* out += a x b */
+static void add_cross(const double a[3], const double b[3], double out[3])
+{
+    double product[3];
+    er_cross(a, b, product);
+    for (int c = 0; c < 3; c++)
+        out[c] += product[c];
+}
+
+/* First moment about o_i of the bodies beyond rotation i [kg m]. */
+static void moment_about_joint(const er_placement *p, int i, double moment[3])
+{
+    const er_body *body = &p->beyond[i];
+    for (int c = 0; c < 3; c++)
+        moment[c] = body->moment[c] + body->mass * p->arm[i][c];
+}
+
+/* An arm from o_i turns with all rotations up to i and is shifted by those beyond, as the bodies'
+ * moment is:
+ *
+ *     d arm_i = sum_(j<=i) z_j dtheta_j x arm_i + sum_(j>i) z_j dtheta_j x arm_j. */
+void er_placement_along(const er_robot *robot, const er_placement *p, const double *theta,
+                        bool bodies, er_placement_tangent *t)
+{
+    int n = robot->angles;
+    double turned[ER_MAX_ANGLES][3], turn[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, swing[3] = {0, 0, 0};
+    for (int i = 0; i < n; i++) {
+        for (int c = 0; c < 3; c++)
+            turned[i][c] = turn[c] += p->axis[i][c] * theta[i];
+        er_cross(turn, p->axis[i], t->axis[i]);
+    }
+    memcpy(t->turn, turn, sizeof turn);
+    for (int i = n - 1; i >= 0; i--) {
+        double arm[3], moment[3], about[3];
+        memcpy(arm, shift, sizeof arm);
+        add_cross(turned[i], p->arm[i], arm);
+        er_cross(p->axis[i], arm, t->lever[i]);
+        add_cross(t->axis[i], p->arm[i], t->lever[i]);
+        for (int c = 0; c < 3; c++)
+            shift[c] += p->lever[i][c] * theta[i];
+        if (!bodies)
+            continue;
+        moment_about_joint(p, i, about);
+        memcpy(moment, swing, sizeof moment);
+        add_cross(turned[i], about, moment);
+        er_cross(p->axis[i], moment, t->weight[i]);
+        add_cross(t->axis[i], about, t->weight[i]);
+        er_cross(p->axis[i], about, moment);
+        for (int c = 0; c < 3; c++)
+            swing[c] += moment[c] * theta[i];
+    }
+    memcpy(t->tool_position, shift, sizeof shift);
+}
+
+void er_static_torque_along(const er_robot *robot, const er_placement *p,
+                            const er_placement_tangent *along, const double gravity[3],
+                            const double wrench[6], const double wrench_change[6], double *torque)
+{
+    for (int k = 0; k < robot->elastics; k++) {
+        int i = robot->elastic_angle[k];
+        torque[k] = er_dot(along->lever[i], wrench) + er_dot(p->lever[i], wrench_change) +
+                    er_dot(along->axis[i], wrench + 3) + er_dot(p->axis[i], wrench_change + 3) +
+                    er_dot(along->weight[i], gravity);
+    }
+}
+
+/* Entry i, j with j at or before i is z_j . (lever_i x F + weight_i x g), as is entry j, i; with j
+ * before i entry i, j has z_j . (z_i x M) as well: er_static_torque_gradient by the product rule. */
+void er_static_torque_gradient_along(const er_robot *robot, const er_placement *p,
+                                     const er_placement_tangent *along, const double gravity[3],
+                                     const double wrench[6], const double wrench_change[6],
+                                     double *gradient)
+{
+    int m = robot->elastics;
+    for (int k = 0; k < m; k++) {
+        int i = robot->elastic_angle[k];
+        double moment[3], weight[3], load[3] = {0, 0, 0}, change[3] = {0, 0, 0};
+        double turned[3] = {0, 0, 0}, turned_change[3] = {0, 0, 0};
+        moment_about_joint(p, i, moment);
+        er_cross(p->axis[i], moment, weight);
+        add_cross(p->lever[i], wrench, load);
+        add_cross(weight, gravity, load);
+        add_cross(along->lever[i], wrench, change);
+        add_cross(p->lever[i], wrench_change, change);
+        add_cross(along->weight[i], gravity, change);
+        add_cross(p->axis[i], wrench + 3, turned);
+        add_cross(along->axis[i], wrench + 3, turned_change);
+        add_cross(p->axis[i], wrench_change + 3, turned_change);
+        for (int l = 0; l <= k; l++) {
+            int j = robot->elastic_angle[l];
+            double both = er_dot(along->axis[j], load) + er_dot(p->axis[j], change);
+            gradient[k * m + l] = gradient[l * m + k] = both;
+            if (l < k)
+                gradient[k * m + l] +=
+                    er_dot(along->axis[j], turned) + er_dot(p->axis[j], turned_change);
+        }
+    }
+}
 
 enum { MOST = ER_MAX_ANGLES };
 
-/* Placements of the elastic or the rigid robot and how they move. */
-typedef struct {
-    er_placement at;
-    er_placement_tangent along;
-} motion;
-
-static void move(const er_model *model, const er_change *change, bool rigid, bool bodies, motion *out)
+void er_move_along(const er_model *model, const er_change *change, bool rigid, bool bodies, er_moved *out)
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
@@ -33,7 +123,7 @@ static void move(const er_model *model, const er_change *change, bool rigid, boo
 }
 
 /* Wrench on the tool at rest, of spring and contact too, and how it changes along with load and TCP. */
-static void wrench_along(const er_model *model, const er_change *change, const motion *p,
+static void wrench_along(const er_model *model, const er_change *change, const er_moved *p,
                          double wrench[6], double wrench_change[6])
 {
     const er_load *load = &model->memory.held.load;
@@ -49,14 +139,14 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
 {
     const er_robot *robot = &model->robot;
     const er_memory *memory = &model->memory;
-    const er_curve *curve = &model->curve;
+    const er_gears *gears = &model->gears;
     static const double no_wrench[6] = {0.0};
     er_change change = {acting->held, {0.0}, {0.0}, acting->parameters};
     double stiffness[MOST * MOST], support[MOST * MOST] = {0.0}, yielding[ER_SYMMETRIC];
     double of_gravity[MOST], wrench[6], wrench_change[6];
     int m = robot->elastics, pivot[MOST];
-    motion p;
-    move(model, &change, false, true, &p);
+    er_moved p;
+    er_move_along(model, &change, false, true, &p);
     wrench_along(model, &change, &p, wrench, wrench_change);
     er_static_torque_along(robot, &p.at, &p.along, memory->parameters.gravity, wrench, wrench_change,
                            x);
@@ -67,14 +157,14 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     for (int k = 0; k < m; k++) {
         double at = memory->state.x[k];
         /* A gear without load rests in the middle of its play, whatever the others do. */
-        bool neutral = er_curve_switches(curve, k) && at == 0.0;
+        bool neutral = er_gear_switches(gears, k) && at == 0.0;
         for (int j = 0; j < m; j++)
             stiffness[k * m + j] = neutral ? 0.0 : support[k * m + j] - stiffness[k * m + j];
         stiffness[k * m + k] +=
-            neutral ? 1.0 : er_curve_slope(curve, k, er_curve_region(curve, k, at), at);
+            neutral ? 1.0 : er_gear_slope(gears, k, er_gear_region(gears, k, at), at);
         x[k] = neutral ? 0.0
                        : x[k] + of_gravity[k] -
-                             er_curve_along(curve, k, er_curve_region(curve, k, at), at,
+                             er_gear_along(gears, k, er_gear_region(gears, k, at), at,
                                             change.parameters.stiffness[k],
                                             change.parameters.backlash[k]);
     }
@@ -84,91 +174,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
     return true;
 }
 
-/* dq = (turn, 0) q / 2 for a quaternion q and a small rotation in base axes. */
-static void pose_along(er_model *model, const er_change *change, bool rigid, double pose[7])
-{
-    const er_robot *robot = &model->robot;
-    const er_posture *posture = er_model_posture(model, rigid);
-    const double *at = posture->pose;
-    double theta[MOST], turn[3] = {0.0, 0.0, 0.0}, crossed[3];
-    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
-    pose[0] = pose[1] = pose[2] = 0.0;
-    for (int i = 0; i < robot->angles; i++)
-        for (int c = 0; c < 3; c++) {
-            pose[c] += posture->at.lever[i][c] * theta[i];
-            turn[c] += posture->at.axis[i][c] * theta[i];
-        }
-    er_cross(turn, at + 3, crossed);
-    for (int c = 0; c < 3; c++) {
-        pose[3 + c] = 0.5 * (at[6] * turn[c] + crossed[c]);
-    }
-    pose[6] = -0.5 * er_dot(turn, at + 3);
-}
-
-void er_tcp_along(er_model *model, const er_change *change, double pose[7])
-{
-    pose_along(model, change, false, pose);
-}
-
-void er_rigid_along(er_model *model, const er_change *change, double pose[7])
-{
-    pose_along(model, change, true, pose);
-}
-
-void er_velocity_along(const er_model *model, const er_change *change, double velocity[3])
-{
-    const er_memory *memory = &model->memory;
-    bool rigid = memory->options.quasistatic;
-    double rate[MOST], rate_change[MOST];
-    motion p;
-    move(model, change, rigid, false, &p);
-    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
-    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
-    for (int c = 0; c < 3; c++) {
-        velocity[c] = 0.0;
-        for (int i = 0; i < model->robot.angles; i++)
-            velocity[c] += p.along.lever[i][c] * rate[i] + p.at.lever[i][c] * rate_change[i];
-    }
-}
-
-/* Derivative of a rotation vector r along a small rotation t in base axes: t - r x t / 2 +
- * c r x (r x t) with c = (1 - cot(|r| / 2) |r| / 2) / |r|^2 (docs/references.md, Sola2018). */
-static void rotation_vector_along(const double r[3], const double turn[3], double vector[3])
-{
-    double a2 = er_dot(r, r), angle = sqrt(a2), half = 0.5 * angle, c, once[3], twice[3];
-    if (angle < SMALL_ANGLE)
-        c = 1.0 / 12.0 + a2 * (1.0 / 720.0 + a2 * (1.0 / 30240.0 + a2 / 1209600.0));
-    else
-        c = (1.0 - half * cos(half) / sin(half)) / a2;
-    er_cross(r, turn, once);
-    er_cross(r, once, twice);
-    for (int k = 0; k < 3; k++)
-        vector[k] = turn[k] - 0.5 * once[k] + c * twice[k];
-}
-
-/* The rotation between both turns by turn - R_between turn_rigid. */
-void er_deviation_along(const er_model *model, const er_change *change, double deviation[6])
-{
-    motion elastic, rigid;
-    double at[6], turn[3], back[3], of_rigid[3];
-    move(model, change, false, false, &elastic);
-    move(model, change, true, false, &rigid);
-    er_model_deviation(model, at);
-    for (int i = 0; i < 3; i++) {
-        back[i] = 0.0;
-        for (int j = 0; j < 3; j++)
-            back[i] += rigid.at.tool_rotation[3 * j + i] * rigid.along.turn[j];
-    }
-    er_rotate(elastic.at.tool_rotation, back, of_rigid);
-    for (int c = 0; c < 3; c++) {
-        deviation[c] = elastic.along.tool_position[c] - rigid.along.tool_position[c];
-        turn[c] = elastic.along.turn[c] - of_rigid[c];
-    }
-    rotation_vector_along(at + 3, turn, deviation + 3);
-}
-
 /* Adds the change of J_p^T K J_p, spring's and contact's part of the stiffness, times -1. */
-static void take_off_support(const er_model *model, const er_change *change, const motion *p,
+static void take_off_support(const er_model *model, const er_change *change, const er_moved *p,
                              double *matrix)
 {
     const er_robot *robot = &model->robot;
@@ -204,11 +211,11 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     double stiffness[MOST * MOST], softening[MOST * MOST], of_gravity[MOST * MOST];
     double moved[3][MOST], moved_change[3][MOST], support[ER_SYMMETRIC];
     static const double no_wrench[6] = {0.0};
-    motion p;
+    er_moved p;
     memset(compliance, 0, 6 * sizeof *compliance);
     if (m == 0)
         return true;
-    move(model, change, false, true, &p);
+    er_move_along(model, change, false, true, &p);
     wrench_along(model, change, &p, wrench, wrench_change);
     er_static_torque_gradient(robot, &p.at, gravity, wrench, stiffness);
     er_static_torque_gradient_along(robot, &p.at, &p.along, gravity, wrench, wrench_change, softening);
@@ -222,9 +229,9 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
     er_add_support(robot, &p.at, support, stiffness);
     for (int k = 0; k < m; k++) {
         double x = memory->state.x[k];
-        stiffness[k * m + k] += er_curve_flank_slope(&model->curve, k, x);
-        softening[k * m + k] -= er_curve_flank_curvature(&model->curve, k, x) * change->x[k] +
-                                er_curve_flank_slope_along(&model->curve, k, x,
+        stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x);
+        softening[k * m + k] -= er_gear_flank_curvature(&model->gears, k, x) * change->x[k] +
+                                er_gear_flank_slope_along(&model->gears, k, x,
                                                            change->parameters.stiffness[k],
                                                            change->parameters.backlash[k]);
     }

@@ -1,4 +1,4 @@
-#include "text_file.h"
+#include "file.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -105,4 +105,83 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
         return content;
     free(content);
     return NULL;
+}
+
+static int hex(char c)
+{
+    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                          : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                                                 : -1;
+}
+
+char *er_path_in_folder(const char *folder, const char *file)
+{
+    size_t length = strlen(folder);
+    char *path = malloc(length + strlen(file) + 2);
+    if (path == NULL)
+        return NULL;
+    memcpy(path, folder, length);
+    if (length > 0 && path[length - 1] != '/')
+        path[length++] = '/';
+    strcpy(path + length, file);
+    return path;
+}
+
+/* file:///path, file://host/path or file:/path, with %xx for bytes; on Windows file:///C:/path. */
+char *er_path_from_uri(const char *uri, const char *file)
+{
+    size_t length = 0;
+    char *folder, *path;
+    if (uri == NULL || strncmp(uri, "file:", 5) != 0)
+        return NULL;
+    uri += 5;
+    if (uri[0] == '/' && uri[1] == '/') {
+        uri += 2;
+        while (*uri != '/' && *uri != '\0')
+            uri++;
+    }
+#if defined(_WIN32)
+    if (uri[0] == '/' && uri[1] != '\0' && uri[2] == ':')
+        uri++;
+#endif
+    folder = malloc(strlen(uri) + 1);
+    if (folder == NULL)
+        return NULL;
+    for (; *uri != '\0'; uri++) {
+        if (uri[0] == '%' && hex(uri[1]) >= 0 && hex(uri[2]) >= 0) {
+            folder[length++] = (char)(16 * hex(uri[1]) + hex(uri[2]));
+            uri += 2;
+        } else {
+            folder[length++] = *uri;
+        }
+    }
+    folder[length] = '\0';
+    path = er_path_in_folder(folder, file);
+    free(folder);
+    return path;
+}
+
+/* Further bytes of a character that begins with this one; -1: none does. */
+static int further(unsigned char first)
+{
+    if (first < 0x80)
+        return 0;
+    if (first < 0xC2 || first > 0xF4)
+        return -1;
+    return first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3;
+}
+
+bool er_is_utf8(const char *text)
+{
+    for (const unsigned char *at = (const unsigned char *)text; *at != 0;) {
+        unsigned char first = *at++;
+        int count = further(first);
+        if (count < 0 || (first == 0xE0 && *at < 0xA0) || (first == 0xED && *at > 0x9F) ||
+            (first == 0xF0 && *at < 0x90) || (first == 0xF4 && *at > 0x8F))
+            return false;
+        for (; count > 0; count--, at++)
+            if ((*at & 0xC0) != 0x80)
+                return false;
+    }
+    return true;
 }

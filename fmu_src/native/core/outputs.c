@@ -1,0 +1,241 @@
+/* The model's outputs, and beside each its derivative along a change. */
+#include "tangent.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+
+/* Below this angle [rad] a series is exact to rounding where the closed form cancels. */
+#define SMALL_ANGLE 0.1
+
+static void place(const er_model *model, const double *x, er_placement *placement)
+{
+    double theta[ER_MAX_ANGLES];
+    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_place(&model->robot, theta, placement);
+}
+
+static void place_tool(const er_model *model, const double *x, double position[3], double rotation[9])
+{
+    double theta[ER_MAX_ANGLES];
+    er_angles(&model->robot, model->memory.held.q, x, theta);
+    er_place_tool(&model->robot, theta, position, rotation);
+}
+
+/* Takes the one of both quaternions that the turns lead to. */
+static void orient(er_model *model, bool rigid, const double *theta, double pose[7])
+{
+    double sign = er_turns_sign(&model->turns, &model->robot, theta, pose + 3);
+    if ((sign < 0.0) == model->memory.opposite[rigid])
+        return;
+    for (int c = 3; c < 7; c++)
+        pose[c] = -pose[c];
+}
+
+static void pose_at(er_model *model, bool rigid, double pose[7])
+{
+    double theta[ER_MAX_ANGLES], position[3], rotation[9];
+    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    er_place_tool(&model->robot, theta, position, rotation);
+    er_pose(position, rotation, pose);
+    orient(model, rigid, theta, pose);
+}
+
+void er_model_tcp(er_model *model, double pose[7])
+{
+    pose_at(model, false, pose);
+}
+
+void er_model_rigid(er_model *model, double pose[7])
+{
+    pose_at(model, true, pose);
+}
+
+void er_model_orient(er_model *model)
+{
+    bool *opposite = model->memory.opposite;
+    opposite[false] = opposite[true] = false;
+    for (int rigid = 0; rigid < 2; rigid++) {
+        double pose[7];
+        pose_at(model, rigid, pose);
+        opposite[rigid] = pose[6] < 0.0;
+    }
+}
+
+const er_posture *er_model_posture(er_model *model, bool rigid)
+{
+    er_posture *posture = &model->posture[rigid];
+    double theta[ER_MAX_ANGLES];
+    size_t bytes = (size_t)model->robot.angles * sizeof *theta;
+    er_angles(&model->robot, model->memory.held.q, rigid ? NULL : model->memory.state.x, theta);
+    if (posture->pose[6] == 0.0 || posture->opposite != model->memory.opposite[rigid] ||
+        memcmp(theta, posture->theta, bytes) != 0) {
+        posture->opposite = model->memory.opposite[rigid];
+        memcpy(posture->theta, theta, bytes);
+        er_place(&model->robot, theta, &posture->at);
+        er_pose(posture->at.tool_position, posture->at.tool_rotation, posture->pose);
+        orient(model, rigid, theta, posture->pose);
+    }
+    return posture;
+}
+
+/* dq = (turn, 0) q / 2 for a quaternion q and a small rotation in base axes. */
+static void pose_along(er_model *model, const er_change *change, bool rigid, double pose[7])
+{
+    const er_robot *robot = &model->robot;
+    const er_posture *posture = er_model_posture(model, rigid);
+    const double *at = posture->pose;
+    double theta[ER_MAX_ANGLES], turn[3] = {0.0, 0.0, 0.0}, crossed[3];
+    er_angles(robot, change->held.q, rigid ? NULL : change->x, theta);
+    pose[0] = pose[1] = pose[2] = 0.0;
+    for (int i = 0; i < robot->angles; i++)
+        for (int c = 0; c < 3; c++) {
+            pose[c] += posture->at.lever[i][c] * theta[i];
+            turn[c] += posture->at.axis[i][c] * theta[i];
+        }
+    er_cross(turn, at + 3, crossed);
+    for (int c = 0; c < 3; c++) {
+        pose[3 + c] = 0.5 * (at[6] * turn[c] + crossed[c]);
+    }
+    pose[6] = -0.5 * er_dot(turn, at + 3);
+}
+
+void er_tcp_along(er_model *model, const er_change *change, double pose[7])
+{
+    pose_along(model, change, false, pose);
+}
+
+void er_rigid_along(er_model *model, const er_change *change, double pose[7])
+{
+    pose_along(model, change, true, pose);
+}
+
+void er_model_velocity(const er_model *model, double velocity[3])
+{
+    const er_memory *memory = &model->memory;
+    bool rigid = memory->options.quasistatic;
+    double rate[ER_MAX_ANGLES];
+    er_placement placement;
+    place(model, rigid ? NULL : memory->state.x, &placement);
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    for (int c = 0; c < 3; c++) {
+        velocity[c] = 0.0;
+        for (int i = 0; i < model->robot.angles; i++)
+            velocity[c] += placement.lever[i][c] * rate[i];
+    }
+}
+
+void er_velocity_along(const er_model *model, const er_change *change, double velocity[3])
+{
+    const er_memory *memory = &model->memory;
+    bool rigid = memory->options.quasistatic;
+    double rate[ER_MAX_ANGLES], rate_change[ER_MAX_ANGLES];
+    er_moved p;
+    er_move_along(model, change, rigid, false, &p);
+    er_angles(&model->robot, memory->held.qd, rigid ? NULL : memory->state.v, rate);
+    er_angles(&model->robot, change->held.qd, rigid ? NULL : change->v, rate_change);
+    for (int c = 0; c < 3; c++) {
+        velocity[c] = 0.0;
+        for (int i = 0; i < model->robot.angles; i++)
+            velocity[c] += p.along.lever[i][c] * rate[i] + p.at.lever[i][c] * rate_change[i];
+    }
+}
+
+void er_model_deviation(const er_model *model, double deviation[6])
+{
+    double elastic[3], rigid[3], elastic_rotation[9], rigid_rotation[9];
+    place_tool(model, model->memory.state.x, elastic, elastic_rotation);
+    place_tool(model, NULL, rigid, rigid_rotation);
+    for (int c = 0; c < 3; c++)
+        deviation[c] = elastic[c] - rigid[c];
+    er_rotation_between(elastic_rotation, rigid_rotation, deviation + 3);
+}
+
+/* Derivative of a rotation vector r along a small rotation t in base axes: t - r x t / 2 +
+ * c r x (r x t) with c = (1 - cot(|r| / 2) |r| / 2) / |r|^2 (docs/references.md, Sola2018). */
+static void rotation_vector_along(const double r[3], const double turn[3], double vector[3])
+{
+    double a2 = er_dot(r, r), angle = sqrt(a2), half = 0.5 * angle, c, once[3], twice[3];
+    if (angle < SMALL_ANGLE)
+        c = 1.0 / 12.0 + a2 * (1.0 / 720.0 + a2 * (1.0 / 30240.0 + a2 / 1209600.0));
+    else
+        c = (1.0 - half * cos(half) / sin(half)) / a2;
+    er_cross(r, turn, once);
+    er_cross(r, once, twice);
+    for (int k = 0; k < 3; k++)
+        vector[k] = turn[k] - 0.5 * once[k] + c * twice[k];
+}
+
+/* The rotation between both turns by turn - R_between turn_rigid. */
+void er_deviation_along(const er_model *model, const er_change *change, double deviation[6])
+{
+    er_moved elastic, rigid;
+    double at[6], turn[3], back[3], of_rigid[3];
+    er_move_along(model, change, false, false, &elastic);
+    er_move_along(model, change, true, false, &rigid);
+    er_model_deviation(model, at);
+    for (int i = 0; i < 3; i++) {
+        back[i] = 0.0;
+        for (int j = 0; j < 3; j++)
+            back[i] += rigid.at.tool_rotation[3 * j + i] * rigid.along.turn[j];
+    }
+    er_rotate(elastic.at.tool_rotation, back, of_rigid);
+    for (int c = 0; c < 3; c++) {
+        deviation[c] = elastic.along.tool_position[c] - rigid.along.tool_position[c];
+        turn[c] = elastic.along.turn[c] - of_rigid[c];
+    }
+    rotation_vector_along(at + 3, turn, deviation + 3);
+}
+
+void er_model_contact(const er_model *model, er_contact_motion *motion, double wrench[6])
+{
+    const er_memory *memory = &model->memory;
+    static const double rest[ER_MAX_ANGLES];
+    bool still = memory->options.quasistatic;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES];
+    er_load load = memory->held.load;
+    memset(wrench, 0, 6 * sizeof *wrench);
+    if (!er_contact_holds(&load.contact))
+        return;
+    if (still)
+        memset(load.anchor.velocity, 0, sizeof load.anchor.velocity);
+    er_angles(&model->robot, memory->held.q, memory->state.x, theta);
+    er_angles(&model->robot, still ? rest : memory->held.qd, still ? NULL : memory->state.v, rate);
+    er_contact_move(&model->robot, &load, 0.0, theta, rate, motion);
+    er_contact_wrench(motion, wrench);
+}
+
+void er_contact_of_model_along(const er_model *model, const er_change *change, double force[3], double *gap)
+{
+    const er_robot *robot = &model->robot;
+    const er_load *load = &model->memory.held.load;
+    bool still = model->memory.options.quasistatic;
+    er_load along = change->held.load;
+    er_contact_motion motion;
+    er_touch touch;
+    double theta[ER_MAX_ANGLES], rate[ER_MAX_ANGLES] = {0.0}, wrench[6];
+    memset(force, 0, 3 * sizeof *force);
+    *gap = 0.0;
+    if (!er_contact_holds(&load->contact))
+        return;
+    er_model_contact(model, &motion, wrench);
+    er_angles(robot, change->held.q, change->x, theta);
+    if (still)
+        memset(along.anchor.velocity, 0, sizeof along.anchor.velocity);
+    else
+        er_angles(robot, change->held.qd, change->v, rate);
+    er_contact_place_along(robot, load, &motion, theta, rate, &along, &touch);
+    *gap = -touch.depth;
+    if (!(motion.touch.depth > 0.0))
+        return;
+    er_contact_wrench_along(robot, load, &motion, theta, rate, &along, wrench);
+    memcpy(force, wrench, 3 * sizeof *force);
+}
+
+bool er_model_compliance(const er_model *model, double compliance[6], er_failure *failure)
+{
+    const er_memory *memory = &model->memory;
+    return er_compliance(&model->robot, &model->gears, memory->parameters.gravity, memory->held.q,
+                         memory->state.x, &memory->held.load, compliance, failure);
+}

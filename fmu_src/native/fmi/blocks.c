@@ -1,0 +1,211 @@
+/* The FMU's blocks of reals, a row each: what they are, where they are set, what they are computed by. */
+#include <string.h>
+
+#include "../core/tangent.h"
+#include "exchange.h"
+
+/* What is computed from the model alone, and its derivatives. */
+#define OF_MODEL(name)                                                                              \
+    static bool find_##name(er_instance *instance, double *values)                                  \
+    {                                                                                               \
+        er_model_##name(instance->model, values);                                                   \
+        return true;                                                                                \
+    }                                                                                               \
+    static bool name##_along(er_instance *instance, const er_change *change, double *derivatives)   \
+    {                                                                                               \
+        er_##name##_along(instance->model, change, derivatives);                                    \
+        return true;                                                                                \
+    }
+
+OF_MODEL(tcp)
+OF_MODEL(velocity)
+OF_MODEL(rigid)
+OF_MODEL(deviation)
+
+static bool find_compliance(er_instance *instance, double *values)
+{
+    return er_model_compliance(instance->model, values, &instance->failure);
+}
+
+static bool compliance_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    return er_compliance_along(instance->model, change, derivatives) ||
+           er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is"
+                   " singular");
+}
+
+static size_t size_of_x(const er_instance *instance)
+{
+    return (size_t)instance->model->robot.elastics * sizeof(double);
+}
+
+static bool find_deflection(er_instance *instance, double *values)
+{
+    memcpy(values, instance->model->memory.state.x, size_of_x(instance));
+    return true;
+}
+
+static bool deflection_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memcpy(derivatives, change->x, size_of_x(instance));
+    return true;
+}
+
+static bool find_rate(er_instance *instance, double *values)
+{
+    memcpy(values, instance->model->memory.state.v, size_of_x(instance));
+    return true;
+}
+
+static bool rate_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memcpy(derivatives, change->v, size_of_x(instance));
+    return true;
+}
+
+static bool find_acceleration(er_instance *instance, double *values)
+{
+    er_model *model = instance->model;
+    memset(values, 0, size_of_x(instance));
+    if (model->memory.options.quasistatic)
+        return true;
+    if (!er_free_motion_find(model))
+        return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
+                       " singular");
+    memcpy(values, model->free.acceleration, size_of_x(instance));
+    return true;
+}
+
+static bool acceleration_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    memset(derivatives, 0, size_of_x(instance));
+    if (!instance->model->memory.options.quasistatic)
+        er_free_motion_along(instance->model, change, derivatives);
+    return true;
+}
+
+static bool find_bends(er_instance *instance, double *values)
+{
+    er_exchange_bends(instance, values);
+    return true;
+}
+
+static bool bends_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    er_exchange_bends_along(instance, change, derivatives);
+    return true;
+}
+
+static bool find_contact_force(er_instance *instance, double *values)
+{
+    er_contact_motion motion;
+    double wrench[6];
+    er_model_contact(instance->model, &motion, wrench);
+    memcpy(values, wrench, 3 * sizeof *values);
+    return true;
+}
+
+/* The way from the sphere to the plane of the contact; 1 without one. */
+static bool find_contact_gap(er_instance *instance, double *gap)
+{
+    er_contact_motion motion;
+    double wrench[6];
+    *gap = 1.0;
+    if (er_contact_holds(&instance->model->memory.held.load.contact)) {
+        er_model_contact(instance->model, &motion, wrench);
+        *gap = -motion.touch.depth;
+    }
+    return true;
+}
+
+static bool contact_force_along(er_instance *instance, const er_change *change, double *derivatives)
+{
+    double gap;
+    er_contact_of_model_along(instance->model, change, derivatives, &gap);
+    return true;
+}
+
+static bool contact_gap_along(er_instance *instance, const er_change *change, double *gap)
+{
+    double force[3];
+    er_contact_of_model_along(instance->model, change, force, gap);
+    return true;
+}
+
+/* A drive that is told to go beyond its limits goes there: said once, until it is back. */
+static void watch_limits(er_instance *instance, int reference)
+{
+    const er_interface *interface = &instance->interface;
+    int i = er_entry(interface, (unsigned)reference);
+    const double *limit = interface->limit[i];
+    double q = instance->inputs.command.q[i];
+    unsigned bit = 1u << i;
+    char low[ER_NUMBER_TEXT], high[ER_NUMBER_TEXT], number[ER_NUMBER_TEXT];
+    if (q >= limit[0] && q <= limit[1]) {
+        instance->beyond &= ~bit;
+    } else if ((instance->beyond & bit) == 0) {
+        instance->beyond |= bit;
+        instance->warned = true;
+        er_fail(&instance->failure, "%s: expected an angle within the drive's limits, %s to %s rad, got %s rad",
+                interface->name[reference], er_shown(limit[0], low), er_shown(limit[1], high),
+                er_shown(q, number));
+    }
+}
+
+/* Place of what is set, and of how it changes. */
+#define AT(input, change) .place = offsetof(er_inputs, input), .along = offsetof(er_change, change)
+#define STATE(entry) .place = offsetof(er_state, entry), .along = offsetof(er_change, entry)
+#define RATE(input) .rate = offsetof(er_inputs, input)
+
+const er_block er_blocks[] = {
+    {"wrench", ER_INPUT, .fixed = 6, AT(load.wrench, held.load.wrench), RATE(load.rate),
+     .cause = ER_BY_WRENCH},
+    {"q_cmd", ER_INPUT, .joint = 1, AT(command.q, held.q), .cause = ER_BY_Q, .watch = watch_limits},
+    {"qd_cmd", ER_INPUT, .joint = 1, AT(command.qd, held.qd), .cause = ER_BY_QD},
+    {"qdd_cmd", ER_INPUT, .joint = 1, AT(command.qdd, held.qdd), RATE(command.jerk), .cause = ER_BY_QDD},
+    {"anchor", ER_INPUT, .fixed = 3, AT(load.anchor.position, held.load.anchor.position),
+     RATE(load.anchor.velocity), .cause = ER_BY_ANCHOR},
+    {"anchor_velocity", ER_INPUT, .fixed = 3, AT(load.anchor.velocity, held.load.anchor.velocity),
+     .cause = ER_BY_ANCHOR_VELOCITY},
+    {"anchor_stiffness", ER_INPUT, .fixed = ER_SYMMETRIC,
+     AT(load.anchor.stiffness, held.load.anchor.stiffness), .cause = ER_BY_SPRING},
+    /* In model exchange the master moves the wrench. */
+    {"wrench_rate", ER_INPUT, .fixed = 6, AT(load.rate, held.load.rate), .cause = ER_BY_RATE},
+    {"contact", ER_INPUT, .fixed = 5, .range = ER_NOT_NEGATIVE, AT(load.contact, held.load.contact),
+     .cause = ER_BY_CONTACT},
+    {"contact_normal", ER_INPUT, .fixed = 3, AT(load.contact.normal, held.load.contact.normal),
+     .cause = ER_BY_NORMAL},
+
+    {"tcp", ER_OUTPUT, .fixed = 7, .find = find_tcp, .differentiate = tcp_along},
+    {"velocity", ER_OUTPUT, .fixed = 3, .find = find_velocity, .differentiate = velocity_along},
+    {"rigid", ER_OUTPUT, .fixed = 7, .find = find_rigid, .differentiate = rigid_along},
+    {"deviation", ER_OUTPUT, .fixed = 6, .find = find_deviation, .differentiate = deviation_along},
+    {"compliance", ER_OUTPUT, .fixed = 6, .find = find_compliance, .differentiate = compliance_along},
+    {"deflection", ER_OUTPUT, .elastic = 1, STATE(x), .find = find_deflection,
+     .differentiate = deflection_along},
+    {"deflection_rate", ER_OUTPUT, .elastic = 1, STATE(v), .find = find_rate,
+     .differentiate = rate_along},
+    {"contact_force", ER_OUTPUT, .fixed = 3, .find = find_contact_force,
+     .differentiate = contact_force_along},
+
+    {"gravity", ER_TUNABLE, .fixed = 3, AT(parameters.gravity, parameters.gravity),
+     .cause = ER_BY_GRAVITY},
+    {"stiffness", ER_TUNABLE, .elastic = 1, .range = ER_POSITIVE,
+     AT(parameters.stiffness, parameters.stiffness), .cause = ER_BY_STIFFNESS},
+    {"damping", ER_TUNABLE, .elastic = 1, .range = ER_NOT_NEGATIVE,
+     AT(parameters.damping, parameters.damping), .cause = ER_BY_DAMPING},
+    {"backlash", ER_TUNABLE, .torsion = 1, .range = ER_NOT_NEGATIVE,
+     AT(parameters.backlash, parameters.backlash), .cause = ER_BY_BACKLASH},
+    {"tolerance", ER_FIXED, .fixed = 1, .range = ER_NOT_NEGATIVE,
+     .place = offsetof(er_inputs, tcp_tolerance)},
+
+    {"deflection_derivative", ER_LOCAL, .elastic = 1, .find = find_rate, .differentiate = rate_along},
+    {"rate_derivative", ER_LOCAL, .elastic = 1, .find = find_acceleration,
+     .differentiate = acceleration_along, .from_value = true},
+    {"bend", ER_LOCAL, .torsion = 2, .find = find_bends, .differentiate = bends_along,
+     .is_indicator = true},
+    {"contact_gap", ER_LOCAL, .fixed = 1, .find = find_contact_gap, .differentiate = contact_gap_along,
+     .is_indicator = true},
+};
+const int er_block_count = sizeof er_blocks / sizeof *er_blocks;
+typedef char blocks_fit[sizeof er_blocks / sizeof *er_blocks <= ER_MAX_BLOCKS ? 1 : -1];

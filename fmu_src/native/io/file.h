@@ -1,0 +1,42 @@
+/* Files: where they are, their content, whether their names are texts, and a hash of bytes. */
+#ifndef ER_FILE_H
+#define ER_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "failure.h"
+
+/* A larger file is refused [bytes]. */
+#define ER_MOST_BYTES (UINT64_C(1) << 30)
+
+/* Whether there is something of a name in UTF-8, a file or else. */
+bool er_exists(const char *path);
+
+/* Returns the content of a file, its name in UTF-8, with a zero byte behind it, to be freed; NULL with the
+ * reason if there is none. */
+char *er_read_file(const char *path, size_t *size, er_failure *failure);
+
+/* Path of a file in the folder that a file: URI names, to be freed; NULL if it is not such a URI. */
+char *er_path_from_uri(const char *uri, const char *file);
+
+/* The same of a folder's own path; NULL if memory is short. */
+char *er_path_in_folder(const char *folder, const char *file);
+
+/* Whether a text is UTF-8: no byte astray, nothing longer than needed, no surrogate, at most U+10FFFF. */
+bool er_is_utf8(const char *text);
+
+/* FNV-1a, 64 bits: tells data apart that differ by accident. */
+#define ER_HASH_START UINT64_C(14695981039346656037)
+
+/* Hash of some bytes behind those that `start` is the hash of. */
+static inline uint64_t er_hash(const void *data, size_t size, uint64_t start)
+{
+    const unsigned char *bytes = data;
+    for (size_t k = 0; k < size; k++)
+        start = (start ^ bytes[k]) * UINT64_C(1099511628211);
+    return start;
+}
+
+#endif
