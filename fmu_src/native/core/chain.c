@@ -317,6 +317,8 @@ double er_turns_sign(er_turns *turns, const er_robot *robot, const double *theta
     if (!turns->set || !(apart[0] + apart[1] < NEARBY))
         multiply_all(turns, robot, theta);
     return (quaternion[0] * q[0] + quaternion[1] * q[1]) +
-                       (quaternion[2] * q[2] + quaternion[3] * q[3]) < 0.0
-               ? -1.0 : 1.0;
+                       (quaternion[2] * q[2] + quaternion[3] * q[3]) <
+                   0.0
+               ? -1.0
+               : 1.0;
 }

@@ -168,7 +168,7 @@ void er_sensitivity_cross(er_sensitivity *s, const er_run *r, const er_state *st
         return;
     }
     jump = er_gear_torque(system->gears, k, crossing->region, step->x[k]) -
-                  er_gear_torque(system->gears, k, state->region[k], step->x[k]);
+           er_gear_torque(system->gears, k, state->region[k], step->x[k]);
     edge = copysign(er_gear_play(system->gears, k), crossing->boundary);
     beyond = crossing->outward * (step->x[k] - edge);
     rate = crossing->outward * step->v[k], bend = crossing->outward * step->a[k];

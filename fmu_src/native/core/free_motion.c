@@ -88,7 +88,7 @@ static void add_parameters(const er_model *model, const er_parameters *change, d
         double x = memory->state.x[k];
         torque[k] += load[k][0] + change->damping[k] * memory->state.v[k] +
                      er_gear_along(&model->gears, k, er_gear_region(&model->gears, k, x), x,
-                                    change->stiffness[k], change->backlash[k]);
+                                   change->stiffness[k], change->backlash[k]);
     }
 }
 

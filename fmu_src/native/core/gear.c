@@ -4,7 +4,10 @@
 #include <string.h>
 
 /* In the order of TORQUE_CURVES. */
-enum { LINEAR, BACKLASH, SPLINE, LAWS };
+enum { LINEAR,
+       BACKLASH,
+       SPLINE,
+       LAWS };
 const int er_gear_laws = LAWS;
 typedef char laws_fit[LAWS <= ER_MAX_LAWS ? 1 : -1];
 
@@ -163,7 +166,7 @@ double er_gear_flank_curvature(const er_gears *gears, int k, double x)
 
 /* Of the rounded dead band S is k B times a function of x / B. */
 double er_gear_along(const er_gears *gears, int k, int region, double x, double stiffness,
-                      double backlash)
+                     double backlash)
 {
     double torque = er_gear_torque(gears, k, region, x), flank = gears->stiffness[k], of_backlash;
     if (region == 0 || (gears->spline[k].points > 0 && !er_gear_switches(gears, k)))
@@ -178,7 +181,7 @@ double er_gear_along(const er_gears *gears, int k, int region, double x, double 
 }
 
 double er_gear_flank_slope_along(const er_gears *gears, int k, double x, double stiffness,
-                                  double backlash)
+                                 double backlash)
 {
     if (gears->spline[k].points == 0)
         return stiffness;
@@ -224,7 +227,8 @@ int er_gear_region(const er_gears *gears, int k, double x)
     double width = gears->half_width[k];
     if (!er_gear_switches(gears, k))
         return 1;
-    return x > width ? 1 : x < -width ? -1 : 0;
+    return x > width ? 1 : x < -width ? -1
+                                      : 0;
 }
 
 double er_gear_slack(const er_gears *gears, const er_settings *settings, int k, double tolerance)

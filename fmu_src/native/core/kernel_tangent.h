@@ -38,28 +38,18 @@ ER_INLINE void store_swing(er_vector *rows, int first, vec omega, const double r
 {
     er_real along = omega.x * r[0] + omega.y * r[1] + omega.z * r[2];
     vec twice = {2.0 * omega.x, 2.0 * omega.y, 2.0 * omega.z};
-    store_vec(rows[0], first, (vec){along + omega.x * r[0] - r[0] * twice.x,
-                                    omega.x * r[1] - r[0] * twice.y, omega.x * r[2] - r[0] * twice.z});
-    store_vec(rows[1], first, (vec){omega.y * r[0] - r[1] * twice.x,
-                                    along + omega.y * r[1] - r[1] * twice.y,
-                                    omega.y * r[2] - r[1] * twice.z});
-    store_vec(rows[2], first, (vec){omega.z * r[0] - r[2] * twice.x, omega.z * r[1] - r[2] * twice.y,
-                                    along + omega.z * r[2] - r[2] * twice.z});
+    store_vec(rows[0], first, (vec){along + omega.x * r[0] - r[0] * twice.x, omega.x * r[1] - r[0] * twice.y, omega.x * r[2] - r[0] * twice.z});
+    store_vec(rows[1], first, (vec){omega.y * r[0] - r[1] * twice.x, along + omega.y * r[1] - r[1] * twice.y, omega.y * r[2] - r[1] * twice.z});
+    store_vec(rows[2], first, (vec){omega.z * r[0] - r[2] * twice.x, omega.z * r[1] - r[2] * twice.y, along + omega.z * r[2] - r[2] * twice.z});
 }
 
 /* Rows of d(omega x I omega)/d omega = [omega]x I - [I omega]x, for I = xx, yy, zz, xy, xz, yz. */
 ER_INLINE void store_wobble(er_vector *rows, int first, vec omega, const double I[6])
 {
     vec L = symmetric_times(I, omega);
-    store_vec(rows[0], first, (vec){omega.y * I[4] - omega.z * I[3],
-                                    omega.y * I[5] - omega.z * I[1] + L.z,
-                                    omega.y * I[2] - omega.z * I[5] - L.y});
-    store_vec(rows[1], first, (vec){omega.z * I[0] - omega.x * I[4] - L.z,
-                                    omega.z * I[3] - omega.x * I[5],
-                                    omega.z * I[4] - omega.x * I[2] + L.x});
-    store_vec(rows[2], first, (vec){omega.x * I[3] - omega.y * I[0] + L.y,
-                                    omega.x * I[1] - omega.y * I[3] - L.x,
-                                    omega.x * I[5] - omega.y * I[4]});
+    store_vec(rows[0], first, (vec){omega.y * I[4] - omega.z * I[3], omega.y * I[5] - omega.z * I[1] + L.z, omega.y * I[2] - omega.z * I[5] - L.y});
+    store_vec(rows[1], first, (vec){omega.z * I[0] - omega.x * I[4] - L.z, omega.z * I[3] - omega.x * I[5], omega.z * I[4] - omega.x * I[2] + L.x});
+    store_vec(rows[2], first, (vec){omega.x * I[3] - omega.y * I[0] + L.y, omega.x * I[1] - omega.y * I[3] - L.x, omega.x * I[5] - omega.y * I[4]});
 }
 
 /* go_out, keeping what the tangent needs of rotation i; and the rows of base_from_last. */

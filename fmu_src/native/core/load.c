@@ -48,8 +48,9 @@ bool er_anchor_require(const er_anchor *anchor, er_failure *failure)
     if (value[0] >= -INDEFINITE * fmax(fabs(value[0]), fabs(value[2])))
         return true;
     return er_fail(failure, "stiffness of the contact spring (anchor.kxx to anchor.kzz): expected no"
-                   " eigenvalue below 0, got %.6g, %.6g, %.6g N/m: a contact pushes back in every"
-                   " direction, so leave out what does not", value[0] * scale, value[1] * scale,
+                            " eigenvalue below 0, got %.6g, %.6g, %.6g N/m: a contact pushes back in every"
+                            " direction, so leave out what does not",
+                   value[0] * scale, value[1] * scale,
                    value[2] * scale);
 }
 

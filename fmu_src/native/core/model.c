@@ -101,7 +101,8 @@ static bool require_trajectory(er_model *model, const char *path, uint64_t finge
         if (!there)
             er_trajectory_free(&read);
         return er_fail(failure, "trajectory %.500s: expected the motion that the state was saved"
-                       " with, got another", path);
+                                " with, got another",
+                       path);
     }
     if (!there) {
         er_trajectory_free(&model->trajectory);
@@ -249,7 +250,8 @@ static bool tell_acting(const er_model *model, const er_held *held, er_failure *
     if (er_contact_holds(&held->load.contact))
         snprintf(contact, sizeof contact, "a contact of %.3g N/m, ", held->load.contact.stiffness);
     return er_fail(failure, "%.400s, under %.3g N, %.3g N m, %s%sdrives of %.3g rad/s and %.3g rad/s2:"
-                   " one of these is too large, or the robot is unstable", reason.text,
+                            " one of these is too large, or the robot is unstable",
+                   reason.text,
                    hypot(hypot(w[0], w[1]), w[2]), hypot(hypot(w[3], w[4]), w[5]), spring, contact, rate,
                    acceleration);
 }

@@ -237,7 +237,7 @@ static bool find_parameter(const er_run *r, const er_state *state, int column, e
         for (int l = 0; l < ER_STAGES; l++)
             load[k][l] = change.damping[k] * w->v[k][l] +
                          er_gear_along(r->system->gears, k, state->region[k], w->x[k][l],
-                                        change.stiffness[k], change.backlash[k]);
+                                       change.stiffness[k], change.backlash[k]);
     return true;
 }
 

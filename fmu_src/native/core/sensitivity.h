@@ -33,7 +33,7 @@ typedef enum {
 enum { ER_CONTACT_ENTRIES = 8 }; /* normal included */
 enum {
     ER_MAX_DIRECTIONS = 2 * 6 + 3 * ER_MAX_JOINTS + 2 * 3 + ER_SYMMETRIC + ER_CONTACT_ENTRIES + 3 +
-                        3 * ER_MAX_ANGLES
+    3 * ER_MAX_ANGLES
 };
 
 /* The first column of a cause; of ER_CAUSES the number of columns. */

@@ -74,7 +74,7 @@ static double find_allowed(const er_run *r, int coordinate)
     return r->settings->landing *
            (coordinate == ER_DEPTH ? ER_CONTACT_SLACK
                                    : er_gear_slack(r->system->gears, r->settings, coordinate,
-                                                       r->means->tolerance));
+                                                   r->means->tolerance));
 }
 
 /* Shortens a solved step until it ends on the boundary it crosses, in w->landed. */

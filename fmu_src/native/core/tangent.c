@@ -165,8 +165,8 @@ bool er_equilibrium_along(const er_model *model, const er_change *acting, double
         x[k] = neutral ? 0.0
                        : x[k] + of_gravity[k] -
                              er_gear_along(gears, k, er_gear_region(gears, k, at), at,
-                                            change.parameters.stiffness[k],
-                                            change.parameters.backlash[k]);
+                                           change.parameters.stiffness[k],
+                                           change.parameters.backlash[k]);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;
@@ -232,8 +232,8 @@ bool er_compliance_along(const er_model *model, const er_change *change, double 
         stiffness[k * m + k] += er_gear_flank_slope(&model->gears, k, x);
         softening[k * m + k] -= er_gear_flank_curvature(&model->gears, k, x) * change->x[k] +
                                 er_gear_flank_slope_along(&model->gears, k, x,
-                                                           change->parameters.stiffness[k],
-                                                           change->parameters.backlash[k]);
+                                                          change->parameters.stiffness[k],
+                                                          change->parameters.backlash[k]);
     }
     if (!er_lu_factor(m, stiffness, pivot))
         return false;

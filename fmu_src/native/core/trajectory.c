@@ -250,8 +250,7 @@ static void follow(const er_robot *robot, const er_past *past, const er_command 
     bool followed = past->length > 0.0 && er_command_counts(robot, length);
     for (int i = 0; i < robot->joints; i++) {
         const double given[ORDERS] = {command->q[i], command->qd[i], command->qdd[i]};
-        const history last = {past->rate[i], past->acceleration[i],
-                              {past->q[i], past->qd[i], past->qdd[i]}, per_known, counts};
+        const history last = {past->rate[i], past->acceleration[i], {past->q[i], past->qd[i], past->qdd[i]}, per_known, counts};
         bool told = !isnan(command->jerk[i]);
         limited gained, angle, rate;
         put_command(given, told ? command->jerk[i] : 0.0, powers[i]);

@@ -31,7 +31,7 @@ static bool compliance_along(er_instance *instance, const er_change *change, dou
 {
     return er_compliance_along(instance->model, change, derivatives) ||
            er_fail(&instance->failure, "the compliance has no derivative here; the robot's stiffness is"
-                   " singular");
+                                       " singular");
 }
 
 static size_t size_of_x(const er_instance *instance)
@@ -71,7 +71,7 @@ static bool find_acceleration(er_instance *instance, double *values)
         return true;
     if (!er_free_motion_find(model))
         return er_fail(&instance->failure, "the elastic angles have no accelerations: the mass matrix is"
-                       " singular");
+                                           " singular");
     memcpy(values, model->free.acceleration, size_of_x(instance));
     return true;
 }

@@ -105,7 +105,9 @@ bool er_component_get_nominals(er_component *c, double *nominals, size_t count);
 
 /* What a master reads as one vector: all states in the order of their blocks, their derivatives, or the
  * event indicators. */
-typedef enum { ER_STATES, ER_STATE_DERIVATIVES, ER_INDICATORS } er_exchanged;
+typedef enum { ER_STATES,
+               ER_STATE_DERIVATIVES,
+               ER_INDICATORS } er_exchanged;
 bool er_component_get_exchanged(er_component *c, er_exchanged which, double *values, size_t count);
 
 /* Their number. */

@@ -17,7 +17,8 @@ static er_cause first_beside(er_cause cause)
 {
     if (cause == ER_BY_QD || cause == ER_BY_QDD)
         return ER_BY_Q;
-    return cause == ER_BY_ANCHOR_VELOCITY ? ER_BY_ANCHOR : cause == ER_BY_NORMAL ? ER_BY_CONTACT : cause;
+    return cause == ER_BY_ANCHOR_VELOCITY ? ER_BY_ANCHOR : cause == ER_BY_NORMAL ? ER_BY_CONTACT
+                                                                                 : cause;
 }
 
 static void start_columns(er_model *model, er_cause first, const er_step_start *start)

@@ -97,7 +97,8 @@ static bool require_sizes(er_interface *in, const er_robot *robot, er_lines *lin
                    block->torsion * in->torsions;
         if (in->size[k] != size)
             return er_fail(lines->failure, "the robot's data: expected %d variables of the block %s,"
-                           " got %d: build the FMU again", size, block->name, in->size[k]);
+                                           " got %d: build the FMU again",
+                           size, block->name, in->size[k]);
     }
     return true;
 }

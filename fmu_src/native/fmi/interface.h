@@ -14,12 +14,20 @@ typedef struct er_instance er_instance;
 struct er_change;
 
 /* As many blocks of reals, reals and blocks of states as there may be. */
-enum { ER_MAX_BLOCKS = 32, ER_MAX_REALS = 512, ER_MAX_STATES = 4 };
+enum { ER_MAX_BLOCKS = 32,
+       ER_MAX_REALS = 512,
+       ER_MAX_STATES = 4 };
 
-typedef enum { ER_INPUT, ER_OUTPUT, ER_TUNABLE, ER_FIXED, ER_LOCAL } er_kind;
+typedef enum { ER_INPUT,
+               ER_OUTPUT,
+               ER_TUNABLE,
+               ER_FIXED,
+               ER_LOCAL } er_kind;
 
 /* What a number may be. */
-typedef enum { ER_ANY_NUMBER, ER_NOT_NEGATIVE, ER_POSITIVE } er_range;
+typedef enum { ER_ANY_NUMBER,
+               ER_NOT_NEGATIVE,
+               ER_POSITIVE } er_range;
 
 /* A block of reals: what it is, and what reads, sets and differentiates it. */
 typedef struct {

@@ -34,7 +34,8 @@ static bool require_own(er_instance *instance, const er_saved_state *saved)
                        kind(&instance->exchange), kind(&saved->exchange));
     return saved->fingerprint == instance->fingerprint ||
            er_fail(&instance->failure, "state: expected one with fingerprint %016llx, of the same"
-                   " robot, got %016llx", (unsigned long long)instance->fingerprint,
+                                       " robot, got %016llx",
+                   (unsigned long long)instance->fingerprint,
                    (unsigned long long)saved->fingerprint);
 }
 
@@ -67,7 +68,8 @@ bool er_deserialise(er_instance *instance, const void *bytes, size_t size, er_sa
     uint64_t checksum;
     if (size != ER_SERIALISED_SIZE)
         return er_fail(&instance->failure, "state: expected one that this FMU has saved, of %lu bytes, got"
-                       " %lu bytes", (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
+                                           " %lu bytes",
+                       (unsigned long)ER_SERIALISED_SIZE, (unsigned long)size);
     memcpy(saved, bytes, sizeof *saved);
     memcpy(&checksum, (const unsigned char *)bytes + sizeof *saved, sizeof checksum);
     if (checksum != er_hash(saved, sizeof *saved, ER_HASH_START))

@@ -61,7 +61,8 @@ static bool require_finite(er_instance *instance, unsigned reference, double val
     char number[ER_NUMBER_TEXT];
     return isfinite(value) ||
            er_fail(&instance->failure, "%s: expected a finite number, got %s %s: give inputs, parameters and"
-                   " states of physical size", instance->interface.name[reference],
+                                       " states of physical size",
+                   instance->interface.name[reference],
                    er_shown(value, number), instance->interface.unit[reference]);
 }
 
@@ -152,7 +153,8 @@ static bool may_set(er_instance *instance, unsigned reference)
                        interface->name[reference]);
     return instance->progress.phase != ER_CONTINUOUS_MODE || block->kind == ER_INPUT || state ||
            er_fail(&instance->failure, "%s: expected event mode before a parameter changes, got"
-                   " continuous-time mode", interface->name[reference]);
+                                       " continuous-time mode",
+                   interface->name[reference]);
 }
 
 /* Whether a variable may have a value. */

@@ -110,7 +110,7 @@ char *er_read_file(const char *path, size_t *size, er_failure *failure)
 static int hex(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10
-                                          : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                        : c >= 'A' && c <= 'F'   ? c - 'A' + 10
                                                                  : -1;
 }
 
@@ -168,7 +168,8 @@ static int further(unsigned char first)
         return 0;
     if (first < 0xC2 || first > 0xF4)
         return -1;
-    return first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3;
+    return first < 0xE0 ? 1 : first < 0xF0 ? 2
+                                           : 3;
 }
 
 bool er_is_utf8(const char *text)

@@ -20,7 +20,8 @@ typedef struct {
     uint64_t shape[2];
 } npy_header;
 
-enum { SIZE_DIGITS = 7, AXIS_DIGITS = 13 };
+enum { SIZE_DIGITS = 7,
+       AXIS_DIGITS = 13 };
 #define MOST_AXIS (UINT64_C(1) << 40)
 
 typedef struct {

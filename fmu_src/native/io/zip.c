@@ -3,7 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_BITS = 15, LITERALS = 288, DISTANCES = 30, END_OF_BLOCK = 256 };
+enum { MOST_BITS = 15,
+       LITERALS = 288,
+       DISTANCES = 30,
+       END_OF_BLOCK = 256 };
 
 typedef struct {
     const unsigned char *in;
@@ -37,7 +40,9 @@ static unsigned take_bits(stream *s, int count)
     return value;
 }
 
-typedef enum { COMPLETE, SINGLE, NO_CODE } build;
+typedef enum { COMPLETE,
+               SINGLE,
+               NO_CODE } build;
 
 /* Of a single bit, or empty, a code may be where it need not be used; otherwise lengths must tell apart
  * just as many symbols as there are. */
@@ -104,7 +109,7 @@ static void copy_stored(stream *s)
 
 static void copy_coded(stream *s, const code *literals, const code *distances)
 {
-    static const short length_base[29] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19, 23, 27,
+    static const short length_base[29] = {3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27,
                                           31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
     static const short length_bits[29] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2,
                                           2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0};
@@ -149,8 +154,8 @@ static void copy_fixed(stream *s)
 
 static void copy_dynamic(stream *s)
 {
-    static const unsigned char order[19] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
-                                            11, 4,  12, 3, 13, 2, 14, 1, 15};
+    static const unsigned char order[19] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5,
+                                            11, 4, 12, 3, 13, 2, 14, 1, 15};
     unsigned char length[LITERALS + 32] = {0};
     code lengths, literals, distances;
     int literal_count = (int)take_bits(s, 5) + 257, distance_count = (int)take_bits(s, 5) + 1;
