@@ -47,7 +47,7 @@ def place(
     remove_abandoned()
     with RunView(Console()) as view, new_run_folder(folder, overwrite) as work:
         where = None if kept is None else str(kept.resolve())
-        log = RunLog(work, {"kind": "place", "case": str(case.resolve()), "store": where})
+        log = RunLog(work, "place", case, where)
 
         def watch(event: Event) -> None:
             log.watch(event)

@@ -143,7 +143,7 @@ def conduct(
     remove_abandoned()
     with new_run_folder(folder, overwrite) as place:
         kept = None if store is None else str(store.resolve())
-        log = RunLog(place, {"kind": kind, "case": str(file.resolve()), "store": kept})
+        log = RunLog(place, kind, file, kept)
 
         def watch(event: Event) -> None:
             log.watch(event)

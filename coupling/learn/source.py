@@ -19,9 +19,9 @@ from coupling.learn.passes import Pass, Seen
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.results.forecast import Forecast
 from coupling.robot.cell import Placement
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.run.forecast import Forecast
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
 
@@ -130,7 +130,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
             wrench=at.wrench_in_base(stored.wrench),
         ),
         None if placed.discrepancy is None else placed.discrepancy.seen_from(at.position, turned),
-        None if (told := run.figures.get("forecast")) is None else Forecast.from_dict(told),
+        run.figures.forecast,
     )
 
 

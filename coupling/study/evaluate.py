@@ -89,9 +89,9 @@ def _figures(
         "not_coupled": [sample.number for sample in samples if not sample.converged],
         "failed": {str(sample.number): sample.failure for sample in samples if sample.failure},
         "command": {
-            "converged": run["converged"],
-            "reason": run["reason"],
-            "deviation_m": run["shares_m"]["dynamic_after"],
+            "converged": run.converged,
+            "reason": run.reason,
+            "deviation_m": run.shares_m.dynamic_after,
         },
         "quantiles_m": {
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
@@ -99,7 +99,7 @@ def _figures(
         },
         "parameters": _parameters(study, points, figures),
         "silent": list(study.parameters.silent),
-        "fmu_fingerprint": run["fmu_fingerprint"],
+        "fmu_fingerprint": run.fmu_fingerprint,
         "versions": versions(),
     }
 
