@@ -67,7 +67,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             _deviation_text(robot) + gears,
         ),
         ("Robot at the part", "robot", robot_views(own.robots, [robot.desired]), _ROBOT_TEXT),
-        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own)),
+        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own.gears)),
         ("What the command asks of the drives", "drives", drives(robot), drive_text),
         ("The process: where and at what cost", "convergence", along.convergence(robot), process),
         ("Wrench along the path", "wrench", along.wrench(robot), _wrench_text(robot)),

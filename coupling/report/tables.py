@@ -9,7 +9,7 @@ from typing import Any
 
 from coupling.path.deviation import Deviation
 from coupling.report.shares import BEHIND, Share, shares_of
-from coupling.results.run_result import FlankChangeResult, RunResult
+from coupling.results.run_result import FlankChangeResult, GearResult, RunResult
 from coupling.run.stored_run import StoredRobot
 from coupling.solve.correction import HOW
 
@@ -192,9 +192,8 @@ def gears(changes: Sequence[FlankChangeResult]) -> str:
     return table(("gear", "times in its play", "to the other flank", "time in it [s]"), rows)
 
 
-def gear_loads(figures: RunResult) -> str:
+def gear_loads(gears: Sequence[GearResult]) -> str:
     """Return whether the path rests on the gears' backlash, with a heading."""
-    gears = figures.gears
     if not gears:
         return ""
     rows = [
