@@ -1,6 +1,7 @@
 """A file of any kind that is damaged anywhere is refused in one sentence with its place."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -114,3 +115,12 @@ def test_what_is_cut_off_or_not_there_or_no_json_is_said(kind, tmp_path):
     for other in ("[]", "7", "null"):
         file.write_text(other)
         refused(kind, file, f"expected {kind.what}, got damaged ones: ")
+
+
+def test_the_keys_in_the_page_of_the_run_folder_are_those_of_the_models():
+    page = Path(__file__).parents[2].joinpath("docs", "run_folder.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", page, flags=re.MULTILINE)
+    named = {key for row in rows for key in re.findall(r"`(\w+)`", row)}
+    assert len(named) > 20
+    assert named <= {*RunResult.model_fields, *RunState.model_fields}
+    assert [key for key in RunState.model_fields if f"`{key}`" not in page] == []
