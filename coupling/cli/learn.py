@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -91,7 +90,7 @@ def learn(
     console.print("\n".join(said))
     title = f"{start.stem} learned from {' and '.join(file.name for _, file in pairs)}"
     report = target.with_suffix(".html")
-    _write(target.with_suffix(".json"), json.dumps(told, indent=1) + "\n")
+    _write(target.with_suffix(".json"), told.text() + "\n")
     _write(report, learn_page(title, told))
     console.print(f"Report: {report}")
     if found.refusal:

@@ -62,7 +62,7 @@ def study(
         write_study_report(folder)
     stored = read_study(folder)
     print_findings(console, stored, folder)
-    if not stored.figures["command"]["converged"]:
+    if not stored.figures.command.converged:
         raise typer.Exit(_NOT_CONVERGED)
 
 

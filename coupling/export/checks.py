@@ -65,10 +65,10 @@ def _problems(command: JointPath, motions: Sequence[DriveMotion], limits: JointL
 
 def remark_on(stored: StoredRobot) -> str:
     """Return what is to be known of a run's command, empty where it is as it should be."""
-    if stored.figures["kind"] == "couple":
+    if stored.figures.kind == "couple":
         return "the run is coupled, not compensated: its command is not corrected"
-    if not stored.figures.get("converged", True):
-        return f"the run has not converged: {stored.figures.get('reason', '')}"
+    if not stored.figures.converged:
+        return f"the run has not converged: {stored.figures.reason}"
     return ""
 
 

@@ -89,7 +89,7 @@ def validate(
     try:
         return schema.model_validate(data, context={"folder": folder or Path()})
     except ValidationError as cause:
-        problems = [f"{where}: {_problem(item, schema)}" for item in cause.errors()]
+        problems = [f"{where}: {problem(item, schema)}" for item in cause.errors()]
         raise error("\n".join(problems)) from cause
 
 
@@ -102,8 +102,8 @@ _AS_A_NOUN = {
 }
 
 
-def _problem(item: Any, schema: type[BaseModel]) -> str:
-    """One sentence for one pydantic error."""
+def problem(item: Any, schema: type[BaseModel]) -> str:
+    """Return one sentence for one pydantic error."""
     place = list(item["loc"])
     if item["type"] == "extra_forbidden":
         *parents, key = place

@@ -22,7 +22,7 @@ from coupling.learn.repeatability import VALUES
 from coupling.learn.size import seen_below
 from coupling.path.deviation import less_constant
 from coupling.path.histories import JointPath, WrenchHistory
-from coupling.run.forecast import Forecast
+from coupling.results.forecast import Forecast
 
 # Forecasts that are drawn, and what of them the interval holds.
 _DRAWN, _INTERVAL = 4000, (0.05, 0.95)

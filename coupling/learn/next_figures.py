@@ -10,7 +10,7 @@ import numpy as np
 from coupling.learn.measured_run import MeasuredRun
 from coupling.learn.next_command import Plan
 from coupling.learn.size import Size
-from coupling.run.forecast import Forecast
+from coupling.results.forecast import Forecast
 
 
 def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
             }
             for cause in found.causes
         ],
-        "forecast": None if forecast is None else forecast.as_dict(),
+        "forecast": None if forecast is None else forecast.model_dump(),
     }
 
 
@@ -81,7 +81,7 @@ def _pass(found: Plan, number: int) -> dict[str, Any]:
         "noise_m": run.noise,
         "left_out": run.left_out,
         "size_m": asdict(run.size),
-        "forecast": None if told is None else told.as_dict() | {"robots": []},
+        "forecast": None if told is None else told.model_dump() | {"robots": []},
         "time": run.seen.time[::thin].tolist(),
         "distance_m": np.linalg.norm(run.deviation[::thin], axis=1).tolist(),
     }

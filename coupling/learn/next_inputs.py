@@ -74,7 +74,7 @@ def _robot_file(folder: Path, found: Plan) -> Path:
     if found.learned is not None and model.since == len(runs):
         target = folder / ROBOT
         write_whole(target, learned_text(found.learned, target), LearnError)
-        learned = json.dumps(figures(found.learned), indent=1) + "\n"
+        learned = figures(found.learned).text() + "\n"
         write_whole(folder / "learned.json", learned, LearnError)
         return target
     return runs[model.since].source.file

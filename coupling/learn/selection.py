@@ -22,8 +22,8 @@ from coupling.learn.parameters import robot_with
 from coupling.learn.repeatability import Hypotheses
 from coupling.learn.repeating import Repeating, as_before
 from coupling.path.histories import JointPath
+from coupling.results.forecast import Forecast
 from coupling.robot.moving import Inverter
-from coupling.run.forecast import Forecast
 from coupling.run.models import Models
 
 # Cutoffs below the highest one that are tried [Hz].

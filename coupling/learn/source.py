@@ -20,8 +20,8 @@ from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.results.forecast import Forecast
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.run.forecast import Forecast
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
 
@@ -128,7 +128,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
             wrench=stored.wrench.transformed(base_from_world),
         ),
         placed.discrepancy and placed.discrepancy.transformed(base_from_world),
-        None if (told := run.figures.get("forecast")) is None else Forecast.from_dict(told),
+        run.figures.forecast,
     )
 
 

@@ -20,7 +20,8 @@ class Deviation:
         tangential_maximum: Largest deviation along it: the tool is early or late.
         time_of_maximum: [s].
         maximum_less_constant, rms_less_constant: The same distances once the mean deviation over time, a
-            vector in the axes of the path, is taken off: what a shift of the part or of the path leaves.
+            vector in the axes of the path, is taken off: what a shift of the part or of the path leaves;
+            NaN in a run of an earlier version.
     """
 
     maximum: float
@@ -28,12 +29,8 @@ class Deviation:
     normal_maximum: float
     tangential_maximum: float
     time_of_maximum: float
-    maximum_less_constant: float
-    rms_less_constant: float
-
-    def as_dict(self) -> dict[str, float]:
-        """Return the figures by name."""
-        return asdict(self)
+    maximum_less_constant: float = np.nan
+    rms_less_constant: float = np.nan
 
 
 def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
@@ -42,7 +39,7 @@ def measure(actual: ToolPath, desired: ToolPath) -> Deviation:
         _of_tool(desired.time, a, d) for a, d in zip(actual.position, desired.position, strict=True)
     ]
     worst = max(figures, key=lambda figure: figure.maximum)
-    largest = {name: max(getattr(own, name) for own in figures) for name in worst.as_dict()}
+    largest = {name: max(getattr(own, name) for own in figures) for name in asdict(worst)}
     return replace(worst, **largest | {"time_of_maximum": worst.time_of_maximum})
 
 
@@ -127,13 +124,3 @@ class ToolGap:
     commanded: float
     before: np.ndarray
     after: np.ndarray
-
-    def as_dict(self) -> dict[str, float]:
-        """Return its figures by name [m]."""
-        return {
-            "commanded": self.commanded,
-            "narrowest_before": self.commanded + float(self.before.min()),
-            "widest_before": self.commanded + float(self.before.max()),
-            "narrowest_after": self.commanded + float(self.after.min()),
-            "widest_after": self.commanded + float(self.after.max()),
-        }

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 
 from coupling.place.folder import StoredPlacement
+from coupling.results.placement_result import PlacementResult, SettingResult
 
 # What the page is called.
 REPORT = "report.html"
@@ -19,21 +20,16 @@ def print_placement(console: Console, placement: StoredPlacement, folder: Path) 
     """Say in plain words what the best settings come to, and where they are."""
     figures = placement.figures
     lines = [_header(figures)]
-    present = figures["present"]
-    if present is None:
+    if figures.present is None:
         lines.append("As it is, the robot cannot follow the path.")
-    else:
-        lines.append(_row("as it is", present))
-    lines += [_row(own["file"], own) for own in figures["best"]]
-    lines += [
-        f"  {own['file']}: {in_words(own['setting'], figures['free'])}" for own in figures["best"]
-    ]
-    refused = ", ".join(f"{what} {count}" for what, count in figures["refused"].items() if count)
+    lines += [_row(name, own) for name, own in figures.named]
+    lines += [f"  {own.file}: {in_words(own.setting, figures.free)}" for own in figures.best]
+    refused = ", ".join(f"{what} {count}" for what, count in figures.refused.items() if count)
     lines.append(
-        f"{figures['settings']} settings looked at; of the {figures['filling']} that fill the ranges"
+        f"{figures.settings} settings looked at; of the {figures.filling} that fill the ranges"
         f" refused: {refused or 'none'}."
     )
-    if figures["limited_joints"] == 0:
+    if figures.limited_joints == 0:
         lines.append(
             "Warning: the robot file has no limits of its joints: look whether they are kept."
         )
@@ -42,34 +38,30 @@ def print_placement(console: Console, placement: StoredPlacement, folder: Path) 
     console.print("\n".join(lines))
 
 
-def _header(figures: dict[str, Any]) -> str:
-    moved = "process [um]" if figures["forced"] else "100 N [um]"
+def _header(figures: PlacementResult) -> str:
+    moved = "process [um]" if figures.forced else "100 N [um]"
     return f"{'':<16}{moved:>13} {'backlash 20 % off [um]':>23}  changes of flank (gear: times)"
 
 
-def _row(name: str, own: dict[str, Any]) -> str:
-    remark = "" if own["admitted"] else "; breaks a demand of [place]"
+def _row(name: str, own: SettingResult) -> str:
+    remark = "" if own.admitted else "; breaks a demand of [place]"
     return (
-        f"{name:<16}{_UM * own['moved_m']:>13.0f} {_UM * own['exposure_m']:>23.1f} "
+        f"{name:<16}{_UM * own.moved_m:>13.0f} {_UM * own.exposure_m:>23.1f} "
         f" {changes(own)}{remark}"
     )
 
 
-def changes(own: dict[str, Any]) -> str:
+def changes(own: SettingResult) -> str:
     """Return which gears with play change flank how often, in words.
 
     Args:
         own: A setting in place.json.
     """
-    said = [
-        f"{gear['joint']}: {gear['flank_changes']}"
-        for gear in own["gears"]
-        if gear["flank_changes"]
-    ]
+    said = [f"{gear.joint}: {gear.flank_changes}" for gear in own.gears if gear.flank_changes]
     return ", ".join(said) or "none"
 
 
-def in_words(setting: dict[str, float], free: list[str]) -> str:
+def in_words(setting: dict[str, float], free: Sequence[str]) -> str:
     """Return what is free in a setting, in words."""
     said = []
     for name in free:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +15,12 @@ from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
 from coupling.place.settings import NAMES
+from coupling.results.placement_result import (
+    DemandsResult,
+    MapResult,
+    PlacementResult,
+    SettingResult,
+)
 from coupling.run.figures import gear_figures
 
 FIGURES, MAP = "place.json", "map.csv"
@@ -41,8 +45,7 @@ def write_placement(folder: Path, found: CasePlacement) -> None:
                 f"# {case}, placed by elastic-robot place: number {number} of the best settings\n\n"
             )
             (folder / placed_file(number)).write_text(head + own.content, encoding="utf-8")
-        text = json.dumps(figures_of(found), indent=1)
-        (folder / FIGURES).write_text(text, encoding="utf-8")
+        (folder / FIGURES).write_text(figures_of(found).text(), encoding="utf-8")
         if found.maps:
             rows = [_rows(number, own) for number, own in enumerate(found.maps)]
             write_table(folder / MAP, _MAP_COLUMNS, np.vstack(rows))
@@ -58,66 +61,62 @@ def _rows(number: int, own: PartMap) -> np.ndarray:
     return np.column_stack([column.ravel() for column in columns])
 
 
-def figures_of(found: CasePlacement) -> dict[str, Any]:
+def figures_of(found: CasePlacement) -> PlacementResult:
     """Return what is to be told of a placement."""
     placing = found.placing
     ranges = placing.ranges
     low, high = setting_keys(ranges.low), setting_keys(ranges.high)
-    return {
-        "case": placing.case.name,
-        "robot": placing.robot.name,
-        "optimise": placing.goal.objective,
-        "forced": placing.goal.forced,
-        "demands": {
-            "joint_margin_rad": placing.goal.demands.joint_margin,
-            "least_regularity": placing.goal.demands.regularity,
-            "clear_share": placing.goal.demands.clear_share,
-        },
-        "limited_joints": sum(joint.limits is not None for joint in placing.robot.joints),
-        "ranges": {key: [low[key], high[key]] for key in low},
-        "free": [NAMES[k] for k in ranges.free],
-        "places_s": found.stations.time.tolist(),
-        "settings": found.looked_at,
-        "filling": placing.case.place.settings,
-        "refused": found.refused,
-        "present_setting": setting_keys(placing.present),
-        "present": None if found.present is None else _setting(placing, found.present),
-        "best": [
-            {"file": placed_file(number), **_setting(placing, own)}
+    return PlacementResult(
+        case=placing.case.name,
+        robot=placing.robot.name,
+        optimise=placing.goal.objective,
+        forced=placing.goal.forced,
+        demands=DemandsResult(
+            joint_margin_rad=placing.goal.demands.joint_margin,
+            least_regularity=placing.goal.demands.regularity,
+            clear_share=placing.goal.demands.clear_share,
+        ),
+        limited_joints=sum(joint.limits is not None for joint in placing.robot.joints),
+        ranges={key: (low[key], high[key]) for key in low},
+        free=tuple(NAMES[k] for k in ranges.free),
+        places_s=tuple(found.stations.time.tolist()),
+        settings=found.looked_at,
+        filling=placing.case.place.settings,
+        refused=found.refused,
+        present_setting=setting_keys(placing.present),
+        present=None if found.present is None else _setting(placing, found.present),
+        best=tuple(
+            _setting(placing, own, placed_file(number))
             for number, own in enumerate(found.best, start=1)
-        ],
-        "maps": [
-            {
-                "setting": own.name,
-                "across": own.across,
-                "up": own.up,
-                "shape": list(own.moved.shape),
-            }
+        ),
+        maps=tuple(
+            MapResult(setting=own.name, across=own.across, up=own.up, shape=own.moved.shape)
             for own in found.maps
-        ],
-        "version": elastic_robot.__version__,
-    }
+        ),
+        version=elastic_robot.__version__,
+    )
 
 
-def _setting(placing: Placing, own: Judged) -> dict[str, Any]:
+def _setting(placing: Placing, own: Judged, file: str | None = None) -> SettingResult:
     """Return what one setting comes to."""
     figures, goal = own.figures, placing.goal
     margin = float(figures.limit_margin[0])
-    return {
-        "setting": setting_keys(own.setting),
-        "admitted": bool(goal.demands.admits(figures)[0]),
-        "cost_m": float(own.cost) if np.isfinite(own.cost) else None,
-        "moved_m": float(goal.moved(figures)[0]),
-        "exposure_m": float(goal.demands.exposure(figures)[0]),
-        "compliance_m_N": float(figures.compliance[0]),
-        "regularity": float(figures.regularity[0]),
-        "limit_margin_rad": margin if np.isfinite(margin) else None,
-        "rate_share": float(figures.rate_share[0]),
-        "gears": [
-            {**gear_figures(gear), "swing_Nm": float(swing)}
+    return SettingResult(
+        file=file,
+        setting=setting_keys(own.setting),
+        admitted=bool(goal.demands.admits(figures)[0]),
+        cost_m=float(own.cost) if np.isfinite(own.cost) else None,
+        moved_m=float(goal.moved(figures)[0]),
+        exposure_m=float(goal.demands.exposure(figures)[0]),
+        compliance_m_N=float(figures.compliance[0]),
+        regularity=float(figures.regularity[0]),
+        limit_margin_rad=margin if np.isfinite(margin) else None,
+        rate_share=float(figures.rate_share[0]),
+        gears=tuple(
+            gear_figures(gear, swing=float(swing))
             for gear, swing in zip(own.gears, figures.swing[0], strict=True)
-        ],
-    }
+        ),
+    )
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ class StoredPlacement:
         maps: Its maps.
     """
 
-    figures: dict[str, Any]
+    figures: PlacementResult
     maps: tuple[PartMap, ...]
 
 
@@ -139,31 +138,22 @@ def read_placement(folder: Path) -> StoredPlacement:
     Raises:
         ResultError: If a file is missing or broken.
     """
-    file = folder / FIGURES
+    figures = PlacementResult.read(folder / FIGURES, ResultError)
+    if not figures.maps:
+        return StoredPlacement(figures, ())
+    table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
     try:
-        figures = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as cause:
-        raise ResultError(f"{file}: cannot be read: {cause.strerror or cause}") from cause
-    except ValueError as cause:
-        raise ResultError(f"{file}: is not valid JSON: {cause}") from cause
-    try:
-        if not figures["maps"]:
-            return StoredPlacement(figures, ())
-        table = read_table(folder / MAP, _MAP_COLUMNS, ResultError)
         maps = [
             _read_map(told, table[table[:, 0] == number])
-            for number, told in enumerate(figures["maps"])
+            for number, told in enumerate(figures.maps)
         ]
-    except (KeyError, TypeError, ValueError) as cause:
-        raise ResultError(
-            f"{file}: expected the figures of a placement, got damaged ones: {cause!r}"
-        ) from cause
+    except ValueError as cause:
+        raise ResultError(f"{folder / MAP}: expected the maps of {FIGURES}: {cause}") from cause
     return StoredPlacement(figures, tuple(maps))
 
 
-def _read_map(told: dict[str, Any], rows: np.ndarray) -> PartMap:
-    shape = tuple(told["shape"])
-    across, up, admitted, *values = (column.reshape(shape) for column in rows[:, 1:].T)
-    names = (told["setting"], told["across"], told["up"])
+def _read_map(told: MapResult, rows: np.ndarray) -> PartMap:
+    across, up, admitted, *values = (column.reshape(told.shape) for column in rows[:, 1:].T)
+    names = (told.setting, told.across, told.up)
     drawn = (np.where(admitted > 0.0, v, np.nan) for v in values)
     return PartMap(*names, across[0], up[:, 0], *drawn)

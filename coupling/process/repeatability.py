@@ -54,10 +54,6 @@ class Repeatability:
         """Whether the answers differ by so much that no iteration can end."""
         return self.largest > _NOTICEABLE * self.peak
 
-    def as_dict(self) -> dict[str, float]:
-        """Return the figures by name, with their unit."""
-        return {"largest_N": self.largest, "rms_N": self.rms, "peak_N": self.peak}
-
     def sentence(self) -> str:
         """Return what was seen, and what to do where the answers differ."""
         if self.alike:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -47,17 +46,6 @@ class ForceNoise:
         left = self.filter is None or (isinstance(self.filter, AdaptiveLowPass) and not self.heard)
         done = "not filtered" if left else f"{self.filter}, without delay"
         return f"The forces of the process have noise {what}; they are {done}."
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return its figures by name [N], [Hz], with the sentence."""
-        filter_ = self.filter
-        return {
-            "level_N": self.force,
-            "cutoff_Hz": None if filter_ is None else filter_.cutoff,
-            "adaptive": isinstance(filter_, AdaptiveLowPass),
-            "counts": self.heard,
-            "sentence": self.sentence,
-        }
 
 
 class Smoothed(Around):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,6 +12,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.shares import spike
 from coupling.report.style import FLOOR_UM, UM, curve, distance_curve, log_axis, style
 from coupling.report.tables import mode_names
+from coupling.results.run_result import FlankChangeResult
 from coupling.run.stored_run import StoredRobot
 
 _STAGES = (BEFORE, AFTER)
@@ -23,15 +24,15 @@ _LABELS, _APART = 4, 0.2
 
 def deviation(run: StoredRobot) -> go.Figure:
     """Distance of the actual paths to the desired one, with the gears that change their flank."""
-    changes = run.figures["flank_changes"] or []
-    gears = sorted({change["joint"] for change in changes})
+    changes = run.figures.changes
+    gears = sorted({change.joint for change in changes})
     below = _GEAR * len(gears)
     height = _CURVES + _LABEL * len(gears) + below
     shares = [height - below, below] if gears else [1.0]
     figure = make_subplots(
         rows=len(shares), cols=1, shared_xaxes=True, row_heights=shares, vertical_spacing=0.06
     )
-    own, other = mode_names(run.figures["mode"])
+    own, other = mode_names(run.figures.mode)
     for (stage, path), color in zip(run.actual.items(), _STAGES, strict=False):
         paths = [(f"{stage}, {own}", path, "solid", 1.5)]
         if stage in run.other:
@@ -87,7 +88,7 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     """Return times [s] and heights [m] of the largest spikes where a gear changes its flank."""
     *_, path = run.actual.values()
     distance = path.distance_to(run.desired)
-    own = [c for c in run.figures["flank_changes"] or [] if c["joint"] == joint]
+    own = [c for c in run.figures.changes if c.joint == joint]
     spikes = sorted((spike(path.time, distance, change) for change in own), key=lambda s: -s[1])
     apart = _APART * float(np.ptp(path.time))
     found: list[tuple[float, float]] = []
@@ -97,12 +98,12 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     return found
 
 
-def _add_gears(figure: go.Figure, changes: list[dict[str, Any]], gears: list[int]) -> None:
+def _add_gears(figure: go.Figure, changes: Sequence[FlankChangeResult], gears: list[int]) -> None:
     """Add when which gear is in its play, and which flank it reaches."""
     rows = {joint: number for number, joint in enumerate(gears)}
     figure.add_scatter(
-        x=[time for c in changes for time in (c["begins_s"], c["ends_s"], None)],
-        y=[rows[c["joint"]] for c in changes for _ in range(3)],
+        x=[time for c in changes for time in (c.begins_s, c.ends_s, None)],
+        y=[rows[c.joint] for c in changes for _ in range(3)],
         mode="lines",
         name="gear in its play",
         line={"color": QUIET, "width": 6},
@@ -111,10 +112,10 @@ def _add_gears(figure: go.Figure, changes: list[dict[str, Any]], gears: list[int
         col=1,
     )
     for side, symbol, color in ((1, "triangle-up", BEFORE), (-1, "triangle-down", AFTER)):
-        own = [c for c in changes if c["after"] == side]
+        own = [c for c in changes if c.after == side]
         figure.add_scatter(
-            x=[c["ends_s"] for c in own],
-            y=[rows[c["joint"]] for c in own],
+            x=[c.ends_s for c in own],
+            y=[rows[c.joint] for c in own],
             mode="markers",
             name=f"reaches its {'upper' if side > 0 else 'lower'} flank",
             marker={"symbol": symbol, "color": color, "size": 7},
@@ -133,8 +134,8 @@ def _add_gears(figure: go.Figure, changes: list[dict[str, Any]], gears: list[int
     )
 
 
-def _hint(change: dict[str, Any]) -> str:
-    return f"joint {change['joint']}, {change['begins_s']:.4f} to {change['ends_s']:.4f} s"
+def _hint(change: FlankChangeResult) -> str:
+    return f"joint {change.joint}, {change.begins_s:.4f} to {change.ends_s:.4f} s"
 
 
 def components(run: StoredRobot) -> go.Figure:
@@ -173,23 +174,23 @@ def convergence(run: StoredRobot) -> go.Figure:
     figure = go.Figure()
     count = 0
     ends: list[tuple[int, float]] = []
-    for entry in run.figures["passes"]:
-        numbers = [count + k + 1 for k in range(len(entry["evaluations"]))]
-        for key, name, dash in (
-            ("path_change_max_m", "path change, max", "solid"),
-            ("path_change_rms_m", "path change, rms", "dot"),
+    for entry in run.figures.passes:
+        numbers = [count + k + 1 for k in range(len(entry.evaluations))]
+        for name, changes, dash in (
+            ("max", [own.path_change_max_m for own in entry.evaluations], "solid"),
+            ("rms", [own.path_change_rms_m for own in entry.evaluations], "dot"),
         ):
             figure.add_scatter(
                 x=numbers,
-                y=[max(UM * e[key], FLOOR_UM) for e in entry["evaluations"]],
+                y=[max(UM * change, FLOOR_UM) for change in changes],
                 mode="lines+markers",
-                name=name,
-                legendgroup=key,
+                name=f"path change, {name}",
+                legendgroup=f"path_change_{name}_m",
                 showlegend=count == 0,
                 line={"color": DESIRED, "dash": dash, "width": 1.5},
             )
-        count = numbers[-1]
-        ends.append((count, UM * entry["deviation_m"]["maximum"]))
+        count += len(numbers)
+        ends.append((count, UM * entry.deviation_m.maximum))
     figure.add_scatter(
         x=[number for number, _ in ends],
         y=[max(value, FLOOR_UM) for _, value in ends],

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
-from math import degrees
+from collections.abc import Callable
+from functools import partial
+from math import degrees, isnan
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +14,16 @@ import plotly.graph_objects as go
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import make_folder_of, write_whole
-from coupling.report.background import parsed, real_part
+from coupling.path.deviation import Deviation
+from coupling.report.background import case_of, real_part
 from coupling.report.colours import AFTER, BEFORE, JOINTS
 from coupling.report.comparison import CommandDifference, Comparison, command_difference
 from coupling.report.document import Section, document
-from coupling.report.page import whole_figures
 from coupling.report.style import UM, curve, distance_curve, log_axis, style
 from coupling.report.tables import table
 from coupling.report.verdict import verdict
 from coupling.report.views import View, from_above
+from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
 _COLOURS = (BEFORE, AFTER)
@@ -39,13 +41,9 @@ def write_comparison(found: Comparison, file: Path) -> Path:
     """Write the page of two runs side by side; return the file.
 
     Raises:
-        ResultError: If figures of a run are damaged, or the page cannot be written.
+        ResultError: If the case of a run is damaged, or the page cannot be written.
     """
-    for folder, run in zip(found.folders, found.runs, strict=True):
-        with whole_figures(folder):
-            verdict(run.figures, parsed(run.case)["process"]["model"])
-    with whole_figures(found.folders[1]):
-        page = comparison_page(found)
+    page = comparison_page(found)
     make_folder_of(file, ResultError)
     write_whole(file, page, ResultError)
     return file
@@ -54,7 +52,7 @@ def write_comparison(found: Comparison, file: Path) -> Path:
 def comparison_page(found: Comparison) -> str:
     """Return the page as one self-contained HTML text."""
     head = "".join(
-        f"<h2>{html.escape(name)}</h2>" + verdict(run.figures, parsed(run.case)["process"]["model"])
+        f"<h2>{html.escape(name)}</h2>" + verdict(run.figures, case_of(run).process.model)
         for name, run in zip(found.names, found.runs, strict=True)
     )
     head += _figures(found)
@@ -70,9 +68,12 @@ def comparison_lines(found: Comparison) -> list[str]:
     lines = []
     for name, run in zip(found.names, found.runs, strict=True):
         own = run.figures
-        state = "converged" if own["converged"] else "NOT CONVERGED"
-        each = "; ".join(f"{stage} {_largest(own, stage)}" for stage in _of_kind(own))
-        lines.append(f"{name}: {state}, deviation {each}; peak force {own['peak_force_N']:.1f} N")
+        state = "converged" if own.converged else "NOT CONVERGED"
+        each = "; ".join(
+            f"{stage} {_largest(deviation)}"
+            for stage, deviation in zip(_STAGES, own.deviations, strict=False)
+        )
+        lines.append(f"{name}: {state}, deviation {each}; peak force {own.peak_force_N:.1f} N")
     for robot, first, second in found.robots():
         whose = "" if len(found.runs[0].robots) == 1 else f" of the {robot} robot"
         lines.append(f"Commands{whose}: {_in_words(first, second)}")
@@ -81,15 +82,10 @@ def comparison_lines(found: Comparison) -> list[str]:
     return lines + [f"  {key}: {own} | {other}" for key, own, other in differing]
 
 
-def _of_kind(figures: Mapping[str, Any]) -> tuple[str, ...]:
-    return _STAGES[:1] if figures["kind"] == "couple" else _STAGES
-
-
-def _largest(figures: Mapping[str, Any], stage: str) -> str:
-    found = figures[f"deviation_{stage}_m"]
-    text = f"max {UM * found['maximum']:.2f} um, rms {UM * found['rms']:.2f} um"
-    if "maximum_less_constant" in found:  # a run of an earlier version has none
-        most, rms = (UM * found[f"{name}_less_constant"] for name in ("maximum", "rms"))
+def _largest(found: Deviation) -> str:
+    text = f"max {UM * found.maximum:.2f} um, rms {UM * found.rms:.2f} um"
+    if not isnan(found.maximum_less_constant):  # a run of an earlier version has none
+        most, rms = UM * found.maximum_less_constant, UM * found.rms_less_constant
         text += f" (less a constant {most:.2f} um, {rms:.2f} um)"
     return text
 
@@ -98,43 +94,43 @@ def _figures(found: Comparison) -> str:
     """Return the figures of both runs beside each other."""
     own, other = (run.figures for run in found.runs)
 
-    def row(name: str, *keys: str, unit: float = 1.0, digits: int = 2) -> tuple[str, ...]:
-        return (name, *(_cell(figures, keys, unit, digits) for figures in (own, other)))
+    def row(
+        name: str, told: Callable[[RunResult], float | None], digits: int = 2
+    ) -> tuple[str, ...]:
+        return (name, *(_cell(told(figures), digits) for figures in (own, other)))
+
+    def deviation(figures: RunResult, stage: int, key: str) -> float | None:
+        whole = figures.deviations
+        return UM * getattr(whole[stage], key) if stage < len(whole) else None
 
     rows = [
-        row(f"deviation {stage} compensation, {words} [um]", f"deviation_{stage}_m", key, unit=UM)
-        for stage in _STAGES
+        row(
+            f"deviation {name} compensation, {words} [um]",
+            partial(deviation, stage=stage, key=key),
+        )
+        for stage, name in enumerate(_STAGES)
         for key, words in _DEVIATIONS
     ]
-    for part in ("gravity", "process"):
-        rows.append(row(f"{part}, before [um]", "shares_m", part, "maximum", unit=UM))
     rows += [
-        row("peak force [N]", "peak_force_N", digits=1),
-        row("evaluations of the process", "process_evaluations", digits=0),
-        row("rows of the command", "command", "rows", digits=0),
+        row("gravity, before [um]", lambda figures: UM * figures.shares_m.gravity.maximum),
+        row("process, before [um]", lambda figures: UM * figures.shares_m.process.maximum),
+        row("peak force [N]", lambda figures: figures.peak_force_N, 1),
+        row("evaluations of the process", lambda figures: figures.process_evaluations, 0),
+        row("rows of the command", lambda figures: figures.command.rows, 0),
     ]
-    names = dict.fromkeys(
-        entry["name"] for figures in (own, other) for entry in figures["robustness"]
-    )
+    names = dict.fromkeys(entry.name for figures in (own, other) for entry in figures.robustness)
     for name in names:
         values = [
-            next((r["deviation_m"]["maximum"] for r in f["robustness"] if r["name"] == name), None)
+            next((r.deviation_m.maximum for r in f.robustness if r.name == name), None)
             for f in (own, other)
         ]
-        cells = ("-" if value is None else f"{UM * value:.2f}" for value in values)
+        cells = (_cell(value and UM * value, 2) for value in values)
         rows.append((f"left on a robot with {html.escape(name)} [um]", *cells))
     return table(("", *map(html.escape, found.names)), rows)
 
 
-def _cell(figures: Mapping[str, Any], keys: tuple[str, ...], unit: float, digits: int) -> str:
-    if keys[0] == "deviation_after_m" and figures["kind"] == "couple":
-        return "-"
-    value: Any = figures
-    for key in keys:
-        if key.endswith("_less_constant") and key not in value:  # a run of an earlier version
-            return "-"
-        value = value[key]
-    return f"{unit * value:.{digits}f}"
+def _cell(value: float | None, digits: int) -> str:
+    return "-" if value is None or isnan(value) else f"{value:.{digits}f}"
 
 
 def _sections(
@@ -147,7 +143,7 @@ def _sections(
     views = []
     for name, run, own in pairs:
         *_, (stage, path) = own.actual.items()
-        part = real_part(run.figures, parsed(run.case))
+        part = real_part(run.figures, case_of(run))
         views.append(View(f"{name}: {stage}", own.desired, path, part))
     difference = command_difference(first, second)
     sections: list[Section] = [

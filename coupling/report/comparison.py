@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from coupling.errors import ResultError
-from coupling.report.background import parsed
+from coupling.report.background import case_content
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 # Times per row at which commands are compared.
@@ -97,15 +97,15 @@ def command_difference(first: StoredRobot, second: StoredRobot) -> CommandDiffer
 
 def _inputs(run: StoredRun) -> Iterator[tuple[str, str]]:
     """Yield every input of a run by its key."""
-    yield "command", str(run.figures["kind"])
-    yield from _flat(parsed(run.case))
-    for robot in run.figures["robots"]:
-        for source, places in robot["sources"].items():
+    yield "command", run.figures.kind
+    yield from _flat(case_content(run))
+    for robot in run.figures.robots:
+        for source, places in robot.sources.items():
             for place in places:
-                yield f"{robot['name']} robot, source of {place}", str(source)
-    for name, version in run.figures["versions"].items():
-        yield f"version of {name}", str(version)
-    yield "FMU", str(run.figures["fmu_fingerprint"])
+                yield f"{robot.name} robot, source of {place}", source
+    for name, version in run.figures.versions.items():
+        yield f"version of {name}", version
+    yield "FMU", run.figures.fmu_fingerprint
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:

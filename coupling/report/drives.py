@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import degrees
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,6 +11,7 @@ from plotly.subplots import make_subplots
 from coupling.report.colours import JOINTS
 from coupling.report.style import curve, style
 from coupling.report.tables import table
+from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
 # Parts of the time axis: there are 18 curves.
@@ -61,11 +61,12 @@ def _add_limits(
     ends: tuple[float, float],
     asked: float,
 ) -> None:
-    for drive in run.figures["command"]["drives"]:
-        if drive[key] is None or degrees(drive[key]) > _NEAR * asked:
+    for drive in run.figures.command.drives:
+        own = getattr(drive, key)
+        if own is None or degrees(own) > _NEAR * asked:
             continue
-        name, limit = f"joint {drive['joint']}", degrees(drive[key])
-        color = JOINTS[(drive["joint"] - 1) % len(JOINTS)]
+        name, limit = f"joint {drive.joint}", degrees(own)
+        color = JOINTS[(drive.joint - 1) % len(JOINTS)]
         figure.add_scatter(
             x=[*ends, None, *ends],
             y=[limit, limit, None, -limit, -limit],
@@ -79,20 +80,20 @@ def _add_limits(
         )
 
 
-def drives_table(figures: dict[str, Any]) -> str:
+def drives_table(figures: RunResult) -> str:
     """Return what the command asks of the drives, beside their limits."""
     rows = [
         (
-            f"joint {drive['joint']}",
-            " to ".join(f"{degrees(end):.2f}" for end in drive["range_rad"]),
-            _range(drive["range_limit_rad"]),
-            f"{degrees(drive['rate_rad_s']):.3g}",
-            *_limit(drive["rate_rad_s"], drive["rate_limit_rad_s"]),
-            f"{degrees(drive['acceleration_rad_s2']):.3g}",
-            *_limit(drive["acceleration_rad_s2"], drive["acceleration_limit_rad_s2"]),
-            f"{drive['acceleration_time_s']:.3f}",
+            f"joint {drive.joint}",
+            " to ".join(f"{degrees(end):.2f}" for end in drive.range_rad),
+            _range(drive.range_limit_rad),
+            f"{degrees(drive.rate_rad_s):.3g}",
+            *_limit(drive.rate_rad_s, drive.rate_limit_rad_s),
+            f"{degrees(drive.acceleration_rad_s2):.3g}",
+            *_limit(drive.acceleration_rad_s2, drive.acceleration_limit_rad_s2),
+            f"{drive.acceleration_time_s:.3f}",
         )
-        for drive in figures["command"]["drives"]
+        for drive in figures.command.drives
     ]
     header = (
         *("command", "angle [deg]", "limits", "rate [deg/s]", "limit", "used"),
@@ -101,7 +102,7 @@ def drives_table(figures: dict[str, Any]) -> str:
     return table(header, rows)
 
 
-def _range(limits: list[float | None]) -> str:
+def _range(limits: tuple[float | None, float | None]) -> str:
     low, high = ("none" if limit is None else f"{degrees(limit):.0f}" for limit in limits)
     return "none" if low == high == "none" else f"{low} to {high}"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from typing import Any
 
 import plotly.graph_objects as go
 
@@ -12,11 +11,12 @@ from coupling.report.document import document
 from coupling.report.intervals import Interval, interval_figure
 from coupling.report.style import style
 from coupling.report.tables import gear_loads, table
+from coupling.results.learned_result import LearnedPassResult, LearnedResult
 
 _UM = 1e6
 
 
-def learn_page(title: str, found: dict[str, Any]) -> str:
+def learn_page(title: str, found: LearnedResult) -> str:
     """Return the page of what was learned as one self-contained HTML text.
 
     Args:
@@ -25,84 +25,88 @@ def learn_page(title: str, found: dict[str, Any]) -> str:
     """
     sections = [
         (
-            f"What is left: {html.escape(one['measured'])}",
+            f"What is left: {html.escape(one.measured)}",
             f"left{number}",
             _left(one),
-            _LEFT_TEXT.format(found["slow_below_Hz"]),
+            _LEFT_TEXT.format(found.slow_below_Hz),
         )
-        for number, one in enumerate(found["passes"])
+        for number, one in enumerate(found.passes)
     ]
     sections.append(("Intervals", "intervals", _intervals(found), _INTERVALS_TEXT))
     head = (
-        _verdict(found) + _warnings(found) + _sizes(found) + _parameters(found) + gear_loads(found)
+        _verdict(found)
+        + _warnings(found)
+        + _sizes(found)
+        + _parameters(found)
+        + gear_loads(found.gears)
     )
     return document(title, head, sections)
 
 
-def _verdict(found: dict[str, Any]) -> str:
-    state = "no" if found["refusal"] else "yes"
-    told = sum(own["told"] for own in found["parameters"])
+def _verdict(found: LearnedResult) -> str:
+    state = "no" if found.refusal else "yes"
+    told = sum(own.told for own in found.parameters)
     words = (
-        f"Not written: {found['refusal']}"
-        if found["refusal"]
-        else (f"Learned: {told} of {len(found['parameters'])} parameters are told")
+        f"Not written: {found.refusal}"
+        if found.refusal
+        else (f"Learned: {told} of {len(found.parameters)} parameters are told")
     )
     return f'<p class="verdict {state}"><b>{html.escape(words)}.</b></p>'
 
 
-def _warnings(found: dict[str, Any]) -> str:
-    return "".join(f"<p>Warning: {html.escape(text)}.</p>" for text in found["warnings"])
+def _warnings(found: LearnedResult) -> str:
+    return "".join(f"<p>Warning: {html.escape(text)}.</p>" for text in found.warnings)
 
 
-def _sizes(found: dict[str, Any]) -> str:
-    left = found["left_m"]
+def _sizes(found: LearnedResult) -> str:
+    left = found.left_m
     rows = [
-        ("left by the robot file", f"{_UM * left['robot_file']:.1f}"),
-        ("left by the learned robot", f"{_UM * left['learned']:.1f}"),
-        ("noise alone", f"{_UM * found['noise_left_m']:.1f}"),
+        ("left by the robot file", f"{_UM * left.robot_file:.1f}"),
+        ("left by the learned robot", f"{_UM * left.learned:.1f}"),
+        ("noise alone", f"{_UM * found.noise_left_m:.1f}"),
     ]
     frames = [
         (
-            html.escape(one["measured"]),
-            f"{one['from_s']:.2f} to {one['to_s']:.2f}",
-            ", ".join(f"{_UM * value:.0f}" for value in one["frame_shift_m"]),
-            ", ".join(f"{1e3 * value:.2f}" for value in one["frame_turn_rad"]),
-            f"{1e3 * one['clock_s']:.1f}",
+            html.escape(one.measured),
+            f"{one.from_s:.2f} to {one.to_s:.2f}",
+            ", ".join(f"{_UM * value:.0f}" for value in one.frame_shift_m),
+            ", ".join(f"{1e3 * value:.2f}" for value in one.frame_turn_rad),
+            f"{1e3 * one.clock_s:.1f}",
         )
-        for one in found["passes"]
+        for one in found.passes
     ]
     header = ("measurement", "of the run [s]", "frame off by [um]", "and [mrad]", "clock [ms]")
     return (
-        table((f"slower than {found['slow_below_Hz']:g} Hz", "rms [um]"), rows)
+        table((f"slower than {found.slow_below_Hz:g} Hz", "rms [um]"), rows)
         + "<p></p>"
         + table(header, frames)
     )
 
 
-def _parameters(found: dict[str, Any]) -> str:
+def _parameters(found: LearnedResult) -> str:
     rows = [
         (
-            html.escape(own["name"]),
-            *(f"{own[key]:.4g}" for key in ("start", "value", "low", "high")),
-            "kept" if own["written"] == own["start"] else f"{own['written']:.4g}",
-            f"{_UM * own['effect_m']:.2g}",
-            html.escape(own["reason"]),
+            html.escape(own.name),
+            *(f"{value:.4g}" for value in (own.start, own.value, own.low, own.high)),
+            "kept" if own.written == own.start else f"{own.written:.4g}",
+            f"{_UM * own.effect_m:.2g}",
+            html.escape(own.reason),
         )
-        for own in found["parameters"]
+        for own in found.parameters
     ]
     header = ("parameter", "file", "found", "95 % from", "to", "written", "moves the tool [um]", "")
     return f"<h2>Parameters</h2>{table(header, rows)}"
 
 
-def _left(one: dict[str, Any]) -> go.Figure:
+def _left(one: LearnedPassResult) -> go.Figure:
     figure = go.Figure()
-    for key, name, color in (
-        ("left_robot_file_m", "robot file", BEFORE),
-        ("left_learned_m", "learned robot", AFTER),
+    for distances, name, color in (
+        (one.left_robot_file_m, "robot file", BEFORE),
+        (one.left_learned_m, "learned robot", AFTER),
     ):
         figure.add_scatter(
-            x=one["time"],
-            y=[_UM * value for value in one[key]],
+            x=one.time,
+            y=[_UM * value for value in distances],
             mode="lines",
             name=name,
             line={"color": color, "width": 1.5},
@@ -112,10 +116,10 @@ def _left(one: dict[str, Any]) -> go.Figure:
     return style(figure, 360)
 
 
-def _intervals(found: dict[str, Any]) -> go.Figure:
+def _intervals(found: LearnedResult) -> go.Figure:
     rows = [
-        Interval(own["name"], own["factor"], own["factor_low"], own["factor_high"], own["told"])
-        for own in found["parameters"]
+        Interval(own.name, own.factor, own.factor_low, own.factor_high, own.told)
+        for own in found.parameters
     ]
     figure = interval_figure(rows, "told, 95 % interval", "not told", 24)
     figure.add_vline(x=1.0, line={"color": DESIRED, "width": 1})

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from coupling.errors import ResultError
 from coupling.files.whole_file import write_whole
 from coupling.path.workpiece import Workpiece
 from coupling.report import along, figures, tables, workpiece_figures
-from coupling.report.background import inputs, parsed, process_text, real_part
+from coupling.report.background import case_of, inputs, process_text, real_part
 from coupling.report.document import Section, document
 from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
 from coupling.report.views import View, from_above, robot_views
-from coupling.run.stored_run import RESULT, StoredRobot, StoredRun, read_run, stages
+from coupling.results.run_result import RunResult
+from coupling.results.run_state import RunCase
+from coupling.run.stored_run import StoredRobot, StoredRun, read_run
 
 
 def write_report(folder: Path, file: Path | None = None) -> Path:
@@ -35,27 +35,9 @@ def write_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the run cannot be read or the report not written.
     """
     target, run = file or folder / "report.html", read_run(folder)
-    with whole_figures(folder):
-        pages = _pages(folder, target, run)
-    for place, page in pages.items():
+    for place, page in _pages(folder, target, run).items():
         write_whole(place, page, ResultError)
     return target
-
-
-@contextmanager
-def whole_figures(folder: Path) -> Iterator[None]:
-    """Say which run's figures are damaged where a page of them fails.
-
-    Raises:
-        ResultError: With the run's file.
-    """
-    try:
-        yield
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as cause:
-        raise ResultError(
-            f"{folder / RESULT}: expected the figures of a run, got damaged ones:"
-            f" {type(cause).__name__}: {cause}"
-        ) from cause
 
 
 def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
@@ -70,9 +52,8 @@ def _pages(folder: Path, target: Path, run: StoredRun) -> dict[Path, str]:
 
 def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     """Return the page of one robot of a run and its tool as one self-contained HTML text."""
-    own, case = robot.figures, parsed(run.case)
-    changes = own["flank_changes"]
-    gears = f"{_FLANKS_TEXT}{tables.gears(changes)}" if changes else ""
+    own, case = robot.figures, case_of(run)
+    gears = f"{_FLANKS_TEXT}{tables.gears(own.changes)}" if own.changes else ""
     process = process_text(own, case, run.answers)
     part = real_part(own, case)
     views = [View(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
@@ -85,8 +66,8 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
             along.deviation(robot),
             _deviation_text(robot) + gears,
         ),
-        ("Robot at the part", "robot", robot_views(own["robots"], [robot.desired]), _ROBOT_TEXT),
-        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own)),
+        ("Robot at the part", "robot", robot_views(own.robots, [robot.desired]), _ROBOT_TEXT),
+        *_told("", tables.robustness(own), tables.plant(own), tables.gear_loads(own.gears)),
         ("What the command asks of the drives", "drives", drives(robot), drive_text),
         ("The process: where and at what cost", "convergence", along.convergence(robot), process),
         ("Wrench along the path", "wrench", along.wrench(robot), _wrench_text(robot)),
@@ -114,18 +95,18 @@ def _of_workpieces(workpieces: Mapping[str, Workpiece]) -> list[Section]:
 
 def cell_page(cell: StoredRun) -> str:
     """Return the page of a cell, which leads to those of its robots."""
-    own, case = cell.figures, parsed(cell.case)
+    own, case = cell.figures, case_of(cell)
     rows = [
         (
             f'<a href="{name}/report.html">{name}</a>',
-            *(f"{1e6 * value:.2f}" for value in _deviations(run.figures).values()),
-            f"{run.figures['peak_force_N']:.1f}",
+            *(f"{1e6 * found.maximum:.2f}" for found in run.figures.deviations),
+            f"{run.figures.peak_force_N:.1f}",
         )
         for name, run in cell.robots.items()
     ]
-    header = ("deviation, max [um]", *stages(own), "peak force [N]")
+    header = ("deviation, max [um]", *own.stages, "peak force [N]")
     paths = [run.desired for run in cell.robots.values()]
-    robots = [run.figures["robots"][0] for run in cell.robots.values()]
+    robots = [run.figures.robots[0] for run in cell.robots.values()]
     sections: list[Section] = [
         ("Gap between the tools", "gap", figures.gap(cell), _GAP_TEXT),
         ("Robots in the cell", "robot", robot_views(robots, paths), _ROBOT_TEXT),
@@ -141,22 +122,16 @@ def cell_page(cell: StoredRun) -> str:
     return _page(own, case, tables.table(header, rows), sections, inputs(own, cell.case))
 
 
-def _deviations(figures_: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest deviations [m] by `stages`."""
-    values = (figures_[f"deviation_{name}_m"]["maximum"] for name in ("before", "after"))
-    return dict(zip(stages(dict(figures_)), values, strict=False))
-
-
 def _page(
-    figures_: Mapping[str, Any],
-    case: Mapping[str, Any],
+    figures_: RunResult,
+    case: RunCase,
     table: str,
     sections: list[Section],
     end: str,
 ) -> str:
     """Return verdict, table, sections and inputs as one self-contained HTML text."""
-    head = f"{verdict(figures_, case['process']['model'])}{table}{_warnings(figures_)}"
-    title = f"{figures_['case']}: {figures_['kind']}"
+    head = f"{verdict(figures_, case.process.model)}{table}{_warnings(figures_)}"
+    title = f"{figures_.case}: {figures_.kind}"
     return document(title, head, sections, f"{_THINNED_TEXT}{end}")
 
 
@@ -195,7 +170,7 @@ def _deviation_text(run: StoredRobot) -> str:
         )
     if run.other:
         text += " Dotted: the same command and wrench on the robot in the other mode."
-        if len(run.actual) > 1 and run.figures["mode"] == "dynamic":
+        if len(run.actual) > 1 and run.figures.mode == "dynamic":
             text += " After compensation they are apart by the command's share against inertia."
     if run.plant is not None:
         text += " On the plant the same command is as good as model and plant agree."
@@ -212,10 +187,10 @@ def _axes_text(run: StoredRobot) -> str:
     return f"Actual minus desired TCP{f' {first}' if more else ''}, world axes."
 
 
-def _warnings(figures_: Mapping[str, Any]) -> str:
+def _warnings(figures_: RunResult) -> str:
     # A run of an earlier version has warned of rates alone.
-    warned = [own["text"] for own in figures_.get("warnings", [])] or figures_["rate_warnings"]
-    lists = {"Warnings": warned, "Remarks": figures_.get("remarks", [])}
+    warned = tuple(own.text for own in figures_.warnings) or figures_.rate_warnings
+    lists = {"Warnings": warned, "Remarks": figures_.remarks}
     return "".join(
         f"<h2>{title}</h2><ul>{''.join(f'<li>{html.escape(text)}</li>' for text in texts)}</ul>"
         for title, texts in lists.items()

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import html
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
 from coupling.errors import ResultError
+from coupling.files.whole_file import write_whole
 from coupling.place.console import REPORT, changes, in_words
-from coupling.place.folder import FIGURES, StoredPlacement, read_placement
+from coupling.place.folder import StoredPlacement, read_placement
 from coupling.place.part_map import PartMap
 from coupling.report.colours import AFTER, BEFORE
 from coupling.report.document import document
 from coupling.report.style import style
 from coupling.report.tables import table
+from coupling.results.placement_result import PlacementResult
 
 _UM = 1e6
 _SETTINGS = {"present": "held as now", "best": "held as the best"}
@@ -36,16 +37,7 @@ def write_place_report(folder: Path, file: Path | None = None) -> Path:
         ResultError: If the placement cannot be read or the report not written.
     """
     target, stored = file or folder / REPORT, read_placement(folder)
-    try:
-        page = place_page(stored)
-    except (KeyError, TypeError, ValueError) as cause:
-        raise ResultError(
-            f"{folder / FIGURES}: expected the figures of a placement, got damaged ones: {cause!r}"
-        ) from cause
-    try:
-        target.write_text(page, encoding="utf-8")
-    except OSError as cause:
-        raise ResultError(f"{target}: cannot be written: {cause.strerror or cause}") from cause
+    write_whole(target, place_page(stored), ResultError)
     return target
 
 
@@ -58,12 +50,12 @@ def place_page(stored: StoredPlacement) -> str:
         name = f"map_{across}{up}"
         sections.append((title, name, map_figures(figures, maps), _map_text(figures)))
     head = f"{_settings(figures)}{_gears(figures)}"
-    return document(f"{figures['case']}: place", head, sections)
+    return document(f"{figures.case}: place", head, sections)
 
 
-def map_figures(figures: dict[str, Any], maps: list[PartMap]) -> tuple[go.Figure, ...]:
+def map_figures(figures: PlacementResult, maps: list[PartMap]) -> tuple[go.Figure, ...]:
     """Draw maps of one plane: for each setting displacement and exposure, each on one scale for all."""
-    moved = "process" if figures["forced"] else "100 N"
+    moved = "process" if figures.forced else "100 N"
     tops = [_top([own.moved for own in maps]), _top([own.exposure for own in maps])]
     drawn = []
     for own in maps:
@@ -88,7 +80,11 @@ def map_figures(figures: dict[str, Any], maps: list[PartMap]) -> tuple[go.Figure
             _mark(figure, figures, own)
             figure.update_xaxes(title=f"{own.across} [m]")
             figure.update_yaxes(title=f"{own.up} [m]")
-            title = {"text": f"{_SETTINGS[own.name]}: {what}", "font": {"size": 14}, "x": 0.5}
+            title = {
+                "text": f"{_SETTINGS.get(own.name, own.name)}: {what}",
+                "font": {"size": 14},
+                "x": 0.5,
+            }
             drawn.append(style(figure, 420).update_layout(title=title, margin_t=46))
     return tuple(drawn)
 
@@ -99,10 +95,10 @@ def _top(values: list[np.ndarray]) -> float:
     return max(float(np.quantile(flat, 0.95)), 1e-9) if len(flat) else 1.0
 
 
-def _mark(figure: go.Figure, figures: dict[str, Any], own: PartMap) -> None:
+def _mark(figure: go.Figure, figures: PlacementResult, own: PartMap) -> None:
     """Mark where the part is, and where the best settings have it."""
-    marks = [("best", [entry["setting"] for entry in figures["best"][:1]], "star", AFTER)]
-    marks.insert(0, ("as it is", [figures["present_setting"]], "x", BEFORE))
+    marks = [("best", [entry.setting for entry in figures.best[:1]], "star", AFTER)]
+    marks.insert(0, ("as it is", [figures.present_setting], "x", BEFORE))
     for name, settings, symbol, color in marks:
         figure.add_scatter(
             x=[setting[f"{own.across}_m"] for setting in settings],
@@ -129,51 +125,48 @@ def _hint(own: PartMap, i: int, j: int) -> str:
     )
 
 
-def _settings(figures: dict[str, Any]) -> str:
+def _settings(figures: PlacementResult) -> str:
     """Return a table of the settings."""
     rows = []
-    present = figures["present"]
-    entries = [] if present is None else [("as it is", present)]
-    entries += [(own["file"], own) for own in figures["best"]]
-    for name, own in entries:
-        words = in_words(own["setting"], figures["free"])
-        margin = own["limit_margin_rad"]
+    for name, own in figures.named:
+        words = in_words(own.setting, figures.free)
+        margin = own.limit_margin_rad
         rows.append(
             (
                 html.escape(name),
-                f"{_UM * own['moved_m']:.0f}",
-                f"{_UM * own['exposure_m']:.1f}",
+                f"{_UM * own.moved_m:.0f}",
+                f"{_UM * own.exposure_m:.1f}",
                 changes(own),
-                f"{own['regularity']:.3f}",
+                f"{own.regularity:.3f}",
                 "-" if margin is None else f"{np.rad2deg(margin):.0f}",
                 html.escape(words),
             )
         )
-    moved = "process [um]" if figures["forced"] else "100 N [um]"
+    moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
         *("setting", moved, "backlash 20 % off [um]", "changes of flank (gear: times)"),
         *("regularity", "from joint limits [deg]", "what is free"),
     )
-    lost = "" if present is not None else "<p>As it is, the robot cannot follow the path.</p>"
-    none = "" if figures["limited_joints"] else "<p>The robot file has no limits of its joints.</p>"
+    lost = (
+        "" if figures.present is not None else "<p>As it is, the robot cannot follow the path.</p>"
+    )
+    none = "" if figures.limited_joints else "<p>The robot file has no limits of its joints.</p>"
     return f"{lost}{table(header, rows)}<p>{_TABLE_TEXT}</p>{none}"
 
 
-def _gears(figures: dict[str, Any]) -> str:
+def _gears(figures: PlacementResult) -> str:
     """Return what the gears go through, as it is and at the best."""
-    entries = [("as it is", figures["present"]), (figures["best"][0]["file"], figures["best"][0])]
     rows = [
         (
-            html.escape(f"{name}, joint {gear['joint']}"),
-            f"{gear['flank_changes']}",
-            f"{gear['floats_s']:.1f}",
-            f"{gear['margin_Nm']:.0f}",
-            f"{gear['swing_Nm']:.0f}",
-            f"{_UM * gear['backlash_20_percent_m']:.0f}",
+            html.escape(f"{name}, joint {gear.joint}"),
+            f"{gear.flank_changes}",
+            f"{gear.floats_s:.1f}",
+            f"{gear.margin_Nm:.0f}",
+            f"{gear.swing_Nm:.0f}",
+            f"{_UM * gear.backlash_20_percent_m:.0f}",
         )
-        for name, own in entries
-        if own is not None
-        for gear in own["gears"]
+        for name, own in figures.named[: 1 if figures.present is None else 2]
+        for gear in own.gears
     ]
     header = (
         *("gear", "changes of flank", "floats [s]", "clear of zero by [N m]", "swing [N m]"),
@@ -182,8 +175,8 @@ def _gears(figures: dict[str, Any]) -> str:
     return f"<h2>Gears</h2><p>{_GEARS_TEXT}</p>{table(header, rows)}"
 
 
-def _map_text(figures: dict[str, Any]) -> str:
-    what = "the process" if figures["forced"] else "100 N"
+def _map_text(figures: PlacementResult) -> str:
+    what = "the process" if figures.forced else "100 N"
     return (
         "What each place of the part comes to with tool and base held as they are now, or as the best"
         f" setting holds them: displacement by {what}, and what backlashes that are 20 % off do at"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from coupling.path.deviation import shares_of_time
 from coupling.path.histories import ToolPath
+from coupling.results.run_result import FlankChangeResult
 from coupling.run.stored_run import StoredRobot
 
 # A gear that has reached its other flank is felt for so long [s].
@@ -64,7 +64,7 @@ def shares_of(run: StoredRobot, stage: str) -> Shares:
     """Return the parts of the deviation of one of a run's actual paths, by its stage."""
     path, other = run.actual[stage], run.other.get(stage)
     distance = path.distance_to(run.desired)
-    near = near_flank_changes(path.time, run.figures["flank_changes"] or [])
+    near = near_flank_changes(path.time, run.figures.changes)
     return Shares(
         other=_between(other, run.desired),
         motion=_between(other, path),
@@ -77,7 +77,7 @@ def _between(path: ToolPath | None, other: ToolPath) -> Share | None:
     return None if path is None else Share.of(path.time, path.distance_to(other))
 
 
-def near_flank_changes(time: np.ndarray, changes: Iterable[dict[str, Any]]) -> np.ndarray:
+def near_flank_changes(time: np.ndarray, changes: Iterable[FlankChangeResult]) -> np.ndarray:
     """Return at which times a gear is in its play or has just left it, (n,).
 
     Args:
@@ -85,19 +85,20 @@ def near_flank_changes(time: np.ndarray, changes: Iterable[dict[str, Any]]) -> n
         changes: `flank_changes` of result.json.
 
     Example:
-        >>> near_flank_changes(np.array([0.0, 1.0, 2.05, 2.2]), [{"begins_s": 0.5, "ends_s": 2.0}])
+        >>> change = FlankChangeResult(robot="", joint=1, begins_s=0.5, ends_s=2.0, before=-1, after=1)
+        >>> near_flank_changes(np.array([0.0, 1.0, 2.05, 2.2]), [change])
         array([False,  True,  True, False])
     """
     near = np.zeros(len(time), dtype=bool)
     for change in changes:
-        first, last = np.searchsorted(time, [change["begins_s"], change["ends_s"] + BEHIND])
+        first, last = np.searchsorted(time, [change.begins_s, change.ends_s + BEHIND])
         near[first:last] = True
     return near
 
 
-def spike(time: np.ndarray, distance: np.ndarray, change: dict[str, Any]) -> tuple[float, float]:
+def spike(time: np.ndarray, distance: np.ndarray, change: FlankChangeResult) -> tuple[float, float]:
     """Return time and height of the largest deviation where a gear changes its flank."""
-    first, last = np.searchsorted(time, [change["begins_s"], change["ends_s"] + BEHIND])
+    first, last = np.searchsorted(time, [change.begins_s, change.ends_s + BEHIND])
     first = min(int(first), len(time) - 1)
     row = first + int(distance[first : max(int(last), first + 1)].argmax())
     return float(time[row]), float(distance[row])

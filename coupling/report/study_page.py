@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import html
+from math import isnan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from coupling.errors import StudyError
+from coupling.files.whole_file import write_whole
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
 from coupling.report.style import style
 from coupling.report.tables import table
+from coupling.results.study_result import StudyResult
 from coupling.study.bench import PARTS
 from coupling.study.folder import REPORT, RUN
 from coupling.study.stored_study import StoredStudy, read_study
@@ -40,10 +42,7 @@ def write_study_report(folder: Path, file: Path | None = None) -> Path:
     """
     target = file or folder / REPORT
     page = study_page(read_study(folder), (folder / RUN / REPORT).exists())
-    try:
-        target.write_text(page, encoding="utf-8")
-    except OSError as cause:
-        raise StudyError(f"{target}: cannot be written: {cause.strerror or cause}") from cause
+    write_whole(target, page, StudyError)
     return target
 
 
@@ -59,18 +58,18 @@ def study_page(study: StoredStudy, with_run: bool) -> str:
         ("Deviation along the path", "bands", bands(study), _bands_text(figures)),
         ("Largest deviation", "distribution", distribution(study), _DISTRIBUTION_TEXT),
     ]
-    if ordered(figures):
+    if figures.ordered:
         sections.append(("What matters", "influence", influence(study), _influence_text(figures)))
         sections.append(("Deviation by parameter", "scatter", scatter(study), _SCATTER_TEXT))
     link = f'<p><a href="{RUN}/{REPORT}">The run of the command</a></p>' if with_run else ""
-    title = f"{figures['case']}: study"
+    title = f"{figures.case}: study"
     head = f"{_verdict(figures)}{_quantiles(figures)}{_parameters(figures)}{link}"
     return document(title, head, sections)
 
 
 def bands(study: StoredStudy) -> go.Figure:
     """Quantiles of the deviation along the path."""
-    figure, time, share = go.Figure(), study.time, study.figures["coverage"]
+    figure, time, share = go.Figure(), study.time, study.figures.coverage
     low, median, high, everywhere = (
         _UM * study.band[name] for name in ("low", "median", "high", "everywhere")
     )
@@ -103,7 +102,7 @@ def distribution(study: StoredStudy) -> go.Figure:
         shares = np.arange(1, len(values) + 1) / (len(values) + 1)
         line = {"color": color, "shape": "hv"}
         figure.add_scatter(x=values, y=100.0 * shares, name=words, line=line)
-    share = study.figures["coverage"]
+    share = study.figures.coverage
     figure.add_hline(y=100.0 * share, line={"color": DESIRED, "dash": "dash", "width": 1})
     figure.update_xaxes(title="deviation [um]", rangemode="tozero")
     figure.update_yaxes(title="robots below [%]", range=[0, 100])
@@ -113,11 +112,11 @@ def distribution(study: StoredStudy) -> go.Figure:
 def influence(study: StoredStudy) -> go.Figure:
     """Share of each parameter in the variance of the deviation."""
     figure = go.Figure()
-    entries = ordered(study.figures)[::-1]
+    entries = study.figures.ordered[::-1]
     for name, words, color in (("rms", "rms", DESIRED), ("maximum", "max", AFTER)):
         figure.add_bar(
-            y=[entry["name"] for entry in entries],
-            x=[100.0 * entry["influence"][name]["share"] for entry in entries],
+            y=[entry.name for entry, _ in entries],
+            x=[100.0 * shares[name].share for _, shares in entries],
             orientation="h",
             name=words,
             marker={"color": color},
@@ -131,7 +130,7 @@ def influence(study: StoredStudy) -> go.Figure:
 
 def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
     """Largest deviation of every sample over the parameters that matter most, so many at most."""
-    shown = [entry["name"] for entry in ordered(study.figures)[:most]]
+    shown = [entry.name for entry, _ in study.figures.ordered[:most]]
     columns = min(len(shown), 2)
     rows = -(-len(shown) // columns)
     figure = make_subplots(rows, columns, shared_yaxes=True, vertical_spacing=0.28 / rows)
@@ -153,35 +152,29 @@ def scatter(study: StoredStudy, most: int = _DRAWN) -> go.Figure:
     return style(figure, 90 + 250 * rows)
 
 
-def ordered(figures: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the parameters of study.json, the most important first; none with too few samples."""
-    entries = [entry for entry in figures["parameters"] if entry["influence"]["maximum"]]
-    return sorted(entries, key=lambda entry: -entry["influence"]["maximum"]["share"])
-
-
-def _verdict(figures: dict[str, Any]) -> str:
-    command, share = figures["command"], figures["coverage"]
-    limit = figures["quantiles_m"]["maximum"][f"{share:g}"]
-    state = "yes" if command["converged"] else "no"
+def _verdict(figures: StudyResult) -> str:
+    command, share = figures.command, figures.coverage
+    limit = figures.quantile("maximum", share)
+    state = "yes" if command.converged else "no"
     text = f"<b>{100 * share:g} % of further robots stay below {_UM * limit:.1f} um</b>"
     text += " along the whole path."
-    if not command["converged"]:
-        text += f" <b>The command is not converged</b>: {html.escape(command['reason'])}"
-    if figures["failed"]:
-        number, reason = next(iter(figures["failed"].items()))
+    if not command.converged:
+        text += f" <b>The command is not converged</b>: {html.escape(command.reason)}"
+    if figures.failed:
+        number, reason = next(iter(figures.failed.items()))
         text += (
-            f" {len(figures['failed'])} of {figures['samples']} robots could not be simulated and are"
+            f" {len(figures.failed)} of {figures.samples} robots could not be simulated and are"
             f" left out, such as number {number}: {html.escape(reason)}."
         )
-    if figures["not_coupled"]:
-        text += f" {len(figures['not_coupled'])} robots did not converge with their process."
+    if figures.not_coupled:
+        text += f" {len(figures.not_coupled)} robots did not converge with their process."
     return f'<p class="verdict {state}">{text}</p>'
 
 
-def _quantiles(figures: dict[str, Any]) -> str:
-    found = figures["quantiles_m"]
+def _quantiles(figures: StudyResult) -> str:
+    found = figures.quantiles_m
     shares = list(found["maximum"])
-    model = figures["command"]["deviation_m"]
+    model = figures.command.deviation_m
     names = (
         ("maximum", "max"),
         ("rms", "rms"),
@@ -192,9 +185,8 @@ def _quantiles(figures: dict[str, Any]) -> str:
     rows = [
         (
             words,
-            f"{_UM * model[name]:.2f}"
-            if name in model
-            else "-",  # its run may be an earlier version's
+            # Its run may be an earlier version's.
+            "-" if isnan(getattr(model, name)) else f"{_UM * getattr(model, name):.2f}",
             *(f"{_UM * found[name][share]:.2f}" for share in shares),
         )
         for name, words in names
@@ -202,30 +194,30 @@ def _quantiles(figures: dict[str, Any]) -> str:
     below = (f"{100 * float(share):g} % of robots below" for share in shares)
     header = ("deviation [um]", "model", *below)
     how = (
-        f"the process evaluated for each of them, {figures['process_evaluations']} times in all"
-        if figures["wrench"] == "coupled"
+        f"the process evaluated for each of them, {figures.process_evaluations} times in all"
+        if figures.wrench == "coupled"
         else "the wrench that of the process on the model, times the factor of the force"
     )
     return (
-        f"<p>{figures['samples']} robots sampled from what is uncertain run the command as written,"
+        f"<p>{figures.samples} robots sampled from what is uncertain run the command as written,"
         f" with inertia; {how}.</p>{table(header, rows)}"
     )
 
 
-def _parameters(figures: dict[str, Any]) -> str:
+def _parameters(figures: StudyResult) -> str:
     rows = []
-    for entry in figures["parameters"]:
-        found = entry["influence"]["maximum"]
+    for entry in figures.parameters:
+        found = entry.influence.maximum
         told = (
             ("", "")
             if found is None
-            else (f"{100 * found['share']:.0f} %", f"{found['rank_correlation']:+.2f}")
+            else (f"{100 * found.share:.0f} %", f"{found.rank_correlation:+.2f}")
         )
-        rows.append((html.escape(entry["name"]), html.escape(entry["distribution"]), *told))
+        rows.append((html.escape(entry.name), html.escape(entry.distribution), *told))
     header = ("uncertain", "distribution", "share in the variance of max", "rank correlation")
-    silent = figures["silent"]
+    silent = figures.silent
     left = f"<p>Without effect here, left out: {', '.join(silent)}.</p>" if silent else ""
-    few = "" if ordered(figures) else "<p>Too few samples to tell which parameter matters.</p>"
+    few = "" if figures.ordered else "<p>Too few samples to tell which parameter matters.</p>"
     return f"<h2>What is uncertain</h2>{table(header, rows)}{left}{few}"
 
 
@@ -235,8 +227,8 @@ _DISTRIBUTION_TEXT = (
 _SCATTER_TEXT = "A dot is a sampled robot; of several parameters the most important ones."
 
 
-def _bands_text(figures: dict[str, Any]) -> str:
-    share = figures["coverage"]
+def _bands_text(figures: StudyResult) -> str:
+    share = figures.coverage
     return (
         f"At each place by itself, {100 * share:g} % of further robots lie in the band and"
         f" {50 * (1 - share):.3g} % on each side of it, in the mean over studies. Below the dotted"
@@ -245,13 +237,13 @@ def _bands_text(figures: dict[str, Any]) -> str:
     )
 
 
-def _influence_text(figures: dict[str, Any]) -> str:
-    left = {
-        name: 100.0 * max(1.0 - sum(e["influence"][name]["share"] for e in ordered(figures)), 0.0)
+def _influence_text(figures: StudyResult) -> str:
+    maximum, rms = (
+        100.0 * max(1.0 - sum(shares[name].share for _, shares in figures.ordered), 0.0)
         for name in ("maximum", "rms")
-    }
+    )
     return (
         "First-order Sobol indices: the share of the variance that goes back to a parameter by itself."
-        f" The rest, {left['maximum']:.0f} % of max and {left['rms']:.0f} % of rms, is of several"
+        f" The rest, {maximum:.0f} % of max and {rms:.0f} % of rms, is of several"
         " together."
     )

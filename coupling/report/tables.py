@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Mapping, Sequence
-from math import degrees
+from collections.abc import Iterable, Sequence
+from math import degrees, isnan
 from typing import Any
 
+from coupling.path.deviation import Deviation
 from coupling.report.shares import BEHIND, Share, shares_of
+from coupling.results.run_result import FlankChangeResult, GearResult, RunResult
 from coupling.run.stored_run import StoredRobot
 from coupling.solve.correction import HOW
 
@@ -51,15 +53,15 @@ def table(
 def deviations(run: StoredRobot) -> str:
     """Return how far the tool is off, before and after, and why."""
     figures = run.figures
-    shares, (own, other) = figures["shares_m"], mode_names(figures["mode"])
+    shares, (own, other) = figures.shares_m, mode_names(figures.mode)
     parts = [shares_of(run, stage) for stage in run.actual]
-    whole = [figures["deviation_before_m"], figures["deviation_after_m"]][: len(parts)]
-    # A run of an earlier version has none after.
+    whole = figures.deviations
     gravity, process = (
-        [shares[part], shares.get(f"{part}_after")] for part in ("gravity", "process")
+        [shares.gravity, shares.gravity_after],
+        [shares.process, shares.process_after],
     )
     rows: list[tuple[str, Sequence[Any]]] = [
-        (f"{own}, {HOW[figures['before']]}" if len(parts) == 1 else own, whole),
+        (f"{own}, {HOW[figures.before]}" if len(parts) == 1 else own, whole),
         ("&nbsp; less a constant", [_less_constant(own) for own in whole]),
         ("&nbsp; gravity alone", gravity[: len(parts)]),
         (
@@ -80,12 +82,12 @@ def deviations(run: StoredRobot) -> str:
     groups = [("", 1), *((stage, len(stage_columns)) for stage in run.actual)]
     told = [(name, [_figures_of(cell) for cell in cells]) for name, cells in rows]
     how = (
-        f"<p>Before compensation the robot is {HOW[figures['before']]}; after it, with the process on"
+        f"<p>Before compensation the robot is {HOW[figures.before]}; after it, with the process on"
         " the path that the tool really takes. Its gravity alone is where the corrected command leads"
         " the tool without the process, which then moves it by the process's share. Shares do not add"
         " up: they point to different sides. Less a constant is what is left where the part or the"
         " path is shifted by the mean deviation.</p>"
-        if figures["kind"] == "compensate"
+        if figures.kind == "compensate"
         else ""
     )
     return (
@@ -100,53 +102,49 @@ def deviations(run: StoredRobot) -> str:
     )
 
 
-def _less_constant(found: Mapping[str, float] | None) -> tuple[str, ...] | None:
+def _less_constant(found: Deviation | None) -> tuple[str, ...] | None:
     """Return max and rms of a deviation less a constant [um]; None in a run of an earlier version."""
-    if found is None or "maximum_less_constant" not in found:
+    if found is None or isnan(found.maximum_less_constant):
         return None
-    most, rms = (_UM * found[f"{name}_less_constant"] for name in ("maximum", "rms"))
-    return f"{most:.2f}", f"{rms:.2f}", ""
+    return f"{_UM * found.maximum_less_constant:.2f}", f"{_UM * found.rms_less_constant:.2f}", ""
 
 
-def _figures_of(found: Mapping[str, float] | Share | tuple[str, ...] | None) -> tuple[str, ...]:
+def _figures_of(found: Deviation | Share | tuple[str, ...] | None) -> tuple[str, ...]:
     """Return largest, rms and instant of a deviation [um], [s]."""
     if found is None:
         return ("", "", "")
     if isinstance(found, tuple):
         return found
-    if isinstance(found, Share):
-        values = (found.maximum, found.rms, found.time)
-    else:
-        values = (found["maximum"], found["rms"], found["time_of_maximum"])
-    return (f"{_UM * values[0]:.2f}", f"{_UM * values[1]:.2f}", f"{values[2]:.3f}")
+    time = found.time if isinstance(found, Share) else found.time_of_maximum
+    return (f"{_UM * found.maximum:.2f}", f"{_UM * found.rms:.2f}", f"{time:.3f}")
 
 
 def _is_told(cells: tuple[str, ...]) -> bool:
     return any(cells)
 
 
-def _of_beat(figures: dict[str, Any]) -> str:
+def _of_beat(figures: RunResult) -> str:
     """Return what a process that beats leaves, in parts."""
-    beat = figures["beat"]
+    beat = figures.beat
     if beat is None:
         return ""
     walls = ", ".join(
         f"{axis} {1e6 * low:.2f} to {1e6 * high:.2f}"
-        for axis, (low, high) in beat["envelope_m"].items()
+        for axis, (low, high) in beat.envelope_m.items()
     )
     return (
-        f"<p>The process beats every {1e3 * beat['period_s']:.3g} ms. Of the last deviation the slow"
-        f" part, its mean over a beat, is at most {1e6 * beat['slow_m']:.2f} um, the ripple around it"
-        f" {1e6 * beat['ripple_m']:.2f} um; a surface cut at the extremes of every beat lies off by"
+        f"<p>The process beats every {1e3 * beat.period_s:.3g} ms. Of the last deviation the slow"
+        f" part, its mean over a beat, is at most {1e6 * beat.slow_m:.2f} um, the ripple around it"
+        f" {1e6 * beat.ripple_m:.2f} um; a surface cut at the extremes of every beat lies off by"
         f" {walls} um, base axes.</p>"
     )
 
 
-def robustness(figures: dict[str, Any]) -> str:
+def robustness(figures: RunResult) -> str:
     """Return what the command leaves on robots that differ from the model, with a heading."""
-    if not figures["robustness"]:
+    if not figures.robustness:
         return ""
-    rows = [(html.escape(row["name"]), row["deviation_m"]) for row in figures["robustness"]]
+    rows = [(html.escape(row.name), row.deviation_m) for row in figures.robustness]
     return (
         "<h2>On robots that differ from the model</h2><p>The command assumes the robot's parameters."
         " What it leaves, as written and under the same wrench, on dynamic robots whose gears and tilts"
@@ -154,60 +152,59 @@ def robustness(figures: dict[str, Any]) -> str:
     )
 
 
-def plant(figures: dict[str, Any]) -> str:
+def plant(figures: RunResult) -> str:
     """Return what the command leaves on the plant beside the model, with a heading."""
-    found = figures["plant"]
+    found = figures.plant
     if found is None:
         return ""
-    if found["coupling"] is None:
+    if found.coupling is None:
         how = "Its wrench is that on the model, times the factor of the force."
     else:
         how = (
             "The process was evaluated on the path that the plant takes:"
-            f" {html.escape(found['coupling']['reason'])}."
+            f" {html.escape(found.coupling.reason)}."
         )
-    if found["remark"]:
-        how += f" <b>Warning</b>: {html.escape(found['remark'])}."
-    model, mode = figures["shares_m"]["dynamic_after"], "dynamic"
+    if found.remark:
+        how += f" <b>Warning</b>: {html.escape(found.remark)}."
+    model, mode = figures.shares_m.dynamic_after, "dynamic"
     if model is None:  # a coupling corrects nothing
-        model, mode = figures["deviation_before_m"], figures["mode"]
-    rows = [(f"{mode} model", model), ("dynamic plant", found["deviation_m"])]
-    differences = html.escape(", ".join(found["differences"]) or "nothing")
+        model, mode = figures.deviation_before_m, figures.mode
+    rows = [(f"{mode} model", model), ("dynamic plant", found.deviation_m)]
+    differences = html.escape(", ".join(found.differences) or "nothing")
     return (
         f"<h2>On the plant</h2><p>The same command on a robot that is not the model: {differences}."
         f" {how}</p>{_of_deviations(rows)}"
     )
 
 
-def gears(changes: list[dict[str, Any]]) -> str:
+def gears(changes: Sequence[FlankChangeResult]) -> str:
     """Return how often which gear passes through its play.
 
     Args:
         changes: `flank_changes` of result.json.
     """
     rows = []
-    for joint in sorted({change["joint"] for change in changes}):
-        own = [change for change in changes if change["joint"] == joint]
-        other = sum(change["before"] * change["after"] < 0 for change in own)
-        within = sum(change["ends_s"] - change["begins_s"] for change in own)
+    for joint in sorted({change.joint for change in changes}):
+        own = [change for change in changes if change.joint == joint]
+        other = sum(change.before * change.after < 0 for change in own)
+        within = sum(change.ends_s - change.begins_s for change in own)
         rows.append((f"joint {joint}", str(len(own)), str(other), f"{within:.2f}"))
     return table(("gear", "times in its play", "to the other flank", "time in it [s]"), rows)
 
 
-def gear_loads(figures: dict[str, Any]) -> str:
+def gear_loads(gears: Sequence[GearResult]) -> str:
     """Return whether the path rests on the gears' backlash, with a heading."""
-    gears = figures["gears"]
     if not gears:
         return ""
     rows = [
         (
-            f"joint {gear['joint']}",
-            str(gear["flank_changes"]),
-            f"{gear['floats_s']:.2f}",
-            f"{_UM * gear['backlash_20_percent_m']:.0f}",
-            f"{max(gear['margin_Nm'], 0.0):.0f}",
-            f"{-gear['margin_Nm']:.0f}" if gear["margin_Nm"] < 0.0 else "-",
-            "-" if gear["base_tilt_rad"] is None else f"{degrees(gear['base_tilt_rad']):.1f}",
+            f"joint {gear.joint}",
+            str(gear.flank_changes),
+            f"{gear.floats_s:.2f}",
+            f"{_UM * gear.backlash_20_percent_m:.0f}",
+            f"{max(gear.margin_Nm, 0.0):.0f}",
+            f"{-gear.margin_Nm:.0f}" if gear.margin_Nm < 0.0 else "-",
+            "-" if gear.base_tilt_rad is None else f"{degrees(gear.base_tilt_rad):.1f}",
         )
         for gear in gears
     ]
@@ -230,7 +227,7 @@ def gear_loads(figures: dict[str, Any]) -> str:
     )
 
 
-def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:
+def _of_deviations(rows: Iterable[tuple[str, Deviation]]) -> str:
     return table(
         (
             "deviation [um]",
@@ -244,8 +241,8 @@ def _of_deviations(rows: Iterable[tuple[str, dict[str, float]]]) -> str:
         (
             (
                 name,
-                *(f"{_UM * own[key]:.2f}" for key in ("maximum", "rms", "normal_maximum")),
-                f"{own['time_of_maximum']:.3f}",
+                *(f"{_UM * length:.2f}" for length in (own.maximum, own.rms, own.normal_maximum)),
+                f"{own.time_of_maximum:.3f}",
                 *(_less_constant(own) or ("-", "-"))[:2],
             )
             for name, own in rows

@@ -14,6 +14,7 @@ from coupling.path.histories import ToolPath
 from coupling.report.colours import AFTER, BEFORE, DESIRED, QUIET
 from coupling.report.style import FLOOR_UM, UM, decades, style
 from coupling.report.thinning import extremes
+from coupling.results.run_result import RobotResult
 
 # Points of a path in a view, and parts of its time of which the extremes are among them.
 _POINTS, _PARTS = 4000, 500
@@ -160,22 +161,22 @@ def _as_drawn(
 
 
 def robot_views(
-    robots: Sequence[Mapping[str, Any]], paths: Sequence[ToolPath]
+    robots: Sequence[RobotResult], paths: Sequence[ToolPath]
 ) -> tuple[go.Figure, go.Figure]:
     """Draw robots as links at their paths: from the side and from above, world frame.
 
     Args:
-        robots: `robots` of result.json.
+        robots: Their figures.
         paths: Desired paths of their tools.
     """
-    chains = [np.array(robot["links_m"]) for robot in robots]
+    chains = [np.array(robot.links_m) for robot in robots]
     tools = [path.position[0, rows_in_space(path.time)] for path in paths]
     away = tools[0].mean(axis=0)[:2] - chains[0][0, :2]
     length = float(np.linalg.norm(away))
     radial = np.append(away / length if length > 1e-6 else [1.0, 0.0], 0.0)
     side = np.array([radial, [0.0, 0.0, 1.0]])
     above = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    names = [str(robot["name"]) for robot in robots]
+    names = [robot.name for robot in robots]
     return (
         _seen("from the side", side, ("outwards [m]", "z [m]"), names, chains, tools),
         _seen("from above", above, ("x [m]", "y [m]"), names, chains, tools),

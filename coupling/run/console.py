@@ -17,12 +17,13 @@ from coupling.events import Event
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
+from coupling.results.outlook import Replay
+from coupling.results.run_result import GapResult
 from coupling.robot.robot import FlankChange
 from coupling.run.beat import beat_parts
 from coupling.run.deviations import Deviations
 from coupling.run.figures import outlook_of
 from coupling.run.plant import OnPlant
-from coupling.run.robustness import Replay
 from coupling.run.study import Run, RunBegins
 from coupling.solve.correction import HOW, Pass, Refined
 from coupling.solve.fixed_point import Evaluated, Evaluation
@@ -270,19 +271,22 @@ def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
 
 def _of_cell(run: Run, gap: ToolGap, compensated: bool) -> list[str]:
     """Return what there is to say of the gap between the tools and of each robot."""
-    figures = gap.as_dict()
+    found = GapResult.of(gap)
+    before, after = (
+        f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
+        for low, high in (
+            (found.narrowest_before, found.widest_before),
+            (found.narrowest_after, found.widest_after),
+        )
+    )
 
-    def opening(stage: str) -> str:
-        low, high = figures[f"narrowest_{stage}"], figures[f"widest_{stage}"]
-        return f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
-
-    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {opening('before')}"
+    text = f"Gap between the tools, commanded {1e3 * gap.commanded:.3f} mm: {before}"
     robots = {name: Deviations.of(run, tool) for tool, name in enumerate(run.robots)}
     if not compensated:
         return [f"{text}."] + [
             f"  {name} robot: {_figures(own.before)}" for name, own in robots.items()
         ]
-    lines = [f"{text} before, {opening('after')} after."]
+    lines = [f"{text} before, {after} after."]
     for name, own in robots.items():
         lines.append(f"  {name} robot before: {_figures(own.before)}")
         lines.append(f"  {name} robot after:  {_figures(own.after)}")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomlkit
@@ -18,6 +16,7 @@ from coupling.files.csv_table import (
     WRENCH_COLUMNS,
     write_table,
 )
+from coupling.results.run_result import RunResult
 from coupling.run.figures import figures_of
 from coupling.run.robots import drawn_robots
 from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
@@ -36,7 +35,8 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
     try:
         (folder / "case.toml").write_text(tomlkit.dumps(case.resolved), encoding="utf-8")
         _write_workpieces(folder, run)
-        _write_figures(folder, figures_of(run, case.name) | {"robots": drawn_robots(case, run)})
+        robots = drawn_robots(case, run)
+        _write_figures(folder, figures_of(run, case.name, robots))
         if run.gap is None:
             _write_tool(folder, run, 0)
             return
@@ -44,16 +44,15 @@ def write_run(folder: Path, case: Case, run: Run) -> None:
         _write(folder, GAP, GAP_COLUMNS, run.gap.time, gap)
         for tool, name in enumerate(run.robots):
             (folder / name).mkdir(exist_ok=True)
-            figures = figures_of(run, f"{case.name}, {name} robot", tool)
-            figures["robots"] = drawn_robots(case, run)[tool : tool + 1]
+            figures = figures_of(run, f"{case.name}, {name} robot", robots, tool)
             _write_figures(folder / name, figures)
             _write_tool(folder / name, run, tool)
     except OSError as cause:
         raise ResultError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
 
 
-def _write_figures(folder: Path, figures: dict[str, Any]) -> None:
-    (folder / RESULT).write_text(json.dumps(figures, indent=1), encoding="utf-8")
+def _write_figures(folder: Path, figures: RunResult) -> None:
+    (folder / RESULT).write_text(figures.text(), encoding="utf-8")
 
 
 def _write_tool(folder: Path, run: Run, tool: int) -> None:

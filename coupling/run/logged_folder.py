@@ -32,7 +32,7 @@ def logged_folder(
     remove_abandoned()
     with new_run_folder(folder, overwrite) as place:
         kept = None if store is None else str(store.resolve())
-        log = RunLog(place, {"kind": kind, "case": str(case.resolve()), "store": kept})
+        log = RunLog(place, kind, case, kept)
 
         def watch(event: Event) -> None:
             log.watch(event)

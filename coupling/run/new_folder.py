@@ -134,7 +134,7 @@ def _leave(work: Path, error: BaseException) -> None:
     """Remove the folder of a run that has computed nothing; say what there is in another one."""
     if (work / EVALUATIONS).exists():
         error.add_note(f"what the process computed is kept in {work / EVALUATIONS}")
-    elif not read_log(work).get("answers"):
+    elif (log := read_log(work)) is None or not log.answers:
         with suppress(OSError):  # holds files of the user
             clear_for_work(work)
             (work / RUN).unlink(missing_ok=True)
@@ -143,12 +143,11 @@ def _leave(work: Path, error: BaseException) -> None:
 
 def _who(*places: Path) -> str:
     """Return which run is at a folder, in words."""
-    logs = [log for log in map(read_log, places) if log.get("state") == "running"]
+    logs = [log for log in map(read_log, places) if log is not None and log.state == "running"]
     if not logs:
         return "another run writes it: wait for its end, or name another folder"
-    log = logs[0]
     return (
-        f"process {log.get('pid')} on {log.get('host')} writes it since {log.get('started')}: wait for"
+        f"process {logs[0].pid} on {logs[0].host} writes it since {logs[0].started}: wait for"
         " its end, or name another folder"
     )
 

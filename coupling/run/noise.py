@@ -8,8 +8,8 @@ from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass
 from coupling.process.smoothing import ForceNoise
+from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
-from coupling.run.robustness import Replay
 from coupling.solve.correction import Correction
 
 # Of the noise that is drawn.

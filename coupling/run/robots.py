@@ -5,19 +5,19 @@ from __future__ import annotations
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from coupling.case import Case, PlacedRobot
 from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
+from coupling.results.run_result import RobotResult, TouchOffResult
 from coupling.robot.links import link_points
 from coupling.run.study import Run
 from elastic_robot.errors import ElasticRobotError
 
 
-def drawn_robots(case: Case, run: Run) -> list[dict[str, Any]]:
+def drawn_robots(case: Case, run: Run) -> tuple[RobotResult, ...]:
     """Return name, file, sources, links and touched-off part of the robots of a run.
 
     `links_m` is at the middle row of the command, base, centres of the joints and TCP in the world [m].
@@ -31,20 +31,20 @@ def drawn_robots(case: Case, run: Run) -> list[dict[str, Any]]:
             _, numbers = robot_numbers(find_robot(table["description"]))
         own = link_points(placed.description, joints.q[0][len(joints.time) // 2])
         found.append(
-            {
-                "name": placed.name,
-                "title": placed.description.name,
-                "description": Path(table["description"]).name,
-                "torque_curve": placed.torque_curve,
-                "sources": by_source(numbers),
-                "touch_off": _touch_off(case, placed),
-                "links_m": np.round(placed.world_from_base.points(own), 6).tolist(),
-            }
+            RobotResult(
+                name=placed.name,
+                title=placed.description.name,
+                description=Path(table["description"]).name,
+                torque_curve=placed.torque_curve,
+                sources=by_source(numbers),
+                touch_off=_touch_off(case, placed),
+                links_m=np.round(placed.world_from_base.points(own), 6).tolist(),
+            )
         )
-    return found
+    return tuple(found)
 
 
-def _touch_off(case: Case, placed: PlacedRobot) -> dict[str, Any] | None:
+def _touch_off(case: Case, placed: PlacedRobot) -> TouchOffResult | None:
     """Return where the part really is and how far a robot's own frame of it is off; None without."""
     own, part = placed.touch_off, case.task.part
     if own is None:
@@ -54,10 +54,10 @@ def _touch_off(case: Case, placed: PlacedRobot) -> dict[str, Any] | None:
         warnings.simplefilter("ignore", UserWarning)
         rpy = part.rotation.as_euler("xyz", degrees=True)
     shown = own.real_from_shown
-    return {
-        "part_position_m": part.position.tolist(),
-        "part_rpy_deg": rpy.tolist(),
-        "shift_m": (part.position - shown.coordinates(part.position)).tolist(),
-        "turn_rad": shown.rotation.as_rotvec().tolist(),
-        "residual_m": own.residual,
-    }
+    return TouchOffResult(
+        part_position_m=part.position.tolist(),
+        part_rpy_deg=rpy.tolist(),
+        shift_m=(part.position - shown.coordinates(part.position)).tolist(),
+        turn_rad=shown.rotation.as_rotvec().tolist(),
+        residual_m=own.residual,
+    )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.path.deviation import Deviation, measure
+from coupling.path.deviation import measure
+from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.difference import AS_THE_MODEL, Difference
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
@@ -42,21 +43,6 @@ VARIATIONS = (
     Variation("backlash -20 %", Difference(backlash=(0.8,))),
     Variation("force +5 %", force=1.05),
 )
-
-
-@dataclass(frozen=True)
-class Replay:
-    """What a command leaves on robots that differ from the model.
-
-    Attributes:
-        name: What is other, in words.
-        deviation: Deviation from the desired paths, the worst figures of all tools.
-        tools: Deviation of every tool.
-    """
-
-    name: str
-    deviation: Deviation
-    tools: tuple[Deviation, ...]
 
 
 @dataclass(frozen=True)

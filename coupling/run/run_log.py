@@ -6,18 +6,18 @@ the other files are the same for the same case.
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
+from coupling.errors import ResultError
 from coupling.events import Event, Warned
 from coupling.files.whole_file import WholeFile
 from coupling.process.base import EVALUATIONS
+from coupling.results.run_state import AnswerResult, RunState
 from coupling.run.figures import evaluation_figures
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
@@ -36,54 +36,51 @@ class RunLog:
 
     Args:
         folder: Folder of the run.
-        about: What to say of the run from its start: kind, case, store.
+        kind: What runs: "couple", "compensate" or "place".
+        case: Its case file.
+        store: Store of its evaluations; None without.
 
     Raises:
         OSError: If the file cannot be written.
     """
 
-    def __init__(self, folder: Path, about: Mapping[str, str | None]) -> None:
+    def __init__(self, folder: Path, kind: str, case: Path, store: str | None) -> None:
         self._file = folder / RUN
-        self._content: dict[str, Any] = {
-            "state": "running",
-            **about,
-            "host": platform.node(),
-            "pid": os.getpid(),
-            "started": _now(),
-            "changed": _now(),
-            "waiting": None,
-            "answers": [],
-            "evaluations": [],
-            "warnings": [],
-        }
+        self._content = RunState(
+            state="running",
+            kind=kind,
+            case=str(case.resolve()),
+            store=store,
+            host=platform.node(),
+            pid=os.getpid(),
+            started=_now(),
+        )
         self._write()
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Keys of the process's answers so far, in their order."""
-        return tuple(answer["key"] for answer in self._content["answers"])
+        return tuple(answer.key for answer in self._content.answers)
 
     def answers_from(self, origin: str) -> int:
         """Return how many answers were "computed" or came from the "store"."""
-        return sum(answer["from"] == origin for answer in self._content["answers"])
+        return sum(answer.origin == origin for answer in self._content.answers)
 
     def watch(self, event: Event) -> None:
         """Note what happens."""
-        match event:
-            case Answered(key, origin, seconds):
-                told = {"key": key, "from": origin, "seconds": round(seconds, 3)}
-                self._content["answers"].append(told)
-                self._content["waiting"] = None
-            case Evaluated(evaluation):
-                self._content["evaluations"].append(evaluation_figures(evaluation))
-            case Waits(text):
-                self._content["waiting"] = text
-            case Warned(text):
-                self._content["warnings"].append(text)
-            case _:
-                return
+        content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
-            self._write()
+            match event:
+                case Answered(key, origin, seconds):
+                    told = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
+                    self._write(answers=(*content.answers, told), waiting=None)
+                case Evaluated(evaluation):
+                    own = evaluation_figures(evaluation)
+                    self._write(evaluations=(*content.evaluations, own))
+                case Waits(text):
+                    self._write(waiting=text)
+                case Warned(text):
+                    self._write(warnings=(*content.warnings, text))
 
     def finish(self, durations: Mapping[str, float]) -> None:
         """Say that all files are there.
@@ -98,7 +95,7 @@ class RunLog:
         for file in folder.rglob("*"):
             if file.is_file() and not file.is_relative_to(folder / EVALUATIONS):
                 _sync(file)
-        self._end("finished", durations_s=dict(durations))
+        self._write(state="finished", waiting=None, durations_s=dict(durations))
 
     def stop(self, error: BaseException) -> None:
         """Say that the run has ended before its end, where it can be written.
@@ -109,35 +106,29 @@ class RunLog:
         interrupted = isinstance(error, KeyboardInterrupt)
         state, reason = ("interrupted", "by hand") if interrupted else ("failed", str(error))
         with suppress(OSError):
-            self._end(state, reason=reason)
+            self._write(state=state, waiting=None, reason=reason)
 
-    def _end(self, state: str, **more: object) -> None:
-        self._content |= {"state": state, "waiting": None, **more}
-        self._write()
-
-    def _write(self) -> None:
-        self._content["changed"] = _now()
-        WholeFile(self._file).write([json.dumps(self._content, indent=1).encode()])
+    def _write(self, **told: object) -> None:
+        self._content = self._content.model_copy(update={**told, "changed": _now()})
+        WholeFile(self._file).write([self._content.text().encode()])
 
 
-def read_log(folder: Path) -> dict[str, Any]:
-    """Return the content of a folder's run.json, empty where there is none that can be read."""
-    try:
-        content = json.loads((folder / RUN).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
+def read_log(folder: Path) -> RunState | None:
+    """Return the content of a folder's run.json; None where there is none that can be read."""
+    with suppress(ResultError):
+        return RunState.read(folder / RUN, ResultError)
+    return None
 
 
 def is_run(folder: Path) -> bool:
     """Return whether a folder is that of a run, finished or not."""
-    return "state" in read_log(folder) or (folder / RESULT).exists()
+    return read_log(folder) is not None or (folder / RESULT).exists()
 
 
 def is_finished(folder: Path) -> bool:
     """Return whether a folder holds a whole result; one without run.json is of an earlier version."""
-    state = read_log(folder).get("state")
-    return state == "finished" or (state is None and (folder / RESULT).exists())
+    log = read_log(folder)
+    return (folder / RESULT).exists() if log is None else log.state == "finished"
 
 
 def _sync(file: Path) -> None:

@@ -14,9 +14,9 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolated
 from coupling.process import Answer, NoisySchema, Process
+from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
-from coupling.run.robustness import Replay
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, couple
 from coupling.solve.schemes import SCHEMES

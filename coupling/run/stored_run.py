@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +21,8 @@ from coupling.files.csv_table import (
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
+from coupling.results.run_result import RunResult
+from coupling.results.run_state import AnswerResult, RunState
 from elastic_robot.tool_load import symmetric
 
 RESULT, RUN, CASE = "result.json", "run.json", "case.toml"
@@ -33,19 +33,6 @@ GAP, GAP_COLUMNS = "gap", ("before", "after")
 def workpiece_file(folder: Path, state: str) -> Path:
     """Return the file of the workpiece "before" or "after" compensation."""
     return folder / f"workpiece_{state}.vtu"
-
-
-def stages(figures: dict[str, Any]) -> tuple[str, ...]:
-    """Return what to call the actual paths of a run, which has only one if it is coupled only.
-
-    Args:
-        figures: Content of result.json.
-    """
-    return (
-        ("actual",)
-        if figures["kind"] == "couple"
-        else ("before compensation", "after compensation")
-    )
 
 
 @dataclass(frozen=True)
@@ -60,11 +47,11 @@ class StoredRobot:
         correction: Path of the undeflected tool minus desired, at the times of `desired`, (n, 6).
         wrench: Wrench on its tool.
         plant: Path of its tool on the plant; None where the case has none.
-        other: Paths of the tool by `stages`, the robot simulated in the mode that is not the run's;
-            those that were simulated.
+        other: Paths of the tool by `figures.stages`, the robot simulated in the mode that is not the
+            run's; those that were simulated.
     """
 
-    figures: dict[str, Any]
+    figures: RunResult
     desired: ToolPath
     uncompensated: ToolPath
     achieved: ToolPath
@@ -77,9 +64,8 @@ class StoredRobot:
 
     @property
     def actual(self) -> dict[str, ToolPath]:
-        """Actual paths by `stages`."""
-        names = stages(self.figures)
-        return dict(zip(names, (self.uncompensated, self.achieved), strict=False))
+        """Actual paths by `figures.stages`."""
+        return dict(zip(self.figures.stages, (self.uncompensated, self.achieved), strict=False))
 
 
 @dataclass(frozen=True)
@@ -87,20 +73,22 @@ class StoredRun:
     """A run read back from its folder.
 
     Attributes:
+        folder: Its folder.
         figures: Content of result.json.
         robots: Robots by name; the files of a single one are in the run's folder itself.
         gap: Gap between the tools before and after compensation [m], (n, 2); None for one robot.
-        workpieces: Workpieces by `stages`, where the process tells.
+        workpieces: Workpieces by `figures.stages`, where the process tells.
         case: Text of its case.toml; empty where it has none.
         answers: The process's answers in their order, as run.json tells them; none where it is gone.
     """
 
-    figures: dict[str, Any]
+    folder: Path
+    figures: RunResult
     robots: dict[str, StoredRobot]
     gap: np.ndarray | None
     workpieces: dict[str, Workpiece]
     case: str = ""
-    answers: tuple[dict[str, Any], ...] = ()
+    answers: tuple[AnswerResult, ...] = ()
 
     @property
     def first(self) -> StoredRobot:
@@ -117,15 +105,17 @@ def read_run(folder: Path) -> StoredRun:
     figures, gap = _read_figures(folder), None
     robots = {"forming": folder}
     if (folder / f"{GAP}.csv").exists():
+        if figures.pinch_gap_m is None:
+            raise ResultError(f"{folder / RESULT}: expected that of two robots beside {GAP}.csv")
         gap = read_table(folder / f"{GAP}.csv", ("time", *GAP_COLUMNS), ResultError)[:, 1:]
         robots = {file.parent.name: file.parent for file in sorted(folder.glob(f"*/{RESULT}"))}
     pieces = {
         stage: Workpiece.read(file)
-        for stage, name in zip(stages(figures), ("before", "after"), strict=False)
+        for stage, name in zip(figures.stages, ("before", "after"), strict=False)
         if (file := workpiece_file(folder, name)).exists()
     }
     read = {name: _read_robot(place) for name, place in robots.items()}
-    return StoredRun(figures, read, gap, pieces, _read_case(folder), _read_answers(folder))
+    return StoredRun(folder, figures, read, gap, pieces, _read_case(folder), _read_answers(folder))
 
 
 def _read_case(folder: Path) -> str:
@@ -139,28 +129,18 @@ def _read_case(folder: Path) -> str:
     return ""
 
 
-def _read_answers(folder: Path) -> tuple[dict[str, Any], ...]:
+def _read_answers(folder: Path) -> tuple[AnswerResult, ...]:
     """Return what run.json tells of the process's answers; nothing rests on it."""
     for place in (folder, folder.parent):
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            return tuple(json.loads((place / RUN).read_text(encoding="utf-8"))["answers"])
+        with suppress(ResultError):
+            return RunState.read(place / RUN, ResultError).answers
     return ()
 
 
-def _read_figures(folder: Path) -> dict[str, Any]:
-    try:
-        figures = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-    except OSError as cause:
-        unfinished = (folder / RUN).exists()
-        advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
-        raise ResultError(
-            f"{folder / RESULT}: cannot be read: {cause.strerror or cause}: {advice}"
-        ) from cause
-    except ValueError as cause:
-        raise ResultError(f"{folder / RESULT}: is not valid JSON: {cause}") from cause
-    if not isinstance(figures, dict) or "kind" not in figures:
-        raise ResultError(f"{folder / RESULT}: expected the figures of a run, got something else")
-    return figures
+def _read_figures(folder: Path) -> RunResult:
+    unfinished = (folder / RUN).exists()
+    advice = f"its run has not finished, see {RUN}" if unfinished else "name a run folder"
+    return RunResult.read(folder / RESULT, ResultError, advice)
 
 
 def drive_columns(header: Sequence[str]) -> tuple[tuple[str, ...], ...]:
@@ -212,7 +192,7 @@ def _read_robot(folder: Path) -> StoredRobot:
             plant=tool_path(PLANT) if (folder / f"{PLANT}.csv").exists() else None,
             other={
                 stage: tool_path(file.stem)
-                for stage, name in zip(stages(figures), ("uncompensated", "achieved"), strict=False)
+                for stage, name in zip(figures.stages, ("uncompensated", "achieved"), strict=False)
                 for file in sorted(folder.glob(f"{name}_*.csv"))
             },
         )

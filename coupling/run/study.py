@@ -17,18 +17,20 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise, Smoothed
+from coupling.results.forecast import Forecast
+from coupling.results.outlook import Replay
+from coupling.results.run_result import Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
 from coupling.run.asked_again import LastAsked, asked_again, explained
 from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.expected import remarks
-from coupling.run.forecast import Forecast
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.noise import noise_replays
 from coupling.run.plant import OnPlant, plant_cell, run_on_plant
-from coupling.run.robustness import Replay, replayed
+from coupling.run.robustness import replayed
 from coupling.run.sampling import Sampling, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
@@ -77,7 +79,7 @@ class Run:
             was.
     """
 
-    kind: str
+    kind: Kind
     robots: tuple[str, ...]
     correction: Correction
     mode: Mode
@@ -154,7 +156,7 @@ def loop_of(case: Case, cell: Cell, watch: Watch = unwatched) -> Loop[Cell]:
     )
 
 
-def _run(case: Case, kind: str, method: Method, watch: Watch) -> Run:
+def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     durations: dict[str, float] = {}
     watch(RunBegins(case.desired))
     with Models(case.fmu, watch) as fmus:

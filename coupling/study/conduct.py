@@ -105,9 +105,9 @@ def opened(
     """
     require_run_of(case, run)
     stored = read_run(run)
-    if stored.figures["kind"] != "compensate":
+    if stored.figures.kind != "compensate" or stored.figures.shares_m.dynamic_after is None:
         raise StudyError(
-            f"{run}: expected a run of compensate, got one of {stored.figures['kind']}, which corrects"
+            f"{run}: expected a run of compensate, got one of {stored.figures.kind}, which corrects"
             " nothing"
         )
     work = replace(_work(case, stored, run, couple), store=store and store.resolve())

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
+from coupling.results.study_result import StudyResult
 from coupling.study.folder import REPORT
 from coupling.study.stored_study import StoredStudy
 
@@ -14,57 +14,55 @@ from coupling.study.stored_study import StoredStudy
 def print_findings(console: Console, study: StoredStudy, folder: Path) -> None:
     """Say in plain words what a study found and where it is."""
     figures = study.figures
-    command, coverage = figures["command"], figures["coverage"]
+    command, coverage = figures.command, figures.coverage
     lines = []
-    if not command["converged"]:
-        lines.append(f"The command is NOT CONVERGED: {command['reason']}.")
-    largest, rms = (figures["quantiles_m"][name] for name in ("maximum", "rms"))
-    less = figures["quantiles_m"]["maximum_less_constant"]
+    if not command.converged:
+        lines.append(f"The command is NOT CONVERGED: {command.reason}.")
+    (largest, most), (rms, most_rms), (less, most_less) = (
+        (figures.quantile(name, 0.5), figures.quantile(name, coverage))
+        for name in ("maximum", "rms", "maximum_less_constant")
+    )
     lines += [
-        f"On the dynamic model the command leaves max {_um(command['deviation_m']['maximum'])}, rms"
-        f" {_um(command['deviation_m']['rms'])}.",
-        f"{100 * coverage:g} % of further robots stay below {_um(largest[f'{coverage:g}'])} along the"
-        f" whole path, with an rms below {_um(rms[f'{coverage:g}'])}; half of them below"
-        f" {_um(largest['0.5'])}, rms {_um(rms['0.5'])} ({study.figures['samples']} sampled,"
+        f"On the dynamic model the command leaves max {_um(command.deviation_m.maximum)}, rms"
+        f" {_um(command.deviation_m.rms)}.",
+        f"{100 * coverage:g} % of further robots stay below {_um(most)} along the"
+        f" whole path, with an rms below {_um(most_rms)}; half of them below"
+        f" {_um(largest)}, rms {_um(rms)} ({figures.samples} sampled,"
         f" {_wrench(figures)}).",
         f"Less a constant, as where the part is touched off, {100 * coverage:g} % stay below"
-        f" {_um(less[f'{coverage:g}'])}, half of them below {_um(less['0.5'])}.",
+        f" {_um(most_less)}, half of them below {_um(less)}.",
     ]
     lines += _of_parameters(figures)
-    if figures["failed"]:
-        number, reason = next(iter(figures["failed"].items()))
+    if figures.failed:
+        number, reason = next(iter(figures.failed.items()))
         lines.append(
-            f"Warning: {len(figures['failed'])} robots could not be simulated, such as number"
+            f"Warning: {len(figures.failed)} robots could not be simulated, such as number"
             f" {number}: {reason}"
         )
-    if figures["not_coupled"]:
+    if figures.not_coupled:
         lines.append(
-            f"Warning: {len(figures['not_coupled'])} robots did not converge with their process."
+            f"Warning: {len(figures.not_coupled)} robots did not converge with their process."
         )
     lines.append(f"Study: {folder}  (report: {folder / REPORT})")
-    style = None if command["converged"] else "yellow"
-    console.print("\n".join(lines), style=style)
+    console.print("\n".join(lines), style=None if command.converged else "yellow")
 
 
-def _of_parameters(figures: dict[str, Any]) -> list[str]:
+def _of_parameters(figures: StudyResult) -> list[str]:
     """Return which parameter matters, the most important one first."""
-    entries = figures["parameters"]
-    if entries[0]["influence"]["maximum"] is None:
+    if not figures.ordered:
         return ["Too few samples to tell which parameter matters."]
-    ordered = sorted(entries, key=lambda entry: -entry["influence"]["maximum"]["share"])
     lines = ["Share of each parameter in the variance of the largest deviation:"]
     lines += [
-        f"  {entry['name'] + ':':<24}{100 * entry['influence']['maximum']['share']:>4.0f} %"
-        f"  ({entry['distribution']})"
-        for entry in ordered[:10]
+        f"  {entry.name + ':':<24}{100 * shares['maximum'].share:>4.0f} %  ({entry.distribution})"
+        for entry, shares in figures.ordered[:10]
     ]
-    silent = figures["silent"]
+    silent = figures.silent
     return lines + ([f"Without effect here, left out: {', '.join(silent)}."] if silent else [])
 
 
-def _wrench(figures: dict[str, Any]) -> str:
-    if figures["wrench"] == "coupled":
-        return f"each coupled with its process, {figures['process_evaluations']} evaluations"
+def _wrench(figures: StudyResult) -> str:
+    if figures.wrench == "coupled":
+        return f"each coupled with its process, {figures.process_evaluations} evaluations"
     return "under the wrench on the model"
 
 

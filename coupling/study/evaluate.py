@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy.stats import rankdata
 
 from coupling.errors import StudyError
+from coupling.results.study_result import (
+    InfluenceResult,
+    ShareResult,
+    StudyCommandResult,
+    StudyResult,
+    UncertainResult,
+)
 from coupling.run.figures import versions
 from coupling.study.bands import Band, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
@@ -62,7 +67,7 @@ def write_findings(study: Study, samples: Sequence[Sample]) -> None:
             np.column_stack([time[first], band.low, band.median, band.high, band.everywhere]),
         )
         found = _figures(study, samples, points, figures)
-        replaced(study.folder / FIGURES, json.dumps(found, indent=1))
+        replaced(study.folder / FIGURES, found.text())
     except OSError as cause:
         raise StudyError(
             f"{study.folder}: cannot be written: {cause.strerror or cause}: make room, and the same"
@@ -72,56 +77,61 @@ def write_findings(study: Study, samples: Sequence[Sample]) -> None:
 
 def _figures(
     study: Study, samples: Sequence[Sample], points: np.ndarray, figures: dict[str, np.ndarray]
-) -> dict[str, Any]:
+) -> StudyResult:
     """Return the content of study.json."""
     table, run = study.table, study.run.figures
     tail = 0.5 * (1.0 - table.coverage)
     shares = sorted({tail, 0.5, table.coverage, 1.0 - tail})
-    return {
-        "case": study.case,
-        "kind": "study",
-        "samples": len(samples),
-        "design": table.design,
-        "seed": table.seed,
-        "coverage": table.coverage,
-        "wrench": "model" if study.work.process is None else "coupled",
-        "process_evaluations": sum(sample.evaluations for sample in samples),
-        "not_coupled": [sample.number for sample in samples if not sample.converged],
-        "failed": {str(sample.number): sample.failure for sample in samples if sample.failure},
-        "command": {
-            "converged": run["converged"],
-            "reason": run["reason"],
-            "deviation_m": run["shares_m"]["dynamic_after"],
-        },
-        "quantiles_m": {
+    assert run.shares_m.dynamic_after is not None, "opened refuses such runs"
+    return StudyResult(
+        case=study.case,
+        kind="study",
+        samples=len(samples),
+        design=table.design,
+        seed=table.seed,
+        coverage=table.coverage,
+        wrench="model" if study.work.process is None else "coupled",
+        process_evaluations=sum(sample.evaluations for sample in samples),
+        not_coupled=tuple(s.number for s in samples if not s.converged),
+        failed={str(sample.number): sample.failure for sample in samples if sample.failure},
+        command=StudyCommandResult(
+            converged=run.converged,
+            reason=run.reason,
+            deviation_m=run.shares_m.dynamic_after,
+        ),
+        quantiles_m={
             name: {f"{share:g}": float(quantile(values, share)) for share in shares}
             for name, values in figures.items()
         },
-        "parameters": _parameters(study, points, figures),
-        "silent": list(study.parameters.silent),
-        "fmu_fingerprint": run["fmu_fingerprint"],
-        "versions": versions(),
-    }
+        parameters=_parameters(study, points, figures),
+        silent=tuple(study.parameters.silent),
+        fmu_fingerprint=run.fmu_fingerprint,
+        versions=versions(),
+    )
 
 
 def _parameters(
     study: Study, points: np.ndarray, figures: dict[str, np.ndarray]
-) -> list[dict[str, Any]]:
+) -> tuple[UncertainResult, ...]:
     """Return the uncertain parameters and how much each of them matters."""
     # Ranks are uniform, whatever distribution the values have.
     uniform = (rankdata(points, axis=0) - 0.5) / len(points)
     found = {name: influences(uniform, figures[name]) for name in ("maximum", "rms")}
-    return [
-        {
-            "name": entry.name,
-            "distribution": entry.in_words(),
-            "range": list(entry.range),
-            "influence": {
-                name: None
-                if every is None
-                else {"share": every[k].share, "rank_correlation": every[k].rank_correlation}
-                for name, every in found.items()
-            },
-        }
+    return tuple(
+        UncertainResult(
+            name=entry.name,
+            distribution=entry.in_words(),
+            range=entry.range,
+            influence=InfluenceResult(
+                **{
+                    name: None
+                    if every is None
+                    else ShareResult(
+                        share=every[k].share, rank_correlation=every[k].rank_correlation
+                    )
+                    for name, every in found.items()
+                }
+            ),
+        )
         for k, entry in enumerate(study.parameters.entries)
-    ]
+    )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from coupling.errors import StudyError
 from coupling.files.csv_table import read_table
+from coupling.results.study_result import StudyResult
 from coupling.study.evaluate import BAND_COLUMNS, MEASURES
 from coupling.study.folder import BANDS, FIGURES, SAMPLES
 
@@ -28,7 +27,7 @@ class StoredStudy:
         band: Columns of bands.csv by name [m], (m,).
     """
 
-    figures: dict[str, Any]
+    figures: StudyResult
     names: tuple[str, ...]
     points: np.ndarray
     measures: dict[str, np.ndarray]
@@ -42,16 +41,8 @@ def read_study(folder: Path) -> StoredStudy:
     Raises:
         StudyError: If a file is missing or broken.
     """
-    try:
-        figures: dict[str, Any] = json.loads((folder / FIGURES).read_text(encoding="utf-8"))
-    except OSError as cause:
-        raise StudyError(
-            f"{folder / FIGURES}: cannot be read: {cause.strerror or cause}: name the folder of a"
-            " finished study"
-        ) from cause
-    except ValueError as cause:
-        raise StudyError(f"{folder / FIGURES}: is not valid JSON: {cause}") from cause
-    names = tuple(entry["name"] for entry in figures["parameters"])
+    figures = StudyResult.read(folder / FIGURES, StudyError, "name the folder of a finished study")
+    names = tuple(entry.name for entry in figures.parameters)
     table = read_table(folder / SAMPLES, (*names, *MEASURES), StudyError)
     time, *band = read_table(folder / BANDS, BAND_COLUMNS, StudyError).T
     return StoredStudy(

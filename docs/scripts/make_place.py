@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -137,9 +136,10 @@ def cases() -> str:
         found = _placed(name)
         told = figures_of(found)
         assert found.present is not None
+        assert told.present is not None
         pairs = (
-            (name, found.present, told["present"]),
-            ("", found.best[0], told["best"][0]),
+            (name, found.present, told.present),
+            ("", found.best[0], told.best[0]),
         )
         for number, (title, own, figures) in enumerate(pairs):
             left = _left(_loaded(own, number))
@@ -147,13 +147,13 @@ def cases() -> str:
                 (
                     title,
                     ("as it is", "placed")[number],
-                    f"{_UM * figures['moved_m']:.0f}",
+                    f"{_UM * figures.moved_m:.0f}",
                     changes(figures),
                     *(f"{_UM * largest:.1f} / {_UM * rms:.1f}" for largest, rms, _ in left),
                     f"{_UM * max(mean for *_, mean in left):.0f}",
                 )
             )
-        settings.append(f"- {name}: {in_words(told['best'][0]['setting'], told['free'])}")
+        settings.append(f"- {name}: {in_words(told.best[0].setting, told.free)}")
     head = (
         *("", "", "process [um]", "changes of flank (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),
@@ -165,18 +165,15 @@ def cases() -> str:
 def gears() -> str:
     """Return what the gears of the cone go through."""
     told = figures_of(_placed("cone"))
+    assert told.present is not None
     rows = [
         (
-            f"{gear['joint']}",
-            *(
-                f"{value:.0f}"
-                for own in (gear, other)
-                for value in (own["margin_Nm"], own["swing_Nm"])
-            ),
-            f"{_UM * gear['backlash_20_percent_m']:.0f}",
-            f"{_UM * other['backlash_20_percent_m']:.0f}",
+            f"{gear.joint}",
+            *(f"{value:.0f}" for own in (gear, other) for value in (own.margin_Nm, own.swing_Nm)),
+            f"{_UM * gear.backlash_20_percent_m:.0f}",
+            f"{_UM * other.backlash_20_percent_m:.0f}",
         )
-        for gear, other in zip(told["present"]["gears"], told["best"][0]["gears"], strict=True)
+        for gear, other in zip(told.present.gears, told.best[0].gears, strict=True)
     ]
     head = (
         *("gear of the cone", "clear of zero, as it is [N m]", "swing [N m]"),
@@ -213,7 +210,7 @@ def _beside_each_other(figures: Sequence[go.Figure]) -> go.Figure:
 def maps() -> str:
     """Draw the maps of the cone, and return their caption."""
     found = _placed("cone")
-    told: dict[str, Any] = figures_of(found)
+    told = figures_of(found)
     stored = StoredPlacement(told, found.maps)
     drawn = [own for own in stored.maps if (own.across, own.up) == ("x", "z")]
     save("place_cone", _beside_each_other(map_figures(told, drawn)))

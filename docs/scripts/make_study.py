@@ -57,12 +57,12 @@ def cone() -> str:
     """Return what the command of the cone leaves, and which parameter matters."""
     study, _ = _studied()
     figures = study.figures
-    found, model = figures["quantiles_m"], figures["command"]["deviation_m"]
+    found, model = figures.quantiles_m, figures.command.deviation_m
     shares = ("0.05", "0.5", "0.9", "0.95")
     quantiles = table(
         ("cone, 200 robots [um]", "model", *(f"{100 * float(s):g} % below" for s in shares)),
         [
-            (words, _um(model[name]), *(_um(found[name][share]) for share in shares))
+            (words, _um(getattr(model, name)), *(_um(found[name][share]) for share in shares))
             for name, words in (("maximum", "max"), ("rms", "rms"))
         ],
     )
@@ -70,20 +70,17 @@ def cone() -> str:
         ("parameter", "distribution", "share of max", "share of rms", "rank correlation, max"),
         [
             (
-                f"`{entry['name']}`",
-                entry["distribution"],
-                *(
-                    f"{100 * entry['influence'][name]['share']:.0f} %"
-                    for name in ("maximum", "rms")
-                ),
-                f"{entry['influence']['maximum']['rank_correlation']:+.2f}",
+                f"`{entry.name}`",
+                entry.distribution,
+                *(f"{100 * found.share:.0f} %" for found in influence.values()),
+                f"{influence['maximum'].rank_correlation:+.2f}",
             )
-            for entry in figures["parameters"]
+            for entry, influence in figures.ordered
         ],
     )
-    (first, *_) = study_page.ordered(figures)
+    ((first, _), *_) = figures.ordered
     save("study_cone", *_pictures(study))
-    return f"{quantiles}\n\n{matters}\n\nMost of it is of `{first['name']}`."
+    return f"{quantiles}\n\n{matters}\n\nMost of it is of `{first.name}`."
 
 
 def _pictures(study: StoredStudy) -> tuple[go.Figure, go.Figure]:

@@ -27,8 +27,8 @@ from coupling.learn.next_inputs import inputs_folder, write_inputs
 from coupling.learn.next_options import NextOptions
 from coupling.learn.selection import selected
 from coupling.learn.source import read_source
+from coupling.results.forecast import Forecast
 from coupling.run.folder import write_run
-from coupling.run.forecast import Forecast
 from coupling.run.models import Models
 from coupling.run.study import run_compensation
 from docs.scripts.learning_studies import case_text

@@ -382,7 +382,7 @@ def test_a_cell_leaves_one_folder_for_each_robot(finished):
         achieved = run.correction.achieved.tools[tool]
         assert np.array_equal(stored.achieved.pose, achieved.pose)
         own = measure(achieved, run.desired.tools[tool])
-        assert stored.figures["deviation_after_m"]["maximum"] == pytest.approx(own.maximum)
+        assert stored.figures.deviation_after_m.maximum == pytest.approx(own.maximum)
     assert cell.robots["support"].joints.q[0].shape[1] == 6
     np.testing.assert_allclose(cell.gap[:, 1], 1e-3 + run.gap.after, atol=1e-15)
     page = (out / "report.html").read_text()

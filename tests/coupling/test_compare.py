@@ -76,16 +76,16 @@ def test_lines_and_page_tell_both(runs):
     ("spoil", "told"),
     [
         (lambda second: (second / "result.json").unlink(), "cannot be read"),
-        (lambda second: (second / "case.toml").unlink(), "expected the case of a run, got none"),
+        (lambda second: (second / "case.toml").unlink(), "key 'process' is missing"),
         (
             lambda second: (second / "case.toml").write_text("[part"),
-            "expected the figures of a run",
+            "is not valid TOML",
         ),
         (
             lambda second: (second / "result.json").write_text('{"kind": "couple"}'),
             "got damaged ones",
         ),
-        (lambda second: (second / "result.json").write_text("[]"), "got something else"),
+        (lambda second: (second / "result.json").write_text("[]"), "got damaged ones"),
         (lambda second: (second / "command.csv").write_text("time\n0\n"), "columns"),
         (lambda second: (second / "gap.csv").write_text("time,before,after\n0,0,0\n"), "robots"),
     ],

@@ -9,9 +9,9 @@ from rich.console import Console
 
 from coupling.path.deviation import Deviation
 from coupling.report.verdict import verdict
+from coupling.results.outlook import Outlook, Replay
+from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.console import print_summary
-from coupling.run.outlook import Outlook
-from coupling.run.robustness import Replay
 from coupling.run.study import run_compensation
 
 
@@ -34,17 +34,23 @@ def outlook(*rows: tuple[str, float, float]) -> Outlook:
     return found
 
 
-FIGURES = {
-    "kind": "compensate",
-    "converged": True,
-    "reason": "converged with one inverse of the moving robot",
-    "robots": [{"title": "robot", "description": "a robot", "torque_curve": "backlash"}],
-    "deviation_before_m": {"maximum": 1.7e-3},
-    "deviation_after_m": {"maximum": 1e-6},
-    "mode": "dynamic",
-    "robustness": [],
-    "gears": [],
-}
+def figures(**told: object) -> RunResult:
+    """Return the figures that a verdict needs, and others."""
+    robot = RobotResult.model_construct(
+        title="robot", description="a robot", torque_curve="backlash"
+    )
+    return RunResult.model_construct(
+        kind="compensate",
+        converged=True,
+        reason="converged with one inverse of the moving robot",
+        robots=(robot,),
+        deviation_before_m=deviation(1.7e-3, 4e-4),
+        deviation_after_m=deviation(1e-6, 1e-6),
+        mode="dynamic",
+        robustness=(),
+        gears=(),
+        **told,
+    )
 
 
 def test_the_worst_replay_of_all_is_told_whatever_differs():
@@ -62,10 +68,10 @@ def test_a_command_that_only_takes_the_sag_off_and_shakes_is_worse_than_none():
 
 def test_what_is_worse_than_none_is_said_first_and_in_the_box_of_a_failure():
     bad, good = outlook(("force +5 %", 1.2e-3, 9e-4)), outlook(("force +5 %", 1e-4, 9e-5))
-    box = verdict(FIGURES | {"outlook": bad.as_dict()}, "measured")
+    box = verdict(figures(outlook=bad), "measured")
     assert box.startswith('<p class="verdict no"><b>This command may be WORSE THAN NONE')
     assert box.index("WORSE THAN NONE") < box.index("Converged")
-    box = verdict(FIGURES | {"outlook": good.as_dict()}, "measured")
+    box = verdict(figures(outlook=good), "measured")
     assert box.startswith('<p class="verdict yes"><b>Converged')
     assert "To expect on a real robot" in box
 
@@ -92,4 +98,4 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
 
 def test_nothing_is_expected_where_nothing_was_replayed():
     assert Outlook.of(deviation(1e-3, 1e-4), ()) is None
-    assert "expect" not in verdict(FIGURES, "measured")
+    assert "expect" not in verdict(figures(), "measured")

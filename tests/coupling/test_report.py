@@ -24,6 +24,7 @@ from coupling.report.shares import Share, shares_of
 from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
 from coupling.report.views import View, from_above
+from coupling.results.run_result import FlankChangeResult
 from coupling.robot.links import link_points
 from coupling.run.folder import write_run
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
@@ -66,11 +67,12 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
     for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
         off[row, 2] += size
         ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
-        changes.append({"robot": "forming", "joint": joint, **ends, "before": -1, "after": 1})
+        change = FlankChangeResult(robot="forming", joint=joint, **ends, before=-1, after=1)
+        changes.append(change)
     desired, actual = ToolPath(time, pose), ToolPath(time, off)
     before = desired.displaced(np.full(6, 1e-3))
     robot = StoredRobot(
-        figures=stored.first.figures | {"flank_changes": changes},
+        figures=stored.first.figures.model_copy(update={"flank_changes": changes}),
         desired=desired,
         uncompensated=before,
         achieved=actual,
@@ -128,7 +130,7 @@ def test_every_gear_that_changes_its_flank_is_named_at_its_largest_spike(finishe
     }
     assert heights == {("joint 2", 1000.0), ("joint 2", 4000.0), ("joint 5", 2000.0)}
     stored = read_run(finished[2]).first
-    gears = {f"joint {change['joint']}" for change in stored.figures["flank_changes"]}
+    gears = {f"joint {change.joint}" for change in stored.figures.changes}
     assert gears
     assert {note.text for note in deviation(stored).layout.annotations} == gears
 
@@ -160,9 +162,10 @@ def test_every_share_has_figures_before_and_after(finished):
         cells = re.findall(r"<td>([^<]*)</td>", row)
         assert len(cells) == 7
         assert all(cells)
-    for part in ("gravity", "process"):
-        del stored.figures["shares_m"][f"{part}_after"]
-    (row,) = [line for line in deviations(stored).split("<tr>") if "; gravity alone" in line]
+    without = {"gravity_after": None, "process_after": None}
+    shares = stored.figures.shares_m.model_copy(update=without)
+    old = replace(stored, figures=stored.figures.model_copy(update={"shares_m": shares}))
+    (row,) = [line for line in deviations(old).split("<tr>") if "; gravity alone" in line]
     assert re.findall(r"<td>([^<]*)</td>", row)[4:] == ["", "", ""]
 
 
@@ -197,19 +200,19 @@ def test_links_end_at_the_tool_and_are_as_long_as_the_robot_file_says(finished):
 def test_the_verdict_states_its_conditions(finished):
     own = read_run(finished[2]).figures
     said = sentence(own, "elastic-wall")
-    rows = [r for r in own["robustness"] if r["name"].startswith("backlash")]
-    worst = max(rows, key=lambda r: r["deviation_m"]["maximum"])
-    left = float(f"{1e6 * worst['deviation_m']['maximum']:.3g}")
+    rows = [r for r in own.robustness if r.name.startswith("backlash")]
+    worst = max(rows, key=lambda r: r.deviation_m.maximum)
+    left = float(f"{1e6 * worst.deviation_m.maximum:.3g}")
     for word in ("moving robot", "icme2008", "backlash", "process elastic-wall"):
         assert word in said
-    assert f"{worst['name']} in all gears would leave {left:g} um" in said
-    stiff = [gear | {"backlash_20_percent_m": 0.0} for gear in own["gears"]]
-    rigid = own | {"robustness": [], "gears": stiff}
+    assert f"{worst.name} in all gears would leave {left:g} um" in said
+    stiff = [gear.model_copy(update={"backlash_20_percent_m": 0.0}) for gear in own.gears]
+    rigid = own.model_copy(update={"robustness": (), "gears": stiff})
     assert "no gear has backlash in this model" in sentence(rigid, "elastic-wall")
-    coupled = sentence(own | {"robustness": []}, "elastic-wall")
+    coupled = sentence(own.model_copy(update={"robustness": ()}), "elastic-wall")
     assert re.search(r"a wrong backlash would show, .*\(joint 1[,)]", coupled)
     assert "um" not in coupled.partition("backlash would")[2]  # without a replay there is no figure
-    calm = own | {"robustness": [], "gears": []}
+    calm = own.model_copy(update={"robustness": (), "gears": ()})
     assert "no gear changes its flank" in sentence(calm, "elastic-wall")
 
 
@@ -217,13 +220,13 @@ def test_a_robot_file_that_is_gone_at_the_end_costs_no_result(finished, tmp_path
     case, run, _ = finished
     lost = {"robot": case.resolved["robot"] | {"description": str(tmp_path / "gone.toml")}}
     write_run(tmp_path, replace(case, resolved=case.resolved | lost), run)
-    assert read_run(tmp_path).figures["robots"][0]["sources"] == {}
+    assert read_run(tmp_path).figures.robots[0].sources == {}
     assert "icme2008-example (gone.toml" in write_report(tmp_path).read_text()
 
 
 def test_inputs_and_cost_are_told(finished):
     _, _, out = finished
-    log = {"answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
+    log = {"state": "finished", "answers": [{"key": "a" * 64, "from": "computed", "seconds": 2.5}]}
     log["answers"].append({"key": "b" * 64, "from": "store", "seconds": 0.01})
     (out / "run.json").write_text(json.dumps(log))
     page = robot_page(read_run(out), read_run(out).first)

@@ -25,8 +25,10 @@ from killing import (
     wait_until,
 )
 
+from coupling.errors import ResultError
 from coupling.process.evaluation_folder import UNFINISHED
 from coupling.process.program import RUNNING, STATUS
+from coupling.results.run_state import RunState
 from coupling.run.run_log import read_log
 
 # Time that the process works on a path [s]; a run evaluates it four times.
@@ -77,14 +79,20 @@ def task(tmp_path_factory) -> Task:
     return Task(case, files_of(place / "run"), found.told, length)
 
 
+def state(folder: Path) -> RunState:
+    """Return what a run tells of itself."""
+    return RunState.read(folder / "run.json", ResultError)
+
+
 def finishes(task: Task, folder: Path) -> None:
     """Run to the end where that is not reached yet, and compare with what nobody has disturbed."""
-    if read_log(folder / "run").get("state") != "finished":
+    log = read_log(folder / "run")
+    if log is None or log.state != "finished":
         assert task.run(folder).status() == 0, (folder / "output.txt").read_text()
     found = files_of(folder / "run")
     assert set(found) == set(task.files)
     assert [name for name in found if found[name] != task.files[name]] == []
-    assert read_log(folder / "run")["state"] == "finished"
+    assert state(folder / "run").state == "finished"
 
 
 def test_an_undisturbed_run_computes_every_path_once(task):
@@ -168,9 +176,9 @@ def test_a_run_tells_how_far_it_is_and_a_second_one_on_its_folder_is_refused(tas
     task.forget()
     run = task.run(tmp_path)
     wait_until(computing(task, tmp_path, 2))
-    log = read_log(tmp_path / "run")
-    assert (log["state"], log["pid"], log["host"]) == ("running", run.process.pid, os.uname()[1])
-    assert [answer["from"] for answer in log["answers"]] == ["computed"]
+    log = state(tmp_path / "run")
+    assert (log.state, log.pid, log.host) == ("running", run.process.pid, os.uname()[1])
+    assert [answer.origin for answer in log.answers] == ["computed"]
     assert log["evaluations"][0]["path_change_max_m"] > 0.0
     second = start(tmp_path / "second.txt", "couple", task.case, "-o", tmp_path / "run")
     assert second.status() == 2
@@ -194,7 +202,7 @@ def test_two_runs_with_one_store_compute_every_path_once(task, tmp_path):
     assert counts(task.told, "begin") == counts(task.log, "begin")
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two") == task.files
     origins = [
-        answer["from"] for name in ("one", "two") for answer in read_log(tmp_path / name)["answers"]
+        answer.origin for name in ("one", "two") for answer in state(tmp_path / name).answers
     ]
     assert sorted(origins) == ["computed"] * 4 + ["store"] * 4
 
@@ -212,7 +220,7 @@ def test_an_interrupt_says_what_is_kept_and_how_to_go_on(task, tmp_path, number)
     assert kept in said.replace("\n", " ")
     assert "Traceback" not in said
     assert "Aborted" not in said
-    assert read_log(tmp_path / "run")["state"] == "interrupted"
+    assert state(tmp_path / "run").state == "interrupted"
     finishes(task, tmp_path)
     again = counts(task.told, "begin") - counts(task.log, "begin")
     assert sum(again.values()) == 1  # the one that was interrupted
@@ -227,7 +235,7 @@ def test_other_tolerances_use_what_fits(task, tmp_path):
     finer.write_text(text.replace("tolerance_m = 1e-8", "tolerance_m = 1e-13"))
     run = start(tmp_path / "finer.txt", "couple", finer, "-o", tmp_path / "finer")
     assert run.status() in (0, 1)
-    answers = [answer["from"] for answer in read_log(tmp_path / "finer")["answers"]]
+    answers = [answer.origin for answer in state(tmp_path / "finer").answers]
     assert answers[:5] == ["store"] * 4 + ["computed"]
 
 
@@ -239,7 +247,7 @@ def test_a_result_is_whole_at_every_moment_while_it_is_replaced(task, tmp_path):
     run = task.run(tmp_path, "--overwrite", "--no-store")
     wait_until(lambda: len(counts(task.told, "begin")) >= 2)
     assert files_of(tmp_path / "run") == result
-    assert read_log(tmp_path / "run.unfinished")["state"] == "running"
+    assert state(tmp_path / "run.unfinished").state == "running"
     run.kill()
     assert task.run(tmp_path).status() == 2  # the old one is protected as ever
     assert files_of(tmp_path / "run") == result
@@ -254,7 +262,7 @@ def test_a_result_is_whole_at_every_moment_while_it_is_replaced(task, tmp_path):
 def test_files_of_the_user_are_left_alone(task, tmp_path):
     """In a folder that is taken over, and beside one that is replaced."""
     run = task.run(tmp_path)
-    wait_until(lambda: read_log(tmp_path / "run").get("answers"))
+    wait_until(lambda: (log := read_log(tmp_path / "run")) and log.answers)
     run.kill()
     (tmp_path / "run" / "notes.txt").write_text("mine")
     assert task.run(tmp_path).status() == 0

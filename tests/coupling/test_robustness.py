@@ -82,21 +82,21 @@ def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, exam
             mean = trapezoid(distance**2, path.time) / (path.time[-1] - path.time[0])
             return distance.max(), np.sqrt(mean)
 
-        after = stored.figures["deviation_after_m"]
-        assert left(stored.wrench, {}) == pytest.approx((after["maximum"], after["rms"]), abs=1e-12)
-        *rows, sampling = stored.figures["robustness"]
+        after = stored.figures.deviation_after_m
+        assert left(stored.wrench, {}) == pytest.approx((after.maximum, after.rms), abs=1e-12)
+        *rows, sampling = stored.figures.robustness
         for row in rows:
-            key, factor = changes[row["name"]]
+            key, factor = changes[row.name]
             if key == "force":
                 wrench = WrenchHistory(stored.wrench.time, factor * stored.wrench.wrench)
                 found = left(wrench, {})
             else:
                 found = left(stored.wrench, changed_by_hand(example, key, factor))
-            told = row["deviation_m"]
-            assert found == pytest.approx((told["maximum"], told["rms"]), abs=1e-12), row["name"]
-            assert found[0] > 5.0 * after["maximum"]
-    assert [row["name"] for row in rows] == NAMES
-    assert sampling["name"] == "sampling"
+            told = row.deviation_m
+            assert found == pytest.approx((told.maximum, told.rms), abs=1e-12), row.name
+            assert found[0] > 5.0 * after.maximum
+    assert [row.name for row in rows] == NAMES
+    assert sampling.name == "sampling"
 
 
 def test_fmus_of_both_kinds_agree_on_other_robots(tmp_path):
@@ -218,11 +218,11 @@ def test_drives_of_the_written_command_are_in_result_and_report(finished):
     dense = np.linspace(joints.time[0], joints.time[-1], 30_011)
     rates, accelerations = (np.abs(motion(dense, nu=order)).max(axis=0) for order in (1, 2))
     page = (out / "report.html").read_text(encoding="utf-8")
-    for i, drive in enumerate(stored.figures["command"]["drives"]):
-        assert drive["rate_rad_s"] == pytest.approx(rates[i], rel=1e-2)
-        assert drive["acceleration_rad_s2"] == pytest.approx(accelerations[i], rel=3e-2)
-        assert f"<td>{degrees(drive['acceleration_rad_s2']):.3g}</td>" in page
-    assert stored.figures["command"]["rows"] == len(stored.joints.time)
+    for i, drive in enumerate(stored.figures.command.drives):
+        assert drive.rate_rad_s == pytest.approx(rates[i], rel=1e-2)
+        assert drive.acceleration_rad_s2 == pytest.approx(accelerations[i], rel=3e-2)
+        assert f"<td>{degrees(drive.acceleration_rad_s2):.3g}</td>" in page
+    assert stored.figures.command.rows == len(stored.joints.time)
 
 
 def test_extremes_of_every_part_survive():

@@ -172,7 +172,7 @@ def test_couple_leaves_the_same_kinds_of_files(tmp_path):
     files = {file.name for file in (tmp_path / "out").iterdir()}
     assert files == FILES | {"uncompensated_dynamic.csv"}
     run = read_run(tmp_path / "out")
-    assert run.figures["kind"] == "couple"
+    assert run.figures.kind == "couple"
     assert np.array_equal(run.first.achieved.pose, run.first.uncompensated.pose)
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for text in (done.stdout, report[report.index("<body>") : report.index("<h3>Case</h3>")]):

@@ -68,26 +68,26 @@ def test_the_folder_holds_cases_figures_maps_and_a_page(done):
     stored = read_placement(folder)
     assert [own.name for own in stored.maps] == ["present", "best"]
     assert {(own.across, own.up) for own in stored.maps} == {("x", "z")}
-    assert stored.figures["best"][0]["cost_m"] < 0.8 * stored.figures["present"]["cost_m"]
+    assert stored.figures.best[0].cost_m < 0.8 * stored.figures.present.cost_m
 
 
 def test_a_placed_case_is_an_ordinary_case_in_the_setting_that_is_told(done):
     """What its own placing finds it to be in, and what its robot does in a run."""
     case, folder, _ = done
-    best = read_placement(folder).figures["best"][0]
+    best = read_placement(folder).figures.best[0]
     placed, before = load_case(folder / "placed_1.toml"), load_case(case)
     again = placing(placed, placed.process)
-    assert setting_keys(again.present) == pytest.approx(best["setting"])
+    assert setting_keys(again.present) == pytest.approx(best.setting)
     assert setting_keys(again.present) != setting_keys(placing(before, before.process).present)
     figures = again.screen(again.stations).figures(again.present[None])
-    assert again.goal.moved(figures)[0] == pytest.approx(best["moved_m"], rel=1e-6)
-    margins = [gear["margin_Nm"] for gear in best["gears"]]
+    assert again.goal.moved(figures)[0] == pytest.approx(best.moved_m, rel=1e-6)
+    margins = [gear.margin_Nm for gear in best.gears]
     np.testing.assert_allclose(figures.margin[0], margins, atol=0.03 * figures.swing.max())
     moved = run_coupling(replace(placed, method=before.method))
     first = placed.robots[0].home - moved.correction.joints.q[0][0]
     assert np.abs(first).max() < 0.3
     content = tomllib.loads((folder / "placed_1.toml").read_text())
-    assert content["part"]["rpy_deg"][2] == best["setting"]["yaw_deg"]
+    assert content["part"]["rpy_deg"][2] == best.setting["yaw_deg"]
     assert content["place"]["settings"] == FREE["settings"]
 
 

@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+
+from pydantic import computed_field
 
 from coupling.path.deviation import Deviation
-from coupling.run.robustness import Replay
+from coupling.results.result_file import ResultPart
 
 
 @dataclass(frozen=True)
-class Outlook:
+class Replay:
+    """What a command leaves on robots that differ from the model.
+
+    Attributes:
+        name: What is other, in words.
+        deviation: Deviation from the desired paths, the worst figures of all tools.
+        tools: Deviation of every tool.
+    """
+
+    name: str
+    deviation: Deviation
+    tools: tuple[Deviation, ...]
+
+
+class Outlook(ResultPart):
     """The worst of all replays of a command, beside what the uncorrected one leaves.
 
     Attributes:
@@ -40,13 +55,14 @@ class Outlook:
             return None
         worst = max(replays, key=lambda replay: replay.deviation.maximum)
         return cls(
-            worst.name,
-            worst.deviation.maximum,
-            max(replay.deviation.maximum_less_constant for replay in replays),
-            before.maximum,
-            before.maximum_less_constant,
+            worst=worst.name,
+            deviation=worst.deviation.maximum,
+            less_constant=max(replay.deviation.maximum_less_constant for replay in replays),
+            nothing=before.maximum,
+            nothing_less_constant=before.maximum_less_constant,
         )
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def gains(self) -> bool:
         """Whether the command is better than the uncorrected one in all replays.
@@ -57,6 +73,7 @@ class Outlook:
         within = self.less_constant <= self.nothing_less_constant
         return within and self.deviation <= self.nothing
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
         """What to expect, in a sentence."""
@@ -72,10 +89,6 @@ class Outlook:
             f" leaves {figures}. Measure the force and the gears' backlash more exactly, or place the"
             " part where gears keep their flank (elastic-robot place)."
         )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return its figures by name [m], with the sentence."""
-        return {**asdict(self), "gains": self.gains, "sentence": self.sentence}
 
 
 def _um(length: float) -> str:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from pydantic import computed_field
+
+from coupling.results.result_file import ResultPart
 
 # Quartile of a normal variable by what it exceeds in one of twenty cases.
 _QUARTILE = 0.6745 / 1.6449
 
 
-@dataclass(frozen=True)
-class Forecast:
+class Forecast(ResultPart):
     """What the next pass is expected to leave [m], noise of the measurement taken off.
 
     Attributes:
@@ -41,6 +41,7 @@ class Forecast:
         """What one pass of four is expected to exceed [m], of an rms with a normal logarithm."""
         return self.rms * (self.high / max(self.rms, 1e-12)) ** _QUARTILE
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
         """What to expect, in a sentence."""
@@ -50,21 +51,6 @@ class Forecast:
             f" in 90 of 100 passes), at most {_um(self.maximum)}; measured under the last command:"
             f" {_um(self.before)} rms"
         )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return its figures by name [m], with the sentence."""
-        return {
-            **asdict(self),
-            "robots": list(self.robots),
-            "scales": list(self.scales),
-            "sentence": self.sentence,
-        }
-
-    @classmethod
-    def from_dict(cls, figures: dict[str, Any]) -> Forecast:
-        """Return what `as_dict` gave."""
-        own = {name: figures[name] for name in cls.__dataclass_fields__}
-        return cls(**own | {"robots": tuple(own["robots"]), "scales": tuple(own["scales"])})
 
 
 def _um(length: float) -> str:

@@ -1,0 +1,68 @@
+"""learned.json, what was learned of a robot."""
+
+from __future__ import annotations
+
+from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.run_result import GearResult, Three
+
+
+class LeftResult(ResultPart):
+    """Rms that is left [m]."""
+
+    robot_file: float
+    learned: float
+
+
+class LearnedParameterResult(ResultPart):
+    """A parameter of the robot file."""
+
+    name: str
+    start: float
+    value: float
+    low: float
+    high: float
+    written: float
+    factor: float
+    factor_low: float
+    factor_high: float
+    told: bool
+    matters: bool
+    effect_m: float
+    reason: str
+
+
+class LearnedPassResult(ResultPart):
+    """A measured pass."""
+
+    run: str
+    measured: str
+    rows: int
+    from_s: float
+    to_s: float
+    frame_shift_m: Three
+    frame_turn_rad: Three
+    clock_s: float
+    orientation_noise_rad: float | None
+    time: list[float]
+    left_robot_file_m: list[float]
+    left_learned_m: list[float]
+
+
+class LearnedResult(ResultFile):
+    """Figures of what was learned; docs/learn.md says what they are."""
+
+    what = "the figures of what was learned"
+
+    robot: str
+    refusal: str
+    converged: bool
+    left_m: LeftResult
+    noise_m: float
+    noise_left_m: float
+    widened: float
+    warnings: list[str]
+    draws: int
+    slow_below_Hz: float
+    parameters: tuple[LearnedParameterResult, ...]
+    gears: tuple[GearResult, ...]
+    passes: tuple[LearnedPassResult, ...]

@@ -1,0 +1,75 @@
+"""place.json, the settings that a placement has found."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.run_result import GearResult
+
+
+class DemandsResult(ResultPart):
+    """Demands of [place]."""
+
+    joint_margin_rad: float
+    least_regularity: float
+    clear_share: float
+
+
+class SettingResult(ResultPart):
+    """What one setting comes to."""
+
+    sparse: ClassVar = ("file",)
+
+    file: str | None = None
+    setting: dict[str, float]
+    admitted: bool
+    cost_m: float | None
+    moved_m: float
+    exposure_m: float
+    compliance_m_N: float
+    regularity: float
+    limit_margin_rad: float | None
+    rate_share: float
+    gears: tuple[GearResult, ...]
+
+
+class MapResult(ResultPart):
+    """A map in map.csv."""
+
+    setting: str
+    across: str
+    up: str
+    shape: tuple[int, int]
+
+
+class PlacementResult(ResultFile):
+    """Figures of a placement; docs/place.md says what they are."""
+
+    what = "the figures of a placement"
+
+    case: str
+    robot: str
+    optimise: str
+    forced: bool
+    demands: DemandsResult
+    limited_joints: int
+    ranges: dict[str, tuple[float, float]]
+    free: tuple[str, ...]
+    places_s: tuple[float, ...]
+    settings: int
+    filling: int
+    refused: dict[str, int]
+    present_setting: dict[str, float]
+    present: SettingResult | None
+    best: Annotated[tuple[SettingResult, ...], Field(min_length=1)]
+    maps: tuple[MapResult, ...]
+    version: str
+
+    @property
+    def named(self) -> list[tuple[str, SettingResult]]:
+        """Settings by their names, the present one first where it can follow the path."""
+        present = [] if self.present is None else [("as it is", self.present)]
+        return present + [(str(own.file), own) for own in self.best]

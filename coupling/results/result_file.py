@@ -1,0 +1,68 @@
+"""What all models of JSON files share: how they are written, read, and found damaged."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
+
+from coupling.files.toml_file import problem
+
+
+class ResultPart(BaseModel):
+    """Base of all tables of a JSON file; keys of later versions are passed over.
+
+    Its fields are the keys of the file, in their order; those in `sparse` are left out without a value.
+    """
+
+    model_config = ConfigDict(frozen=True, populate_by_name=True)
+    sparse: ClassVar[tuple[str, ...]] = ()
+
+    @model_serializer(mode="wrap")
+    def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        told: dict[str, Any] = handler(self)
+        return {k: v for k, v in told.items() if v is not None or k not in self.sparse}
+
+
+class ResultFile(ResultPart):
+    """Base of whole files.
+
+    Attributes:
+        what: What a file holds, for messages.
+    """
+
+    what: ClassVar[str]
+
+    def text(self) -> str:
+        """Return the content of the file."""
+        return json.dumps(self.model_dump(by_alias=True), indent=1)
+
+    @classmethod
+    def read(cls, file: Path, error: type[Exception], advice: str = "") -> Self:
+        """Read a file.
+
+        Args:
+            file: The file.
+            error: Exception class for every problem; its message says where, and what was expected.
+            advice: What to do where the file cannot be read.
+        """
+        try:
+            return cls.model_validate_json(file.read_bytes(), strict=True)
+        except OSError as cause:
+            ending = f": {advice}" if advice else ""
+            raise error(f"{file}: cannot be read: {cause.strerror or cause}{ending}") from cause
+        except ValidationError as cause:
+            first = cause.errors()[0]
+            if first["type"] == "json_invalid":
+                raise error(f"{file}: is not valid JSON: {first['ctx']['error']}") from cause
+            raise error(
+                f"{file}: expected {cls.what}, got damaged ones: {problem(first, cls)}"
+            ) from cause

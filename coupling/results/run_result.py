@@ -1,0 +1,271 @@
+"""result.json of a run, of one robot or of a whole cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from coupling.path.deviation import Deviation, ToolGap
+from coupling.results.forecast import Forecast
+from coupling.results.outlook import Outlook
+from coupling.results.result_file import ResultFile, ResultPart
+
+Kind = Literal["couple", "compensate"]
+Three = tuple[float, float, float]
+
+
+class RepeatabilityResult(ResultPart):
+    """Difference of two answers to one path."""
+
+    largest_N: float
+    rms_N: float
+    peak_N: float
+
+
+class NoiseResult(ResultPart):
+    """Noise of the process's forces."""
+
+    level_N: float
+    cutoff_Hz: float | None
+    adaptive: bool
+    counts: bool
+    sentence: str
+
+
+class SharesResult(ResultPart):
+    """Deviations by cause; those after compensation are None after a coupling."""
+
+    gravity: Deviation
+    process: Deviation
+    gravity_after: Deviation | None = None
+    process_after: Deviation | None = None
+    dynamic_after: Deviation | None
+
+
+class ReplayResult(ResultPart):
+    """What the command leaves where something differs."""
+
+    name: str
+    deviation_m: Deviation
+
+
+class PlantCouplingResult(ResultPart):
+    """How the plant was coupled with its process."""
+
+    converged: bool
+    outcome: str
+    reason: str
+    process_evaluations: int
+
+
+class PlantResult(ResultPart):
+    """What the command leaves on the plant."""
+
+    differences: tuple[str, ...]
+    wrench: Literal["model", "coupled"]
+    remark: str
+    deviation_m: Deviation
+    peak_force_N: float
+    coupling: PlantCouplingResult | None
+
+
+class FlankChangeResult(ResultPart):
+    """Passage of a gear through its play."""
+
+    robot: str
+    joint: int
+    begins_s: float
+    ends_s: float
+    before: int
+    after: int
+
+
+class GearResult(ResultPart):
+    """What a gear goes through along a path."""
+
+    sparse: ClassVar = ("robot", "swing_Nm")
+
+    robot: str | None = None
+    joint: int
+    backlash_rad: float
+    flank_changes: int
+    floats_s: float
+    margin_Nm: float
+    backlash_20_percent_m: float
+    torque_Nm: float
+    torque_time_s: float
+    base_tilt_rad: float | None
+    base_tilt_direction_rad: float | None
+    swing_Nm: float | None = None
+
+
+class DriveResult(ResultPart):
+    """What the command asks of a drive."""
+
+    robot: str
+    joint: int
+    range_rad: tuple[float, float]
+    range_limit_rad: tuple[float | None, float | None]
+    rate_rad_s: float
+    rate_time_s: float
+    rate_limit_rad_s: float | None
+    acceleration_rad_s2: float
+    acceleration_time_s: float
+    acceleration_limit_rad_s2: float | None
+
+
+class CommandResult(ResultPart):
+    """What the command asks of the drives."""
+
+    rows: int
+    drives: tuple[DriveResult, ...]
+
+
+class GapResult(ResultPart):
+    """Gap between two tools [m]."""
+
+    commanded: float
+    narrowest_before: float
+    widest_before: float
+    narrowest_after: float
+    widest_after: float
+
+    @classmethod
+    def of(cls, gap: ToolGap) -> GapResult:
+        """Return the extremes of a gap."""
+        both = [gap.commanded + end for w in (gap.before, gap.after) for end in _ends(w)]
+        return cls(**dict(zip(cls.model_fields, (gap.commanded, *both), strict=True)))
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+class BeatResult(ResultPart):
+    """What a process that beats leaves, slow part and ripple apart."""
+
+    period_s: float
+    slow_m: float
+    ripple_m: float
+    envelope_m: dict[str, tuple[float, float]]
+
+
+class EvaluationResult(ResultPart):
+    """One evaluation of the process."""
+
+    number: int
+    path_change_max_m: float
+    path_change_rms_m: float
+    force_change_relative: float | None
+    springs_relative: float
+    peak_force_N: float
+    worst_time_s: float
+
+
+class PassResult(ResultPart):
+    """One pass of a correction; the steps are of one that corrects sample by sample."""
+
+    sparse: ClassVar = (
+        *("largest_correction_step_m", "largest_correction_step_time_s", "rate_limited_samples"),
+    )
+
+    number: int
+    deviation_m: Deviation
+    largest_correction_step_m: float | None = None
+    largest_correction_step_time_s: float | None = None
+    rate_limited_samples: int | None = None
+    evaluations: tuple[EvaluationResult, ...]
+
+
+class WarningResult(ResultPart):
+    """A limit that is passed."""
+
+    name: str
+    value: float
+    limit: float
+    time: float
+    joint: int | None
+    robot: str
+    text: str
+
+
+class TouchOffResult(ResultPart):
+    """Where the part really is, and how far the robot's own frame of it is off."""
+
+    part_position_m: Three
+    part_rpy_deg: Three
+    shift_m: Three
+    turn_rad: Three
+    residual_m: float
+
+
+class RobotResult(ResultPart):
+    """A robot of a run: its file, sources of its numbers, links."""
+
+    name: str
+    title: str
+    description: str
+    torque_curve: str
+    sources: dict[str, list[str]]
+    touch_off: TouchOffResult | None = None
+    links_m: Annotated[tuple[Three, ...], Field(min_length=2)]
+
+
+class RunResult(ResultFile):
+    """Figures of a run; docs/run_folder.md says what they are."""
+
+    what = "the figures of a run"
+    sparse: ClassVar = ("pinch_gap_m",)
+
+    case: str
+    kind: Kind
+    mode: Literal["dynamic", "quasistatic"]
+    converged: bool
+    outcome: str
+    reason: str
+    process_evaluations: int
+    repeatability: RepeatabilityResult | None = None
+    noise: NoiseResult | None = None
+    before: Literal["coupled", "one-way"]
+    deviation_before_m: Deviation
+    deviation_after_m: Deviation
+    consistency_m: float
+    peak_force_N: float
+    shares_m: SharesResult
+    robustness: tuple[ReplayResult, ...]
+    outlook: Outlook | None = None
+    forecast: Forecast | None = None
+    plant: PlantResult | None
+    flank_changes: tuple[FlankChangeResult, ...] | None
+    gears: tuple[GearResult, ...]
+    command: CommandResult
+    pinch_gap_m: GapResult | None = None
+    beat: BeatResult | None
+    passes: tuple[PassResult, ...]
+    warnings: tuple[WarningResult, ...] = ()
+    rate_warnings: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+    evaluation_keys: tuple[str, ...]
+    fmu_fingerprint: str
+    versions: dict[str, str]
+    robots: Annotated[tuple[RobotResult, ...], Field(min_length=1)]
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """What to call the actual paths of a run, which has only one if it is coupled only."""
+        if self.kind == "couple":
+            return ("actual",)
+        return ("before compensation", "after compensation")
+
+    @property
+    def deviations(self) -> Sequence[Deviation]:
+        """Deviations by `stages`."""
+        return (self.deviation_before_m, self.deviation_after_m)[: len(self.stages)]
+
+    @property
+    def changes(self) -> tuple[FlankChangeResult, ...]:
+        """Passages of gears through their play; none where the method does not know them."""
+        return self.flank_changes or ()

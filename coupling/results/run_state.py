@@ -1,0 +1,61 @@
+"""run.json, what a run tells of itself, and what pages need of its case.toml."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from coupling.results.result_file import ResultFile, ResultPart
+from coupling.results.run_result import EvaluationResult, Three
+
+
+class AnswerResult(ResultPart):
+    """An answer of the process, computed or from the store."""
+
+    key: str
+    origin: Annotated[str, Field(alias="from")]
+    seconds: float
+
+
+class RunState(ResultFile):
+    """What a run tells of itself while it goes on and afterwards."""
+
+    what = "the state of a run"
+    sparse: ClassVar = ("durations_s", "reason")
+
+    state: str
+    kind: str | None = None
+    case: str | None = None
+    store: str | None = None
+    host: str = ""
+    pid: int = 0
+    started: str = ""
+    changed: str = ""
+    waiting: str | None = None
+    answers: tuple[AnswerResult, ...] = ()
+    evaluations: tuple[EvaluationResult, ...] = ()
+    warnings: tuple[str, ...] = ()
+    durations_s: dict[str, float] | None = None
+    reason: str | None = None
+
+
+class _CaseProcess(ResultPart):
+    model: str
+
+
+class _CasePart(ResultPart):
+    position_m: Three
+    rpy_deg: Three
+
+
+class _CaseCompensation(ResultPart):
+    method: str = ""
+
+
+class RunCase(ResultPart):
+    """What a page tells of a run's case."""
+
+    process: _CaseProcess
+    part: _CasePart
+    compensation: _CaseCompensation = _CaseCompensation()
