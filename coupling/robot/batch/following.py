@@ -131,11 +131,11 @@ def following(
     posture = robot.posture(q, tcp_shift)
     normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
     inverse = np.linalg.inv(normal)
-    from_task = np.einsum("nij,jkn->ikn", inverse, transposed)
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
-        found: np.ndarray = np.einsum("jkn,kn->jn", from_task, task)
+        gradient = np.einsum("jkn,kn->jn", transposed, task)
+        found: np.ndarray = np.einsum("nij,jn->in", inverse, gradient)
         return found
 
     rate = joints(motion.velocity, motion.spin)
@@ -154,4 +154,6 @@ def _normal(posture: Posture, reach: float, damping: np.ndarray) -> tuple[np.nda
     """Return J^T J + damping, (n, joints, joints), and J^T, (joints, 6, n), lengths over the reach."""
     transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
     normal = np.einsum("ikn,jkn->nij", transposed, transposed)
-    return normal + (damping + _LEAST)[:, None, None] * np.eye(len(transposed)), transposed
+    each = np.arange(len(transposed))
+    normal[:, each, each] += (damping + _LEAST)[:, None]
+    return normal, transposed
