@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import ToolPath
-from coupling.place.following import Targets, following, reached
-from coupling.place.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.following import Targets, following, reached
+from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from coupling.robot.links import link_points
 from elastic_robot.description import Robot
 
@@ -98,12 +98,12 @@ class _Walk:
         self, q: np.ndarray, position: np.ndarray, rotations: Rotation, direction: np.ndarray
     ) -> np.ndarray:
         """Return how far the tool goes from each of n places along its direction [m], (n,)."""
-        lanes = position.shape[1]
+        count = position.shape[1]
         turned = rotations.as_matrix().transpose(1, 2, 0)
         columns = [np.ascontiguousarray(turned[:, k]) for k in range(3)]
-        way, q, side = np.zeros(lanes), q.copy(), self._side(q)
+        way, q, side = np.zeros(count), q.copy(), self._side(q)
         for step, most in _STEPS:
-            live = np.arange(lanes)
+            live = np.arange(count)
             for _ in range(most):
                 target = position[:, live] + (way[live] + step) * direction[:, live]
                 wanted = Targets(target, [c[:, live] for c in columns], np.zeros((3, len(live))))

@@ -1,5 +1,5 @@
 """Where to put the part and how to hold the tool: a stiff robot whose gears keep their flank.
 
-Thousands of settings at once: arrays have components first and lanes, one for each setting and each
+Thousands of settings at once: arrays have components first and the batch, one for each setting and each
 place of its path, last.
 """

@@ -58,7 +58,7 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
         PlanningError: If the robot cannot follow.
         ProcessError: If the process has no answer.
     """
-    q = placing.screen(placing.stations.strongest()).lanes(setting[None]).q[0, :, 0]
+    q = placing.screen(placing.stations.strongest()).batch(setting[None]).q[0, :, 0]
     if not np.isfinite(q).all():
         raise PlanningError("out of reach")
     is_present = np.array_equal(setting, placing.present)

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import KDTree
 
-from coupling.place.following import Targets
-from coupling.place.lanes import Columns, cross
-from coupling.place.serial_robot import TipMotion
 from coupling.place.settings import Placed
 from coupling.place.stations import Stations
+from coupling.robot.batch.following import Targets
+from coupling.robot.batch.serial_robot import TipMotion
+from coupling.robot.batch.vectors import Columns, cross
 from coupling.toolpaths.tilt import APPROACH
 from coupling.toolpaths.upright import keeps
 
@@ -20,7 +20,7 @@ Wave = tuple[np.ndarray, np.ndarray | None]
 
 
 class Moved:
-    """Places of a path in the base frame of robots, in n settings; lanes are places times settings.
+    """Places of a path in the base frame of robots, in n settings; the batch is places times settings.
 
     Args:
         placed: The settings.
@@ -69,13 +69,13 @@ class Moved:
         )
 
     def wrench(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
-        """Return the wrench on the tool, which turns with the part, (6, lanes)."""
+        """Return the wrench on the tool, which turns with the part, (6, batch)."""
         force, moment = np.split(self._stations.wrench[places], 2, axis=1)
         part = self._part[settings]
         return np.concatenate([_turned(part, v).reshape(3, -1) for v in (force, moment)])
 
     def gravity(self, places: np.ndarray, settings: np.ndarray) -> np.ndarray:
-        """Return gravity, (3, lanes)."""
+        """Return gravity, (3, batch)."""
         return np.tile(self._placed.gravity[settings].T, len(places))
 
     def _held(self, place: int) -> tuple[Columns, np.ndarray]:

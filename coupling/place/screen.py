@@ -8,12 +8,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from coupling.inverse.flanks import backlash_miss, margin
-from coupling.place.following import Following, following, led, reached
-from coupling.place.lanes import combined, cross, dot, largest_eigenvalue
 from coupling.place.moved import Moved, split, waves_of
-from coupling.place.serial_robot import SerialRobot
 from coupling.place.settings import Cell
 from coupling.place.stations import Stations
+from coupling.robot.batch.following import Following, following, led, reached
+from coupling.robot.batch.serial_robot import SerialRobot
+from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
@@ -68,7 +68,7 @@ def joined(parts: Sequence[Figures]) -> Figures:
 
 
 @dataclass(frozen=True)
-class Lanes:
+class Batch:
     """The robot at k places of a path in n settings; what is not reached is NaN.
 
     Attributes:
@@ -88,13 +88,13 @@ class Lanes:
     regularity: np.ndarray
 
     @classmethod
-    def unknown(cls, places: int, joints: int, gears: int, settings: int) -> Lanes:
-        """Return lanes of which nothing is known."""
+    def unknown(cls, places: int, joints: int, gears: int, settings: int) -> Batch:
+        """Return a batch of which nothing is known."""
         rows = ((places, joints, settings),) * 2 + ((places, gears, settings),) * 2
         return cls(*(np.full(shape, np.nan) for shape in rows + ((places, settings),) * 3))
 
-    def put(self, places: np.ndarray, settings: np.ndarray, values: Lanes) -> None:
-        """Note what is found at some places in some settings, told by lanes of places times settings."""
+    def put(self, places: np.ndarray, settings: np.ndarray, values: Batch) -> None:
+        """Note what is found at some places in some settings, places times settings."""
         at = places[:, None], settings[None]
         for field in fields(self):
             kept, value = getattr(self, field.name), getattr(values, field.name)
@@ -153,14 +153,14 @@ class Screen:
         parts = []
         for start in range(0, len(settings), _AT_ONCE):
             chunk = settings[start : start + _AT_ONCE]
-            parts.append(self.worst(self.lanes(chunk)))
+            parts.append(self.worst(self.batch(chunk)))
             told(start + len(chunk))
         return joined(parts)
 
-    def lanes(self, settings: np.ndarray) -> Lanes:
+    def batch(self, settings: np.ndarray) -> Batch:
         """Return the robot at all places in some settings, (n, 8)."""
         placed, count = self._cell.placed(settings), len(settings)
-        found = Lanes.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
+        found = Batch.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
         moved = Moved(placed, self._cell.sphere_radius, self.stations)
         alive = np.arange(count)
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
@@ -183,14 +183,14 @@ class Screen:
 
     def _loaded(
         self, q: np.ndarray, moving: Following, wrench: np.ndarray, gravity: np.ndarray
-    ) -> Lanes:
-        """Return what loads do to a robot in motion, in lanes of places times settings."""
+    ) -> Batch:
+        """Return what loads do to a robot in motion, places times settings."""
         load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
         axes, arms = self._elastic_axes(moving)
         push = [dot(a, wrench[:3]) + dot(z, wrench[3:]) for z, a in zip(axes, arms, strict=True)]
         gears = [k for k, (_, tilt) in enumerate(self._elastic) if tilt == 0]
         deviation, compliance = self._given_way(arms, push)
-        return Lanes(
+        return Batch(
             q=q,
             rate=moving.rate,
             torque=np.stack([push[k] for k in gears]) - load[self.gear_joint],
@@ -217,28 +217,27 @@ class Screen:
         self, arms: list[np.ndarray], push: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return how far torques move the TCP [m], and its compliance [m/N], (n,) each."""
-        count = arms[0].shape[1] if arms else 0
-        moved, matrix = np.zeros((3, count)), np.zeros((3, 3, count))
-        for arm, torque, softness in zip(arms, push, self._softness, strict=True):
-            moved += arm * (softness * torque)
-            matrix += softness * arm[:, None] * arm[None]
-        return np.sqrt(dot(moved, moved)), largest_eigenvalue(matrix)
+        lever = np.stack(arms)
+        soft = self._softness[:, None, None] * lever
+        moved = np.einsum("mkn,mn->kn", soft, np.stack(push))
+        compliance = np.linalg.eigvalsh(np.einsum("min,mjn->nij", soft, lever))[:, -1]
+        return np.sqrt(dot(moved, moved)), compliance
 
-    def worst(self, lanes: Lanes) -> Figures:
+    def worst(self, batch: Batch) -> Figures:
         """Return what settings come to, from what they are at all places."""
-        q = self._unwound(lanes.q)
+        q = self._unwound(batch.q)
         from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
-        share = np.abs(lanes.rate) / self._rates[:, None]
+        share = np.abs(batch.rate) / self._rates[:, None]
         return Figures(
-            reached=np.isfinite(lanes.q[0, 0]),
+            reached=np.isfinite(batch.q[0, 0]),
             limit_margin=from_limits.min(axis=(0, 1)),
-            regularity=lanes.regularity.min(axis=0),
+            regularity=batch.regularity.min(axis=0),
             rate_share=share.max(axis=(0, 1)),
-            deviation=lanes.deviation.max(axis=0),
-            compliance=lanes.compliance.max(axis=0),
-            margin=margin(lanes.torque).T,
-            swing=np.ptp(lanes.torque, axis=0).T,
-            miss=backlash_miss(self._play[:, None], lanes.lever.max(axis=0)).T,
+            deviation=batch.deviation.max(axis=0),
+            compliance=batch.compliance.max(axis=0),
+            margin=margin(batch.torque).T,
+            swing=np.ptp(batch.torque, axis=0).T,
+            miss=backlash_miss(self._play[:, None], batch.lever.max(axis=0)).T,
         )
 
     def _unwound(self, q: np.ndarray) -> np.ndarray:

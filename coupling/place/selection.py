@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.place.screen import Lanes, Screen
+from coupling.place.screen import Batch, Screen
 from coupling.place.settings import Ranges
 from coupling.place.stations import Stations
 
@@ -40,42 +40,42 @@ def selected(
     good = tried[screen_of(stations.chosen(few)).figures(tried).reached][:_USED]
     if len(good) == 0:
         return few
-    rows, _ = _rows(screen_of(stations).lanes(good))
+    rows, _ = _rows(screen_of(stations).batch(good))
     if rows.shape[0] == 0:
         return few
     return _greedy(rows, PLACES)
 
 
-def extremes_of(lanes: Lanes, known: np.ndarray, missed: np.ndarray) -> np.ndarray:
+def extremes_of(batch: Batch, known: np.ndarray, missed: np.ndarray) -> np.ndarray:
     """Return the numbers of places at which settings have extremes that known places miss.
 
     Args:
-        lanes: The settings at all places.
+        batch: The settings at all places.
         known: Numbers of the known places.
         missed: What they may miss of an extreme, as a part of its range along the path, for each
             setting, (n,).
     """
-    rows, setting = _rows(lanes)
+    rows, setting = _rows(batch)
     known_largest = rows[:, known].max(axis=1, initial=-np.inf)
     further = rows.max(axis=1, initial=-np.inf) > known_largest + missed[setting]
     return np.unique(rows[further].argmax(axis=1))
 
 
-def _rows(lanes: Lanes) -> tuple[np.ndarray, np.ndarray]:
+def _rows(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
     """Return quantities whose largest values count, as parts of their ranges, and whose they are.
 
     Returns:
         Quantities by rows, (r, k), and the number of the setting of each, (r,).
     """
-    angles = np.concatenate([lanes.q, lanes.rate], axis=1)
+    angles = np.concatenate([batch.q, batch.rate], axis=1)
     quantities = [
-        _MOVED * _parts(lanes.deviation[:, None]),
-        *(_parts(sign * lanes.torque) for sign in (1.0, -1.0)),
+        _MOVED * _parts(batch.deviation[:, None]),
+        *(_parts(sign * batch.torque) for sign in (1.0, -1.0)),
         *(_ANGLES * _parts(sign * angles) for sign in (1.0, -1.0)),
-        _ANGLES * _parts(-lanes.regularity[:, None]),
+        _ANGLES * _parts(-batch.regularity[:, None]),
     ]
     rows = np.concatenate([own.transpose(1, 2, 0).reshape(-1, len(own)) for own in quantities])
-    settings = np.arange(lanes.q.shape[2])
+    settings = np.arange(batch.q.shape[2])
     owner = np.concatenate([np.tile(settings, own.shape[1]) for own in quantities])
     told = np.isfinite(rows).all(axis=1)
     return rows[told], owner[told]

@@ -67,11 +67,11 @@ class Sight:
         Args:
             settings: By `NAMES` [m], [rad], (n, 8), a few.
         """
-        lanes = self._whole.lanes(settings)
-        figures = self._whole.worst(lanes)
+        batch = self._whole.batch(settings)
+        figures = self._whole.worst(batch)
         # A demand that is broken at all is seen at the place that breaks it.
         missed = np.where(self._demands.admits(figures), _MISSED, 0.0)
-        known = np.union1d(self._few, extremes_of(lanes, self._few, missed))
+        known = np.union1d(self._few, extremes_of(batch, self._few, missed))
         if len(known) > len(self._few):
             self._few, self._screen = known, self._screen_of(self._every.chosen(known))
         return figures

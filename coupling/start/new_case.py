@@ -18,7 +18,7 @@ from coupling.files.toml_file import document
 from coupling.files.whole_file import make_folder_of, write_whole
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.place.seat import Seat, seats
+from coupling.robot.batch.seat import Seat, seats
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.start.starts import STARTS, Start
 from elastic_robot.description import Robot

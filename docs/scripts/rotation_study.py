@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.place.placing import Placing, placing
-from coupling.place.seat import seats
 from coupling.place.selection import selected
 from coupling.place.settings import NAMES
+from coupling.robot.batch.seat import seats
 from docs.scripts.page import table
 from docs.scripts.runs import example
 
@@ -60,9 +60,9 @@ def _torques(task: Placing) -> np.ndarray:
     found = []
     for rotation in np.linspace(-np.pi, np.pi, ROTATIONS, endpoint=False):
         tried[:, NAMES.index("rotation")] = rotation
-        lanes = screen.lanes(tried)
-        well = lanes.regularity > task.goal.demands.regularity
-        found.append(np.where(well[:, None], lanes.torque, np.nan))
+        batch = screen.batch(tried)
+        well = batch.regularity > task.goal.demands.regularity
+        found.append(np.where(well[:, None], batch.torque, np.nan))
     return np.stack(found, axis=-1)
 
 

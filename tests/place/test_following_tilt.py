@@ -87,8 +87,8 @@ def test_where_the_tool_goes_round_a_setting_comes_to_the_same_by_itself():
     every = task.stations.strongest()
     screen = task.screen(every.chosen(np.linspace(0, every.count - 1, 24).astype(int)))
     many = task.ranges.sampled(256, seed=5)
-    together = screen.lanes(many).q[:, :, :24]
-    alone = np.concatenate([screen.lanes(own[None]).q for own in many[:24]], axis=2)
+    together = screen.batch(many).q[:, :, :24]
+    alone = np.concatenate([screen.batch(own[None]).q for own in many[:24]], axis=2)
     assert np.isfinite(together).all(axis=(0, 1)).sum() >= 20
     np.testing.assert_allclose(alone, together, atol=1e-6)
 
@@ -114,16 +114,16 @@ def test_joints_that_wind_up_are_as_far_from_their_limits_as_along_the_planned_p
     task = replace(task, robot=replace(task.robot, joints=joints))
     every = task.stations.strongest()
     screen, tried = task.screen(every), task.ranges.sampled(48, seed=5)
-    lanes = screen.lanes(tried)
-    jumps = np.abs(np.diff(lanes.q, axis=0)).max(axis=(0, 1))
-    wound = np.flatnonzero((jumps > np.pi) & (lanes.regularity.min(axis=0) > 0.03))
+    batch = screen.batch(tried)
+    jumps = np.abs(np.diff(batch.q, axis=0)).max(axis=(0, 1))
+    wound = np.flatnonzero((jumps > np.pi) & (batch.regularity.min(axis=0) > 0.03))
     assert len(wound)
     figures = screen.figures(tried[wound])
     for number, k in enumerate(wound):
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
         path = placed.desired.transformed(robot.world_from_base.inverse())
-        (q,) = InverseKinematics(robot.description, lanes.q[0, :, k]).plan(path).q
+        (q,) = InverseKinematics(robot.description, batch.q[0, :, k]).plan(path).q
         assert figures.limit_margin[number] == pytest.approx(9.0 - np.abs(q).max(), abs=0.02)
 
 
@@ -195,12 +195,12 @@ def test_a_file_whose_rows_turn_the_tool_can_be_placed(frame, tmp_path, monkeypa
     require_as_in_cases(task, tmp_path)
     # And the robot's joints are those of the planned case.
     tried = task.ranges.sampled(6, seed=2)
-    lanes = task.screen(task.stations.chosen(np.arange(0, 401, 40))).lanes(tried)
-    reached = np.flatnonzero(np.isfinite(lanes.q[0, 0]))
+    batch = task.screen(task.stations.chosen(np.arange(0, 401, 40))).batch(tried)
+    reached = np.flatnonzero(np.isfinite(batch.q[0, 0]))
     assert len(reached)
     for k in reached:
         placed = written(task, tried[k], tmp_path)
         robot = placed.robots[0]
-        planner = InverseKinematics(robot.description, lanes.q[0, :, k])
+        planner = InverseKinematics(robot.description, batch.q[0, :, k])
         (exact,) = planner.plan(placed.desired.transformed(robot.world_from_base.inverse())).q
-        np.testing.assert_allclose(lanes.q[:, :, k], exact[::40], atol=1e-6)
+        np.testing.assert_allclose(batch.q[:, :, k], exact[::40], atol=1e-6)

@@ -15,14 +15,13 @@ from scipy.spatial.transform import Rotation
 
 from coupling.case import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.place.following import Targets, following, led, reached
-from coupling.place.lanes import Factor, largest_eigenvalue
 from coupling.place.moved import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.selection import selected
-from coupling.place.serial_robot import SerialRobot, TipMotion
 from coupling.place.settings import NAMES, Cell
+from coupling.robot.batch.following import Targets, following, led, reached
+from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.gear_loads import diagnose_robots
 from docs.scripts.runs import example
@@ -31,7 +30,7 @@ from elastic_robot.description import Body, Robot
 from elastic_robot.kinematics import base_from_tool, tcp_jacobian
 from elastic_robot.parameters import Parameters
 
-LANES = 7
+BATCH = 7
 
 
 def six_joints(seed: int) -> Robot:
@@ -41,35 +40,15 @@ def six_joints(seed: int) -> Robot:
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=25, deadline=None)
-def test_small_systems_and_eigenvalues_are_numpys(seed):
-    rng = np.random.default_rng(seed)
-    root = rng.normal(size=(LANES, 6, 6))
-    matrix = root @ root.swapaxes(1, 2) + 0.01 * np.eye(6)
-    factor, right = Factor(matrix.transpose(1, 2, 0)), rng.normal(size=(6, LANES))
-    expected = np.linalg.solve(matrix, right.T[:, :, None])[:, :, 0].T
-    np.testing.assert_allclose(factor.solve(right), expected, rtol=1e-8, atol=1e-8)
-    traces = np.trace(np.linalg.inv(matrix), axis1=1, axis2=2)
-    np.testing.assert_allclose(factor.inverse_trace(), traces, rtol=1e-8)
-    block = matrix[:, :3, :3]
-    largest = np.linalg.eigvalsh(block)[:, -1]
-    np.testing.assert_allclose(largest_eigenvalue(block.transpose(1, 2, 0)), largest, rtol=1e-10)
-
-
-def test_the_largest_eigenvalue_of_a_ball_is_its_radius():
-    assert largest_eigenvalue(2.0 * np.eye(3)[:, :, None])[0] == pytest.approx(2.0)
-
-
-@given(st.integers(0, 10**6))
-@settings(max_examples=25, deadline=None)
 def test_torques_are_those_of_pinocchio(seed):
     rng = np.random.default_rng(seed)
     robot = six_joints(seed)
     chain, own = build_chain(robot), SerialRobot(robot)
     data = chain.model.createData()
-    q, rate, acceleration = rng.normal(size=(3, 6, LANES))
-    gravity = np.repeat(np.array(robot.gravity)[:, None], LANES, axis=1)
-    load = own.load(own.posture(q, np.zeros((3, LANES))), rate, acceleration, gravity)
-    for k in range(LANES):
+    q, rate, acceleration = rng.normal(size=(3, 6, BATCH))
+    gravity = np.repeat(np.array(robot.gravity)[:, None], BATCH, axis=1)
+    load = own.load(own.posture(q, np.zeros((3, BATCH))), rate, acceleration, gravity)
+    for k in range(BATCH):
         theta = (chain.theta(values[:, k]) for values in (q, rate, acceleration))
         expected = pin.rnea(chain.model, data, *theta)[chain.drive]
         np.testing.assert_allclose(load[:, k], expected, rtol=1e-10, atol=1e-8)
@@ -85,9 +64,9 @@ def test_joints_that_follow_give_the_tool_the_motion_asked_for(seed):
     moved = replace(robot, tcp_position=tuple((np.array(robot.tcp_position) + turned).tolist()))
     chain, own = build_chain(moved), SerialRobot(robot)
     data = chain.model.createData()
-    q, wanted = rng.normal(size=(6, LANES)), rng.normal(size=(4, 3, LANES))
+    q, wanted = rng.normal(size=(6, BATCH)), rng.normal(size=(4, 3, BATCH))
     motion = TipMotion(wanted[0], wanted[1], wanted[2], wanted[3])
-    found = following(own, q, np.repeat(shift[:, None], LANES, axis=1), motion)
+    found = following(own, q, np.repeat(shift[:, None], BATCH, axis=1), motion)
     for k in np.flatnonzero(found.regularity > 0.02):
         theta, rate = chain.theta(q[:, k]), chain.theta(found.rate[:, k])
         jacobian = tcp_jacobian(chain, data, theta)
@@ -145,15 +124,15 @@ def test_displacement_and_compliance_are_those_of_all_springs(cone):
     rng = np.random.default_rng(4)
     tried = cone.ranges.sampled(64, 1)[rng.choice(64, 5, replace=False)]
     screen = cone.screen(few)
-    lanes, figures = screen.lanes(tried), screen.figures(tried)
-    assert np.isfinite(lanes.deviation).all()
+    batch, figures = screen.batch(tried), screen.figures(tried)
+    assert np.isfinite(batch.deviation).all()
     chain, springs = build_chain(cone.robot), Parameters.of(cone.robot)
     placed = cone.cell.placed(tried)
     for k in range(len(tried)):
         moved, soft = [], []
         for place in range(few.count):
             data = chain.model.createData()
-            theta = chain.theta(lanes.q[place, :, k])
+            theta = chain.theta(batch.q[place, :, k])
             jacobian = tcp_jacobian(chain, data, theta)
             pose = base_from_tool(chain, data, theta)
             target = placed.position[k] + placed.part[k].apply(few.position[place])
@@ -268,11 +247,11 @@ def test_a_cell_places_part_tool_and_base_as_a_case_does(cone, tmp_path):
     path = other.desired.transformed(robot.world_from_base.inverse())
     placed: Cell = place.cell
     screen = place.screen(place.stations.chosen(rows))
-    lanes = screen.lanes(setting[None])
+    batch = screen.batch(setting[None])
     chain = build_chain(robot.description)
     data = chain.model.createData()
     for k, row in enumerate(rows):
-        pose = base_from_tool(chain, data, chain.theta(lanes.q[k, :, 0]))
+        pose = base_from_tool(chain, data, chain.theta(batch.q[k, :, 0]))
         np.testing.assert_allclose(pose.translation, path.position[0, row], atol=1e-7)
         turn = Rotation.from_matrix(pose.rotation) * path.rotations[0][int(row)].inv()
         assert turn.magnitude() < 1e-6

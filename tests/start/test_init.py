@@ -15,7 +15,7 @@ from coupling.case import load_case
 from coupling.cli import main
 from coupling.errors import CaseError, CouplingError, PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.place.seat import seats
+from coupling.robot.batch.seat import seats
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.start.new_case import CASE, new_case, write_case
 from coupling.start.starts import STARTS

@@ -1,4 +1,4 @@
-"""Inverse kinematics in many lanes at once: joint angles, rates and accelerations of a tool's motion."""
+"""Inverse kinematics of a batch: joint angles, rates and accelerations of a tool's motion."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.place.lanes import Columns, Factor, cross, dot
-from coupling.place.serial_robot import Posture, SerialRobot, TipMotion
+from coupling.robot.batch.serial_robot import Posture, SerialRobot, TipMotion
+from coupling.robot.batch.vectors import Columns, cross, dot
 
 # A pose is reached when position and rotation agree to this, lengths in units of the reach.
 _REACHED = 1e-8
 # Levenberg-Marquardt damping relative to the squared pose error (Sugihara 2011, eq. (33)).
 _DAMPING = 1e-3
-# What keeps the factor of a singular matrix finite.
+# What keeps the inverse of a singular matrix finite.
 _LEAST = 1e-12
 # Joint step limit of one pass [rad]: the linearisation holds no further.
 _LARGEST_STEP = 0.3
@@ -36,10 +36,10 @@ class Targets:
     tool: Columns
     tcp_shift: np.ndarray
 
-    def lanes(self, chosen: np.ndarray) -> Targets:
+    def chosen(self, rows: np.ndarray) -> Targets:
         """Return some of them, by their numbers or by a mask."""
-        tool = [column[:, chosen] for column in self.tool]
-        return Targets(self.position[:, chosen], tool, self.tcp_shift[:, chosen])
+        tool = [column[:, rows] for column in self.tool]
+        return Targets(self.position[:, rows], tool, self.tcp_shift[:, rows])
 
 
 def reached(
@@ -56,7 +56,7 @@ def reached(
     q, found = start.copy(), np.zeros(start.shape[1], dtype=bool)
     live = np.arange(start.shape[1])
     for _ in range(passes):
-        now = targets.lanes(live)
+        now = targets.chosen(live)
         posture = robot.posture(q[:, live], now.tcp_shift)
         error = _error(posture, now, robot.reach)
         size = dot(error, error)
@@ -64,8 +64,9 @@ def reached(
         found[live[done]] = True
         if done.all():
             break
-        factor, transposed = _normal(posture, robot.reach, _DAMPING * size)
-        step = factor.solve(np.einsum("jkn,kn->jn", transposed, error))
+        normal, transposed = _normal(posture, robot.reach, _DAMPING * size)
+        gradient = np.einsum("jkn,kn->nj", transposed, error)
+        step = np.linalg.solve(normal, gradient[:, :, None])[:, :, 0].T
         largest = np.maximum(np.abs(step).max(axis=0), 1e-300)
         step *= np.minimum(1.0, _LARGEST_STEP / largest)
         keep = ~done
@@ -84,12 +85,11 @@ def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndar
         targets: The poses.
         home: Angles of the home posture [rad], (joints,).
     """
-    lanes = targets.position.shape[1]
     begin = robot.posture(home[:, None], np.zeros((3, 1)))
     first = Rotation.from_matrix(np.stack(begin.tool, axis=1)[:, :, 0])
     last = Rotation.from_matrix(np.stack(targets.tool, axis=1).transpose(2, 0, 1))
     turn = (last * first.inv()).as_rotvec()
-    q = np.repeat(home[:, None], lanes, axis=1)
+    q = np.repeat(home[:, None], targets.position.shape[1], axis=1)
     for k in range(1, _LED):
         share = k / _LED
         rotation = (Rotation.from_rotvec(share * turn) * first).as_matrix()
@@ -129,16 +129,19 @@ def following(
         motion: Motion of the tool.
     """
     posture = robot.posture(q, tcp_shift)
-    factor, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
+    normal, transposed = _normal(posture, robot.reach, np.zeros(q.shape[1]))
+    inverse = np.linalg.inv(normal)
 
     def joints(velocity: np.ndarray, spin: np.ndarray) -> np.ndarray:
         task = np.concatenate([velocity / robot.reach, spin])
-        return factor.solve(np.einsum("jkn,kn->jn", transposed, task))
+        gradient = np.einsum("jkn,kn->jn", transposed, task)
+        found: np.ndarray = np.einsum("nij,jn->in", inverse, gradient)
+        return found
 
     rate = joints(motion.velocity, motion.spin)
     acceleration, spin_rate = robot.bias(posture, rate)
     missing = joints(motion.acceleration - acceleration, motion.spin_rate - spin_rate)
-    return Following(posture, rate, missing, 1.0 / np.sqrt(factor.inverse_trace()))
+    return Following(posture, rate, missing, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2)))
 
 
 def _error(posture: Posture, targets: Targets, reach: float) -> np.ndarray:
@@ -147,10 +150,10 @@ def _error(posture: Posture, targets: Targets, reach: float) -> np.ndarray:
     return np.concatenate([(targets.position - posture.tip) / reach, 0.5 * np.asarray(turn)])
 
 
-def _normal(posture: Posture, reach: float, damping: np.ndarray) -> tuple[Factor, np.ndarray]:
-    """Return the factor of J^T J + damping, and J^T, (joints, 6, n), lengths in units of the reach."""
+def _normal(posture: Posture, reach: float, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return J^T J + damping, (n, joints, joints), and J^T, (joints, 6, n), lengths over the reach."""
     transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
-    matrix = np.einsum("ikn,jkn->ijn", transposed, transposed)
-    each = np.arange(len(matrix))
-    matrix[each, each] += damping + _LEAST
-    return Factor(matrix), transposed
+    normal = np.einsum("ikn,jkn->nij", transposed, transposed)
+    each = np.arange(len(transposed))
+    normal[:, each, each] += (damping + _LEAST)[:, None]
+    return normal, transposed

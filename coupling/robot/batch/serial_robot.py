@@ -1,4 +1,4 @@
-"""Kinematics and torques of one rigid robot in many lanes at once."""
+"""Kinematics and torques of one rigid robot in a batch of states."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.place.lanes import Columns, applied, combined, cross, dot, seen_from, turned
+from coupling.robot.batch.vectors import Columns, applied, combined, cross, dot, seen_from, turned
 from elastic_robot.description import Robot
 
 
 @dataclass(frozen=True)
 class Posture:
-    """A robot in n lanes, base axes.
+    """A robot in n states, base axes.
 
     Attributes:
         axis: Axes of the joints, (joints, 3, n).
@@ -81,9 +81,9 @@ class SerialRobot:
             q: [rad], (joints, n).
             tcp_shift: How far the TCP is moved on the tool, tool axes [m], (3, n).
         """
-        lanes = q.shape[1]
-        columns: Columns = [np.repeat(np.eye(3)[:, [k]], lanes, axis=1) for k in range(3)]
-        at = np.zeros((3, lanes))
+        size = q.shape[1]
+        columns: Columns = [np.repeat(np.eye(3)[:, [k]], size, axis=1) for k in range(3)]
+        at = np.zeros((3, size))
         axes, origins, bodies = [], [], []
         for axis, origin, angle in zip(self._axes, self._origins, q, strict=True):
             at = at + combined(columns, origin)

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.place.following import Following, Targets, following, reached
-from coupling.place.serial_robot import SerialRobot, TipMotion
+from coupling.robot.batch.following import Following, Targets, following, reached
+from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from elastic_robot.description import Robot
 
 # Postures that inverse kinematics starts from, and their seed.

@@ -1,0 +1,1 @@
+"""Kinematics and dynamics of one rigid robot for thousands of states at once."""

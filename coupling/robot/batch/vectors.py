@@ -1,0 +1,71 @@
+"""Vectors and rotations in a batch: components first, batch last."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+Columns = list[np.ndarray]
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a x b, (3, n)."""
+    product: np.ndarray = np.cross(a, b, axis=0)
+    return product
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a . b, (n,)."""
+    product: np.ndarray = np.einsum("kn,kn->n", a, b)
+    return product
+
+
+def combined(columns: Columns, weights: Iterable[float]) -> np.ndarray:
+    """Return R v of rotations given by their columns and one vector v for the whole batch, (3, n).
+
+    Args:
+        columns: Three of (3, n).
+        weights: v, (3,).
+    """
+    total = np.zeros_like(columns[0])
+    for column, weight in zip(columns, weights, strict=True):
+        if weight == 1.0:
+            total += column
+        elif weight != 0.0:
+            total += weight * column
+    return total
+
+
+def turned(columns: Columns, axis: np.ndarray, angle: np.ndarray) -> Columns:
+    """Return R Rot(axis, angle) by its columns (Rodrigues).
+
+    Args:
+        columns: Those of R.
+        axis: Unit vector, the same in the whole batch, (3,).
+        angle: [rad], (n,).
+    """
+    sin, cos = np.sin(angle), np.cos(angle)
+    along = combined(columns, axis)
+    x, y, z = axis.tolist()
+    across = ([0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0])  # axis x unit vectors
+    found = []
+    for column, part, other in zip(columns, (x, y, z), across, strict=True):
+        if abs(part) == 1.0:
+            found.append(column)
+            continue
+        new = cos * column + sin * combined(columns, other)
+        if part != 0.0:
+            new += ((1.0 - cos) * part) * along
+        found.append(new)
+    return found
+
+
+def applied(columns: Columns, vector: np.ndarray) -> np.ndarray:
+    """Return R v, (3, n)."""
+    return columns[0] * vector[0] + columns[1] * vector[1] + columns[2] * vector[2]
+
+
+def seen_from(columns: Columns, vector: np.ndarray) -> np.ndarray:
+    """Return R^T v, (3, n)."""
+    return np.stack([dot(column, vector) for column in columns])
