@@ -28,8 +28,8 @@ from elastic_robot.torque_curves import TorqueCurve
 # least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
 _ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
 # First step [s], which costs less to fail than to be found; and the most steps that are taken before a
-# motion is given up: these, and as many for each longest step of the native core.
-_FIRST_STEP, _MOST_STEPS = 4e-3, 500
+# motion is given up: these, and those for each second in it.
+_FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
 # On which side of an edge a state is, it is asked so much later [s]: on an edge rounding would tell.
 _LATER = 1e-9
 _EVALUATIONS = 12  # of x'' in a step of DOP853
@@ -100,7 +100,7 @@ class DrivenMotion:
             raise ParameterError(
                 f"step size: expected at most {SETTINGS.most_step:g} s at a time, got {length:.9g} s"
             )
-        steps = _MOST_STEPS * (1.0 + length / SETTINGS.longest_step)
+        steps = _MOST_STEPS + _STEPS_PER_SECOND * length
         left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
         forces = self._dynamics, self._curve, self._damping
 
@@ -123,6 +123,10 @@ class DrivenMotion:
             )
             return np.append(v, free_acceleration(*forces, point))
 
+        def bends(_: float, y: np.ndarray) -> float:
+            return most - float(np.abs(y[: len(state.x)]).max())
+
+        bends.terminal = True  # type: ignore[attr-defined]
         accuracy = max(_ACCURACY * self._local_error, _LEAST)
         jump, time, watched = SETTINGS.jump(self._local_error), start, True
         y = np.concatenate([state.x, state.v])
@@ -137,14 +141,14 @@ class DrivenMotion:
                 rtol=accuracy / _USUAL_DEFLECTION,
                 atol=accuracy,
                 first_step=min(piece[1] - time, _FIRST_STEP),
-                events=edge,
+                events=[bends] if edge is None else [bends, edge],
             )
             time, y = float(solved.t[-1]), solved.y[:, -1]
             if solved.status < 0:
-                raise given_up(time, "needs steps below the spacing of its times")
-            x = np.abs(y[: len(state.x)])
-            if not x.max() <= most:
-                raise given_up(time, f"bends deflection[{x.argmax() + 1}] beyond {most:.3g} rad")
+                raise given_up(time, f"needs steps below {10.0 * np.spacing(time):.1g} s")
+            if not bends(time, y) > 1e-9:
+                most_bent = np.abs(y[: len(state.x)]).argmax()
+                raise given_up(time, f"bends deflection[{most_bent + 1}] beyond {most:.3g} rad")
             # Who grazes an edge, or rests on it, is not asked again where it stands.
             watched = time - piece[0] > _LATER
         return State(end, *y.reshape(2, -1))
