@@ -31,7 +31,7 @@ LOAD = np.array([200.0, -150.0, -1000.0, 10.0, 20.0, -5.0])
 REFERENCE_CURVES = {"nobacklash": "linear", "backlash": "backlash"}
 
 
-# Gauss collocation of four stages: nodes, their Lagrange polynomials, and the integrals of these to each.
+# Gauss collocation of four stages: nodes, their Lagrange polynomials, and the integrals of these.
 NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0]
 LAGRANGE = [
     np.polynomial.Polynomial.fromroots(others) / np.prod(node - others)
