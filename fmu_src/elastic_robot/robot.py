@@ -30,7 +30,7 @@ from elastic_robot.static_sensitivity import (
 )
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
-from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve, ways_to_bends
+from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve, ways_to_bends
 from elastic_robot.turns import Turns
 
 
@@ -76,10 +76,7 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        play = self._curve_class is not LinearCurve
-        self._local_error = SETTINGS.local_error(tolerance, play)
-        # A contact enlarges errors as a play does.
-        self._error_in_contact = SETTINGS.local_error(tolerance, play=True)
+        self._local_error = SETTINGS.local_error(tolerance, play=True)
         self._state: State | None = None
         self._turns, self._opposite = Turns(self.chain), (False, False)
         self.parameters = Parameters.of(robot)
@@ -152,9 +149,8 @@ class ElasticRobot:
 
     def _advance(self, state: State, held: Held, end: float, drives: Drives, load: Load) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
-        error = self._error_in_contact if load.contact.holds else self._local_error
         damping = self._parameters.damping
-        motion = DrivenMotion(self._dynamics, self._curve, damping, error)
+        motion = DrivenMotion(self._dynamics, self._curve, damping, self._local_error)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 return motion.advance(state, end, drives, load)

@@ -78,12 +78,12 @@ def test_step_response(example_fmu, run_fmu, curve):
 
 @pytest.mark.parametrize("curve", CURVES)
 def test_iso_path(example_fmu, run_fmu, curve):
-    """22.8 s of motion at the default tolerance: 1e-7 m without and 1e-6 m with backlash.
+    """22.8 s of motion, seen every 50 ms: 1e-7 m without and 1e-6 m with backlash.
 
     With backlash small errors grow about 480 times between 9 and 12 s, so the first 9 s are also
     compared on their own.
     """
-    expected = reference(f"d_iso_{curve}_10ms")
+    expected = reference(f"d_iso_{curve}_10ms")[::5]
     job = {
         "settings": {
             "mode": "dynamic",

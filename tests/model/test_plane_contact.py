@@ -114,7 +114,7 @@ def test_a_plane_that_is_not_reached_changes_nothing(kind):
     far = onto(PlaneContact(1e8, 1.0, 0.01, 0.3), (0.0, 0.0, -1.0), force=(0.0, 0.0, -100.0))
     found = []
     for load in (far, Load(far.wrench)):
-        robot = Touching(kind, pendulum(), [0.0])
+        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-8)
         robot.reset(load)
         start = robot.x()
         robot.step(0.3, replace(load, wrench=np.zeros(6)))
@@ -229,7 +229,7 @@ def test_nothing_pulls_and_energy_only_falls(kind, stiffness):
     """Bounces on a floor at steps of 1, 3 and 10 ms, with damping and friction, seen at every step."""
     plane, largest = PlaneContact(stiffness, 0.2, 0.0, 0.2), 0.0
     for length in (1e-3, 3e-3, 1e-2):
-        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-8)
+        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-9)
         robot.reset(onto(plane, (0.0, 0.0, -5e-3), force=(0.0, 0.0, MASS * 9.81)))
         rows = np.array(run(robot, onto(plane, (0.0, 0.0, -5e-3)), length, int(0.3 / length)))
         _, x, vz, _, _, normal, gap = rows.T
