@@ -177,12 +177,6 @@ class Load:
     contact: PlaneContact = NO_CONTACT
 
     @cached_property
-    def is_sprung(self) -> bool:
-        """Whether a spring or a contact answers to where the TCP is."""
-        sprung = self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
-        return sprung or self.contact.holds
-
-    @cached_property
     def is_even(self) -> bool:
         """Whether the wrench stays as it is."""
         return self.rate is NO_RATE or not self.rate.any()
