@@ -12,7 +12,6 @@ import json
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -22,7 +21,6 @@ from rich.table import Table
 from benchmarks.task import ROBOT
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.fmu_export.compiler import SOURCES, host_platform
-from elastic_robot.description import Robot
 
 _HOST = Path(__file__).parent.parent / "tests" / "native" / "host.c"
 # Communication steps [s], as host.c has them.
@@ -30,11 +28,9 @@ SIZES = (1e-3, 4e-3, 1e-2)
 # What a step of 4 ms from a C host, and its six derivatives, are meant to take at most [us].
 GOAL = 2.5
 COLUMNS_GOAL = 10.0
-# What the FMU in Python and FMPy are meant to add to a step of the model at most [us].
-OVERHEAD_GOAL = 20.0
 _COLUMNS = "its six derivatives by the wrench"
 _SPRING = "on a spring whose stiffness changes"
-# What both scripts begin with, each in a process of its own.
+# In a process of its own.
 _FMU = """
 import json, sys, time
 from pathlib import Path
@@ -72,36 +68,6 @@ for size in json.loads(sys.argv[2]):
     best.append(1e6 * min(walls))
 print(json.dumps(best), flush=True)
 """
-# Steps of the FMU and of its model, in turns of 30, 1e5 of each; the best turn of each.
-# The model's own: from what it acts on to its pose, as the FMU asks for it.
-_OVER_THE_MODEL = f"""{_FMU}
-sys.path.insert(0, str(folder / "resources"))
-import numpy as np
-from elastic_robot.description import Robot
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import HeldCommand
-TURN, TURNS, SIZE = 30, 3334, 1 / 256
-fmu.instantiate()
-fmu.setupExperiment()
-fmu.enterInitializationMode()
-fmu.exitInitializationMode()
-robot = Robot.from_json((folder / "resources" / "robot.json").read_text())
-model, rest, none = ElasticRobot(robot), np.zeros(len(robot.joints)), np.zeros(6)
-model.reset(0.0, HeldCommand(0.0, rest, rest, rest), Load(none))
-best = [np.inf, np.inf]
-for turn in range(TURNS):
-    start = time.perf_counter()
-    for k in range(TURN * turn, TURN * (turn + 1)):
-        step(k, SIZE)
-    middle = time.perf_counter()
-    for k in range(TURN * turn, TURN * (turn + 1)):
-        model.step((k + 1) * SIZE, HeldCommand(k * SIZE, rest, rest, rest), Load(none))
-        model.tcp()
-    end = time.perf_counter()
-    best = [min(best[0], middle - start), min(best[1], end - middle)]
-print(*[1e6 * b / TURN for b in best])
-"""
 
 
 def from_c(folder: Path) -> dict[tuple[str, float], float]:
@@ -130,20 +96,6 @@ def through_fmpy(folder: Path) -> list[float]:
     return costs
 
 
-def rigid(robot: Robot) -> Robot:
-    """Return the robot's first joint without any elasticity: what remains is mostly interface."""
-    first = replace(robot.joints[0], stiffness=None, damping=0.0, backlash=0.0, torque_table=None)
-    return replace(robot, joints=(replace(first, tilt=()),))
-
-
-def over_the_model(folder: Path) -> tuple[float, float]:
-    """Return the cost of a step through FMPy and of the model's own [us]."""
-    command = [sys.executable, "-c", _OVER_THE_MODEL, str(folder)]
-    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    fmu, model = map(float, said.split())
-    return fmu, model
-
-
 def main() -> None:
     """Print the table and the goals."""
     console = Console()
@@ -160,22 +112,10 @@ def main() -> None:
         for kind in reversed(list(KINDS)):
             row = [f"{cost:.1f}" for cost in through_fmpy(folder / kind)]
             table.add_row(f"{kind} FMU, FMPy", *row)
-        trivial = rigid(ROBOT)
-        folder = Path(
-            fmpy.extract(str(build_fmu(trivial, folder / "rigid.fmu", BuildOptions("python"))))
-        )
-        rigid_fmu, rigid_model = over_the_model(folder)
     console.print(table)
     state, step = costs["state", 0.0], costs["step", 4e-3]
     console.print(f"state saved and restored: {state:.2f} us")
     verdict = "reached" if step <= GOAL else "not reached"
-    overhead = rigid_fmu - rigid_model
-    verdict_overhead = "reached" if overhead <= OVERHEAD_GOAL else "not reached"
-    console.print(
-        f"python FMU of one rigid joint through FMPy: {rigid_fmu:.0f} us, its model"
-        f" {rigid_model:.0f} us, over it {overhead:.0f} us (at most {OVERHEAD_GOAL:g};"
-        f" {verdict_overhead})"
-    )
     console.print(f"4 ms from C: {step:.2f} us (at most {GOAL:g}; {verdict})")
     columns = costs["columns", 4e-3]
     verdict = "reached" if columns <= COLUMNS_GOAL else "not reached"

@@ -40,8 +40,6 @@ from coupling.path.histories import JointPath
 from coupling.robot.robot_fmu import SCALARS, save_trajectory
 from docs.scripts.page import replace, table
 from elastic_robot.fmi.interface import Mode
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
 
 CURVES = ("linear", "backlash", "spline")
 PARTS = ("plan", "links", "gears", "drives")
@@ -121,16 +119,6 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
     # Peers hold a force over a step: its mean.
     (loads,) = task.wrench.at(np.append(times[:1], 0.5 * (times[1:] + times[:-1])))
 
-    def in_python() -> np.ndarray:
-        drives = command.trajectory
-        robot = ElasticRobot(ROBOT, curve)
-        robot.reset(times[0], drives, Load(loads[0]))
-        poses = [robot.tcp()]
-        for moment, row in zip(times[1:], loads[1:], strict=True):
-            robot.step(moment, drives, Load(row))
-            poses.append(robot.tcp())
-        return np.array(poses)
-
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         save_trajectory(folder / "command.npz", command)
@@ -149,7 +137,6 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
 
         return {
             "native FMU": native("dynamic"),
-            "stepper in Python": timed(in_python)[0],
             "quasi-static pass": native("quasistatic"),
         }
 

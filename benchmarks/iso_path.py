@@ -1,4 +1,4 @@
-"""Work and precision on the ISO 9283 reference path: this stepper, its FMUs, SciPy and MuJoCo.
+"""Work and precision on the ISO 9283 reference path: the native FMU, SciPy and MuJoCo.
 
     python benchmarks/iso_path.py                                  the whole path, about 6 minutes
     python benchmarks/iso_path.py --end 1                          a quick look
@@ -20,21 +20,11 @@ from rich.table import Table
 
 from benchmarks.goals import default, goals
 from benchmarks.page import write_tables
-from benchmarks.solvers import (
-    DEFAULT_TOLERANCE,
-    bare_stepper,
-    mujoco,
-    scipy_solver,
-    stepper,
-    through_fmu,
-)
+from benchmarks.solvers import mujoco, native_fmu, scipy_solver
 from benchmarks.task import CURVES, Entry, Row, Task
 
-# Communication step of a co-simulation [s].
-PERIOD = 4e-3
-# Those of the native FMU [s]: every second point of the reference, as this stepper is asked, first.
-NATIVE_PERIODS = (2e-2, 1e-2, PERIOD)
-TOLERANCES = (DEFAULT_TOLERANCE, 1e-5, 1e-7, 1e-8)
+# Communication steps of the native FMU [s]: every second point of the reference first.
+PERIODS = (2e-2, 1e-2, 4e-3)
 # By torque curve and method.
 Settings = dict[str, dict[str, tuple[float, ...]]]
 # Relative tolerances around the loosest with which each stays within 1e-6 m.
@@ -55,10 +45,7 @@ MUJOCO: Settings = {
 def entries(task: Task) -> list[Entry]:
     """Return the solvers of a table."""
     return [
-        *(stepper(task, tolerance) for tolerance in TOLERANCES),
-        bare_stepper(task, PERIOD),
-        through_fmu(task, PERIOD),
-        *(through_fmu(task, period, "native") for period in NATIVE_PERIODS),
+        *(native_fmu(task, period) for period in PERIODS),
         *(mujoco(task, name, step) for name, steps in MUJOCO[task.curve].items() for step in steps),
         *(
             scipy_solver(task, name, rtol)

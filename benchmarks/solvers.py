@@ -1,4 +1,4 @@
-"""The solvers that are compared: this stepper, SciPy's on the same equation, MuJoCo."""
+"""The solvers that are compared: the native FMU, SciPy's on the same equation, MuJoCo."""
 
 from __future__ import annotations
 
@@ -22,62 +22,16 @@ from elastic_robot.chain import build_chain
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.parameters import Parameters
-from elastic_robot.robot import ElasticRobot
 from elastic_robot.statics import equilibrium
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TORQUE_CURVES
-from elastic_robot.trajectory import read_trajectory
 from examples.mujoco_robot import MujocoSimulation
 
-DEFAULT_TOLERANCE = 1e-6
 _NO_LOAD = np.zeros(6)
 
 
-def stepper(task: Task, tolerance: float) -> Entry:
-    """This stepper with a tolerance [m]; every second point of the reference is asked for.
-
-    So it is free to take its longest step, as the others are, whose steps are shorter anyway.
-    """
-    times = task.times[::2]
-
-    def run() -> np.ndarray:
-        robot = ElasticRobot(ROBOT, task.curve, tolerance=tolerance)
-        robot.reset(times[0], task.drives, Load(_NO_LOAD))
-        x = [robot.deflection()]
-        for end in times[1:]:
-            robot.step(end, task.drives, Load(_NO_LOAD))
-            x.append(robot.deflection())
-        return np.array(x)
-
-    def solve() -> Answer:
-        spent, x = timed(run)
-        return Answer(spent, times, _positions(task, times, x))
-
-    return Entry("stepper", f"this stepper, tolerance {tolerance:g} m", solve)
-
-
-def bare_stepper(task: Task, period: float) -> Entry:
-    """This stepper from the trajectory's file to a pose every `period` seconds, as an FMU is used."""
-
-    def run() -> np.ndarray:
-        drives = read_trajectory(TRAJECTORY, len(ROBOT.joints))
-        robot = ElasticRobot(ROBOT, task.curve)
-        robot.reset(task.times[0], drives, Load(_NO_LOAD))
-        poses = [robot.tcp()]
-        for end in communication_points(task, period)[1:]:
-            robot.step(end, drives, Load(_NO_LOAD))
-            poses.append(robot.tcp())
-        return np.array(poses)
-
-    def solve() -> Answer:
-        spent, poses = timed(run)
-        return at_reference(task, period, spent, poses)
-
-    return Entry("bare stepper", f"this stepper, points {1e3 * period:g} ms apart", solve)
-
-
-def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
-    """An FMU through FMPy with communication steps of `period` seconds, wrench set and pose read.
+def native_fmu(task: Task, period: float) -> Entry:
+    """The native FMU through FMPy with communication steps of `period` seconds, wrench set, pose read.
 
     From its instantiation on: the trajectory is read by the FMU, from an uncompressed NPZ, as
     `coupling.robot.robot_fmu` writes it.
@@ -94,7 +48,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
             inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
             loads = np.zeros((len(times), len(inputs)))
             job = Job(settings, times, inputs, loads, outputs, len(outputs))
-            fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions(kind))
+            fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native"))
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"
             order.write_bytes(pickle.dumps((folder / "fmu", job)))
@@ -103,8 +57,7 @@ def through_fmu(task: Task, period: float, kind: str = "python") -> Entry:
             with np.load(answer) as archive:
                 return at_reference(task, period, float(archive["spent"]), archive["poses"])
 
-    family, name = {"python": ("FMU", "FMU"), "native": ("native", "native FMU")}[kind]
-    return Entry(family, f"{name} through FMPy, steps of {1e3 * period:g} ms", solve)
+    return Entry("native", f"native FMU through FMPy, steps of {1e3 * period:g} ms", solve)
 
 
 def communication_points(task: Task, period: float) -> np.ndarray:

@@ -67,7 +67,7 @@ class Entry:
     """A solver with its settings.
 
     Attributes:
-        family: "stepper", "bare stepper", "FMU", "native", "MuJoCo" or "SciPy".
+        family: "native", "MuJoCo" or "SciPy".
         name: Shown in the table.
         solve: Does the task.
     """

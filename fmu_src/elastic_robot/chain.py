@@ -49,13 +49,6 @@ class Chain:
         return selection
 
     @cached_property
-    def drive_selection(self) -> np.ndarray:
-        """1 where a drive adds to an angle, (n, angles)."""
-        selection = np.zeros((self.joint_count, self.model.nv))
-        selection[np.arange(self.joint_count), self.drive] = 1.0
-        return selection
-
-    @cached_property
     def elastic_names(self) -> tuple[str, ...]:
         """joint[i] or joint[i].tilt[k] for every elastic coordinate, in the order of x."""
         pairs = zip(self.elastic_joint + 1, self.elastic_tilt, strict=True)
@@ -65,13 +58,6 @@ class Chain:
     def torsions(self) -> np.ndarray:
         """The elastic coordinates that may have backlash: all but the tilts."""
         return np.flatnonzero(self.elastic_tilt == 0)
-
-    @cached_property
-    def reach(self) -> np.ndarray:
-        """Distance of each elastic coordinate to the TCP, all joints beyond it in a line [m], (m,)."""
-        placements = [*self.model.jointPlacements[1:], self.model.frames[self.tcp].placement]
-        lengths = [float(np.linalg.norm(placement.translation)) for placement in placements]
-        return np.array([sum(lengths[angle + 1 :]) for angle in self.elastic])
 
     @property
     def joint_count(self) -> int:

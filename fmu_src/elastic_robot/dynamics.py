@@ -122,9 +122,7 @@ class Dynamics:
                 total += self._contact_wrench(jacobian, position, rate, acting)
                 point = _point_jacobian(jacobian, acting.contact.offset)
                 gap, velocity = _relative(point, position, rate, acting)
-                by_place, by_velocity = acting.contact.force_gradient(
-                    gap, velocity, acting.touching
-                )
+                by_place, by_velocity = acting.contact.force_gradient(gap, velocity)
                 along = np.stack(
                     [
                         _point_jacobian(tcp_velocity_gradient(j, v), acting.contact.offset)
@@ -159,19 +157,6 @@ class Dynamics:
         place = self.data.oMf[self.chain.tcp].translation
         matrix: np.ndarray = lever.T @ acting.support(place) @ lever
         return matrix
-
-    def contact_matrices(
-        self, theta: np.ndarray, rate: np.ndarray, acting: Acting
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return J^T K J and J^T D J of spring and moving contact [N m/rad, N m s/rad], (m, m) each."""
-        jacobian, position = self._tool(theta[None])
-        point = _point_jacobian(jacobian, acting.contact.offset)
-        gap, velocity = _relative(point, position, rate[None], acting)
-        by_place, by_velocity = acting.contact.force_gradient(gap, velocity, acting.touching)
-        lever = point[0][:, self.chain.elastic]
-        tool = jacobian[0][:3, self.chain.elastic]
-        stiffness = tool.T @ acting.stiffness @ tool - lever.T @ by_place[0] @ lever
-        return stiffness, -lever.T @ by_velocity[0] @ lever
 
     def contact_state(
         self, theta: np.ndarray, rate: np.ndarray, acting: Acting
@@ -212,8 +197,8 @@ class Dynamics:
         """Return what the contact exerts at the TCP [N, N m], (k, 6)."""
         offset = acting.contact.offset
         gap, velocity = _relative(_point_jacobian(jacobian, offset), position, rate, acting)
-        force = acting.contact.force(gap, velocity, acting.touching)
-        return np.concatenate([force, np.cross(offset, force)], axis=1)
+        force = acting.contact.force(gap, velocity)
+        return np.concatenate([force, force @ pin.skew(offset).T], axis=1)
 
     def _wrench(self, acting: Acting) -> np.ndarray:
         """Return the wrench with the forces at rest at the angles of the last Jacobian, (6,)."""
@@ -224,9 +209,7 @@ class Dynamics:
 
 def _point_jacobian(jacobian: np.ndarray, offset: np.ndarray) -> np.ndarray:
     """Return the translational Jacobian of a point at an offset from the TCP, (..., 3, angles)."""
-    moved: np.ndarray = jacobian[..., :3, :] + np.cross(
-        jacobian[..., 3:, :], offset, axisb=-1, axisa=-2, axisc=-2
-    )
+    moved: np.ndarray = jacobian[..., :3, :] - pin.skew(offset) @ jacobian[..., 3:, :]
     return moved
 
 

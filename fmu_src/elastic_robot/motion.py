@@ -1,16 +1,39 @@
-"""The robot under prescribed drives and a load, as the system that the stepper integrates."""
+"""The robot in motion under prescribed drives and a load: its equation, integrated by SciPy.
+
+    M theta'' + h - J^T w + S(x) + d x' = 0        rows of x
+
+is solved for x'' at every instant and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the
+drives' third derivative jumps, where a gear reaches an edge of its play and where a contact is touched
+or left, so that what is integrated is smooth.  The native core has an integrator of its own
+(docs/model.md): the two share the equation, not its solution.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from elastic_robot.dynamics import Dynamics
-from elastic_robot.plane_contact import NO_CONTACT
-from elastic_robot.tool_load import Acting, Load
+from elastic_robot.errors import IntegrationError, ParameterError
+from elastic_robot.residual import OperatingPoint, free_acceleration
+from elastic_robot.settings import SETTINGS
+from elastic_robot.tool_load import Load
 from elastic_robot.torque_curves import TorqueCurve
+
+# Part of the local error allowed that DOP853 is told to keep, for it is to judge other integrators; the
+# least that doubles can [rad], and the deflection [rad] that its relative tolerance refers to.
+_ACCURACY, _LEAST, _USUAL_DEFLECTION = 1e-2, 1e-13, 1e-3
+# First step [s], which costs less to fail than to be found; and the most steps that are taken before a
+# motion is given up: these, and those for each second in it.
+_FIRST_STEP, _MOST_STEPS, _STEPS_PER_SECOND = 4e-3, 500, 1500
+# On which side of an edge a state is, it is asked so much later [s]: on an edge rounding would tell.
+_LATER = 1e-9
+_EVALUATIONS = 12  # of x'' in a step of DOP853
+_Edge = Callable[[float, np.ndarray], float]
 
 
 class Drives(Protocol):
@@ -28,87 +51,135 @@ class Drives(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class State:
+    """Elastic coordinates at a time.
+
+    Attributes:
+        time: Time [s].
+        x, v: Elastic coordinates and their rates [rad, rad/s], (m,).
+    """
+
+    time: float
+    x: np.ndarray
+    v: np.ndarray
+
+
 class DrivenMotion:
-    """M theta'' + h - J^T w + S(x) + d x' = 0 along given drives.
+    """The equation of motion along given drives.
 
     Args:
         dynamics: Forces of the robot.
         curve: Torque curve S.
         damping: d [N m s/rad], (m,).
-        jump: A jump of the drives' third derivative up to this one may be stepped over [rad/s^3].
+        local_error: Error of x allowed in a step [rad].
     """
 
     def __init__(
-        self, dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, jump: float
+        self, dynamics: Dynamics, curve: TorqueCurve, damping: np.ndarray, local_error: float
     ) -> None:
-        self._dynamics = dynamics
-        self._curve = curve
-        self._damping = damping
-        self._jump = jump
-        self._region: np.ndarray | None = None
-        self._acting: Acting | None = None
-        self.half_width = curve.half_width
-        self.contacting = False
+        self._dynamics, self._curve, self._damping = dynamics, curve, damping
+        self._local_error = local_error
 
-    def hold(self, drives: Drives, load: Load, start: float) -> None:
-        """Set the drives, and the load of the communication step that starts at a time [s]."""
-        self._drives, self._load, self._start = drives, load, start
-        loaded = load.is_sprung or load.wrench.any() or not load.is_even
-        self._acting = load.at(0.0) if loaded else None
-        self.contacting = load.contact.holds
+    def advance(self, state: State, end: float, drives: Drives, load: Load) -> State:
+        """Integrate to a time.
 
-    def next_kink(self, time: float) -> float:
-        """Return the first time after `time` at which the drives' third derivative jumps."""
-        return self._drives.next_kink(time, self._jump)
+        Args:
+            state: State at the start.
+            end: Time to end at [s].
+            drives: Motion of the drives.
+            load: What acts on the tool from the start on.
 
-    def depths(
-        self, times: np.ndarray, x: np.ndarray, v: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return depth [m] and approach [m/s] of the contact, (k,), at times (k,) and states (k, m)."""
-        chain = self._dynamics.chain
-        drive = self._drives.at(times) @ chain.drive_selection
-        theta, rate = (rows @ chain.selection + drive[k] for k, rows in enumerate((x, v)))
-        depth, approach, _ = self._dynamics.contact_state(
-            theta, rate, self._load.at(times - self._start)
-        )
-        return depth, approach
+        Raises:
+            ParameterError: If the time is too far away.
+            IntegrationError: If a coordinate grows beyond all bounds, or the motion needs too short or
+                too many steps; the sentence says which, and lacks why.
+        """
+        start, length = state.time, end - state.time
+        if not length <= SETTINGS.most_step:
+            raise ParameterError(
+                f"step size: expected at most {SETTINGS.most_step:g} s at a time, got {length:.9g} s"
+            )
+        steps = _MOST_STEPS + _STEPS_PER_SECOND * length
+        left, most = int(_EVALUATIONS * steps), SETTINGS.most_deflection
+        forces = self._dynamics, self._curve, self._damping
 
-    def begin(self, times: np.ndarray, region: np.ndarray, touching: bool = False) -> None:
-        """Evaluate the drives at the times of a step and take the branches of curve and contact."""
-        self._drive = self._drives.at(times) @ self._dynamics.chain.drive_selection
-        if self._load.is_sprung or not self._load.is_even:
-            self._acting = self._load.at(times - self._start)
-            if self.contacting:
-                self._acting = replace(self._acting, touching=touching)
-        if region is not self._region:
-            self._branch, self._region = self._curve.in_region(region), region
+        def given_up(time: float, what: str) -> IntegrationError:
+            return IntegrationError(
+                f"the motion, {time - start:.3g} s into a step of {length:.6g} s, {what}"
+            )
 
-    def residual(self, motion: np.ndarray, rows: slice) -> np.ndarray:
-        """Return the sum of all torques on the elastic coordinates [N m], (k, m)."""
-        chain, count = self._dynamics.chain, motion.shape[1]
-        whole = motion.reshape(3 * count, -1).dot(chain.selection).reshape(3, count, -1)
-        whole += self._drive[:, rows]
-        acting = None if self._acting is None else self._acting.of(rows)
-        torque = self._dynamics.loads(whole[0], whole[1], whole[2], acting)
-        torque += self._branch.torque(motion[0])
-        torque += self._damping * motion[1]
-        return torque
+        def rate(time: float, y: np.ndarray) -> np.ndarray:
+            nonlocal left
+            left -= 1
+            if left < 0:
+                raise given_up(time, f"needs more than {steps:.0f} steps")
+            x, v = y.reshape(2, -1)
+            point = OperatingPoint(
+                drives.at(np.array([time]))[:, 0],
+                np.stack([x, v, np.zeros_like(x)]),
+                load.at(time - start),
+                self._curve.region(x),
+            )
+            return np.append(v, free_acceleration(*forces, point))
 
-    def matrices(
-        self, x: np.ndarray, v: np.ndarray, row: int
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mass matrix, damping and stiffness, of spring and contact too, at a row's time."""
-        theta = self._drive[0, row] + x @ self._dynamics.chain.selection
-        stiffness = np.diag(self._branch.slope(x))
-        if self._acting is not None and self._acting.touching:
-            rate = self._drive[1, row] + v @ self._dynamics.chain.selection
-            acting = self._acting.of(row)
-            of_contact, damping = self._dynamics.contact_matrices(theta, rate, acting)
-            mass = self._dynamics.mass_matrix(theta)
-            return mass, np.diag(self._damping) + damping, stiffness + of_contact
-        if self._acting is not None and self._acting.has_spring:
-            acting = self._acting
-            if self.contacting:
-                acting = replace(acting.of(row), contact=NO_CONTACT)
-            stiffness += self._dynamics.support(theta, acting)
-        return self._dynamics.mass_matrix(theta), self._damping, stiffness
+        def bends(_: float, y: np.ndarray) -> float:
+            return most - float(np.abs(y[: len(state.x)]).max())
+
+        bends.terminal = True  # type: ignore[attr-defined]
+        accuracy = max(_ACCURACY * self._local_error, _LEAST)
+        jump, time, watched = SETTINGS.jump(self._local_error), start, True
+        y = np.concatenate([state.x, state.v])
+        while end - time > max(1e-11, 8.0 * float(np.spacing(abs(end)))):
+            piece = (time, min(end, drives.next_kink(time, jump)))
+            edge = self._edge(time, y, drives, load, start) if watched else None
+            solved = solve_ivp(
+                rate,
+                piece,
+                y,
+                "DOP853",
+                rtol=accuracy / _USUAL_DEFLECTION,
+                atol=accuracy,
+                first_step=min(piece[1] - time, _FIRST_STEP),
+                events=[bends] if edge is None else [bends, edge],
+            )
+            time, y = float(solved.t[-1]), solved.y[:, -1]
+            if solved.status < 0:
+                raise given_up(time, f"needs steps below {10.0 * np.spacing(time):.1g} s")
+            if not bends(time, y) > 1e-9:
+                most_bent = np.abs(y[: len(state.x)]).argmax()
+                raise given_up(time, f"bends deflection[{most_bent + 1}] beyond {most:.3g} rad")
+            # Who grazes an edge, or rests on it, is not asked again where it stands.
+            watched = time - piece[0] > _LATER
+        return State(end, *y.reshape(2, -1))
+
+    def _edge(
+        self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
+    ) -> _Edge | None:
+        """Return what falls through zero at an edge of a play or at a contact's plane; None without."""
+        width = self._curve.half_width
+        gears = np.flatnonzero(np.isfinite(width))
+        if not (len(gears) or load.contact.holds):
+            return None
+
+        def beyond(time: float, y: np.ndarray) -> np.ndarray:
+            """Return how far gears are out of their play [rad] and the contact below its plane [m]."""
+            x, v = y.reshape(2, -1)
+            ways = np.abs(x[gears]) - width[gears]
+            if load.contact.holds:
+                q, qd, _ = drives.at(np.array([time]))[:, 0]
+                theta, rate = self._dynamics.chain.theta(np.stack([q, qd]), np.stack([x, v]))
+                acting = load.at(time - start)
+                depth, _, _ = self._dynamics.contact_state(theta[None], rate[None], acting)
+                ways = np.append(ways, depth)
+            return ways
+
+        later = y.copy()
+        later[: len(y) // 2] += _LATER * y[len(y) // 2 :]
+        side = np.sign(beyond(now + _LATER, later))
+
+        def edge(time: float, y: np.ndarray) -> float:
+            return float(np.min(side * beyond(time, y)))
+
+        edge.terminal, edge.direction = True, -1.0  # type: ignore[attr-defined]
+        return edge

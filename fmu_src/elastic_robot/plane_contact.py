@@ -102,31 +102,24 @@ class PlaneContact:
         approach: np.ndarray = -(velocity @ self.unit)
         return approach
 
-    def force(
-        self, gap: np.ndarray, velocity: np.ndarray, touching: bool | None = None
-    ) -> np.ndarray:
-        """Return the force on the sphere [N], (..., 3).
+    def force(self, gap: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Return the force on the sphere [N], (..., 3), none where d <= 0.
 
         Args:
             gap: From the TCP to the anchor [m], (..., 3).
             velocity: Of the lowest point, relative to the plane [m/s], (..., 3).
-            touching: Whether the contact presses, as the law of a whole step; None: where d > 0.
         """
         slip, size, depth, resisting = self._state(gap, velocity)
-        pressure = self.stiffness * depth * resisting
-        if touching is None:
-            pressure = np.where(depth > 0.0, pressure, 0.0)
-        elif not touching:
-            pressure = np.zeros_like(depth)
+        pressure = np.where(depth > 0.0, self.stiffness * depth * resisting, 0.0)
         force: np.ndarray = pressure[..., None] * (self.unit - self.friction * slip / size)
         return force
 
     def force_gradient(
-        self, gap: np.ndarray, velocity: np.ndarray, touching: bool | None = None
+        self, gap: np.ndarray, velocity: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of `force` by p [N/m] and by the velocity [N s/m], (..., 3, 3) each."""
         slip, size, depth, resisting = self._state(gap, velocity)
-        on = (depth > 0.0) if touching is None else np.full(depth.shape, touching)
+        on = depth > 0.0
         pressure = np.where(on, self.stiffness * depth * resisting, 0.0)[..., None, None]
         n, part = self.unit, slip / size
         direction = n - self.friction * part

@@ -9,7 +9,7 @@ with the force K (a - p) of a spring at the TCP in the wrench w.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -144,10 +144,11 @@ def free_acceleration(
 
     The arguments are those of `residual`; the x'' of the point is not used.
     """
-    x, rate, _ = point.motion
-    without = replace(point, motion=np.stack([x, rate, np.zeros_like(x)]))
-    mass = dynamics.mass_matrix(dynamics.chain.theta(point.drives[0], x))
-    return np.linalg.solve(mass, -residual(dynamics, curve, damping, without))
+    chain, (x, rate, _) = dynamics.chain, point.motion
+    theta, theta_rate, of_drives = chain.theta(point.drives, np.array([x, rate, 0.0 * x]))[:, None]
+    torque = curve.in_region(point.region).torque(x) + damping * rate
+    torque += dynamics.loads(theta, theta_rate, of_drives, point.acting)[0]
+    return np.linalg.solve(dynamics.mass_matrix(theta[0]), -torque)
 
 
 def _states(chain: Chain, point: OperatingPoint) -> np.ndarray:

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pinocchio as pin
 
 from elastic_robot.chain import build_chain
-from elastic_robot.collocation import State
 from elastic_robot.description import Robot
 from elastic_robot.dynamics import Dynamics
 from elastic_robot.errors import IntegrationError, ParameterError
-from elastic_robot.integrator import GaussStepper, Watch
 from elastic_robot.kinematics import base_from_tool, pose_of, rotation_between, tcp_jacobian
 from elastic_robot.linearisation import Linearisation, linearise
-from elastic_robot.motion import DrivenMotion, Drives
-from elastic_robot.parameter_names import ByParameter, parameter_names
+from elastic_robot.motion import DrivenMotion, Drives, State
 from elastic_robot.parameters import Parameters
-from elastic_robot.path_sensitivity import (
-    ForwardSensitivity,
-    PathSensitivity,
-    equilibrium_sensitivity,
-)
 from elastic_robot.residual import (
     OperatingPoint,
     ResidualDerivatives,
@@ -40,11 +30,8 @@ from elastic_robot.static_sensitivity import (
 )
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Load
-from elastic_robot.torque_curves import TORQUE_CURVES, LinearCurve, TorqueCurve, ways_to_bends
+from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve, ways_to_bends
 from elastic_robot.turns import Turns
-
-# The matrices of a step serve while no entry of a spring's stiffness changes by more, over its largest.
-_SAME_SPRING = 1e-3
 
 
 class ElasticRobot:
@@ -89,12 +76,7 @@ class ElasticRobot:
         self._curve_class = TORQUE_CURVES[torque_curve]
         self._quasistatic = quasistatic
         self._dynamics = Dynamics(self.chain, np.array(robot.gravity))
-        play = self._curve_class is not LinearCurve
-        self._local_error = SETTINGS.local_error(tolerance, play)
-        self._stepper = GaussStepper(self._local_error, reach=self.chain.reach)
-        # A contact enlarges errors as a play does.
-        in_contact = min(self._local_error, SETTINGS.local_error(tolerance, play=True))
-        self._contact_stepper = GaussStepper(in_contact, reach=self.chain.reach)
+        self._local_error = SETTINGS.local_error(tolerance, play=True)
         self._state: State | None = None
         self._turns, self._opposite = Turns(self.chain), (False, False)
         self.parameters = Parameters.of(robot)
@@ -109,17 +91,6 @@ class ElasticRobot:
         self._parameters = parameters
         self._dynamics.gravity = parameters.gravity
         self._curve: TorqueCurve = self._curve_class.build(parameters)
-        self._motion = DrivenMotion(
-            self._dynamics,
-            self._curve,
-            parameters.damping,
-            SETTINGS.jump(self._local_error),
-        )
-        if self._state is not None:
-            region = self._curve.region(self._state.x)
-            self._state = self._stepper.start(
-                self._state.time, self._state.x, self._state.v, region
-            )
 
     @property
     def snapshot(self) -> Snapshot:
@@ -155,7 +126,7 @@ class ElasticRobot:
         x = np.zeros(self.chain.elastic_count)
         if not undeflected:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
-        self._state = self._stepper.start(time, x, np.zeros_like(x), self._curve.region(x))
+        self._state = State(time, x, np.zeros_like(x))
         self._held = held
         self._opposite = (False, False)
         self._opposite = bool(self.tcp()[6] < 0.0), bool(self.rigid()[6] < 0.0)
@@ -171,77 +142,27 @@ class ElasticRobot:
         held = Held.at(end, drives, load.at(end - state.time))
         if self._quasistatic or self.chain.elastic_count == 0:
             x = equilibrium(self._dynamics, self._curve, held.q, held.acting)
-            self._state = replace(state, time=end, x=x, region=self._curve.region(x))
+            self._state = replace(state, time=end, x=x)
         else:
-            state = self._hold(drives, load)
-            self._state = self._advance(state, end, held)
+            self._state = self._advance(state, held, end, drives, load)
         self._held = held
 
-    def _advance(self, state: State, end: float, held: Held, watch: Watch | None = None) -> State:
+    def _advance(self, state: State, held: Held, end: float, drives: Drives, load: Load) -> State:
         """Integrate; an error says what acts at the end, as one of these may have grown too large."""
+        damping = self._parameters.damping
+        motion = DrivenMotion(self._dynamics, self._curve, damping, self._local_error)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                stepper = self._contact_stepper if self._motion.contacting else self._stepper
-                return stepper.advance(self._motion, state, end, watch)
-        except IntegrationError as error:
+                return motion.advance(state, end, drives, load)
+        except IntegrationError as cause:
             acting, force = held.acting, np.hypot.reduce(held.acting.wrench.reshape(2, 3), axis=1)
             spring = f"a spring of {np.abs(acting.stiffness).max():.3g} N/m, " * acting.has_spring
             spring += f"a contact of {acting.contact.stiffness:.3g} N/m, " * acting.contact.holds
             raise IntegrationError(
-                f"{error}, under {force[0]:.3g} N, {force[1]:.3g} N m, {spring}drives of"
+                f"{cause}, under {force[0]:.3g} N, {force[1]:.3g} N m, {spring}drives of"
                 f" {np.abs(held.qd).max():.3g} rad/s and {np.abs(held.qdd).max():.3g} rad/s2: one of"
                 " these is too large, or the robot is unstable"
-            ) from error
-
-    def _hold(self, drives: Drives, load: Load) -> State:
-        """Set what acts from now on; return the state without matrices that are of another spring."""
-        state, before, now = self._now(), self._held.acting.stiffness, load.spring.stiffness
-        self._motion.hold(drives, load, state.time)
-        if now is before or np.abs(now - before).max() <= _SAME_SPRING * np.abs(before).max():
-            return state
-        return replace(state, newton=None)
-
-    def path_sensitivity(
-        self, times: np.ndarray, drives: Drives, loads: Sequence[Load]
-    ) -> PathSensitivity:
-        """Return how the path from the present state on follows every parameter, in dynamic mode.
-
-        The start is taken as an equilibrium, as `reset` leaves it; the robot ends at the last time.
-
-        Args:
-            times: Rising [s], (k,); the first is the present time.
-            drives: Motion of the drives.
-            loads: What acts on the tool; entry k over the step that ends at times[k], k of them.
-
-        Raises:
-            ParameterError: If the first time is not the present one.
-            IntegrationError, TrajectoryError: As `step`.
-        """
-        state = self._now()
-        if self._quasistatic:
-            raise ParameterError("the robot is quasi-static; path_sensitivity needs dynamic mode")
-        if times[0] != state.time:
-            raise ParameterError(
-                f"times: expected a start at the present time, {state.time:.9g} s, got {times[0]:.9g} s"
-            )
-        start = equilibrium_sensitivity(
-            self._dynamics, self._curve, self._held.q, state.x, self._held.acting
-        )
-        forward = ForwardSensitivity(self._dynamics, self._curve, self._parameters.damping, start)
-        by_x, by_tcp = [], []
-        for time, load in zip(times, loads, strict=True):
-            state = self._hold(drives, load)
-            follow = partial(forward.follow, drives=drives, load=load, since=state.time)
-            held = Held.at(time, drives, load.at(time - state.time))
-            self._state, self._held = self._advance(state, time, held, follow), held
-            theta = self.chain.theta(self._held.q, self._now().x)
-            jacobian = tcp_jacobian(self.chain, self._dynamics.data, theta)
-            by_x.append(forward.x)
-            by_tcp.append(jacobian[:, self.chain.elastic] @ forward.x)
-        names = parameter_names(self.chain)
-        return PathSensitivity(
-            times, ByParameter(names, np.array(by_tcp)), ByParameter(names, np.array(by_x))
-        )
+            ) from cause
 
     def tcp(self) -> np.ndarray:
         """Return the pose of the elastic robot's TCP, (7,); qw >= 0 after `reset`, then continuous."""
@@ -355,7 +276,7 @@ class ElasticRobot:
         if not self._quasistatic:
             drives[1:], motion[1] = (self._held.qd, self._held.qdd), state.v
         acting = self._held.acting.resting if self._quasistatic else self._held.acting
-        point = OperatingPoint(drives, motion, acting, state.region)
+        point = OperatingPoint(drives, motion, acting, self._curve.region(state.x))
         motion[2] = free_acceleration(self._dynamics, self._curve, self._parameters.damping, point)
         return point
 

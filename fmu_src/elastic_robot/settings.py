@@ -1,8 +1,6 @@
-"""Numerical settings of the model, once for Python and C.
+"""Numerical settings of the native core, and of what Python has in common with it.
 
-The native FMU carries them in its robot.txt.  What stepper and equilibrium have beside these belongs to
-one of the two alone: the C core keeps a mass matrix from step to step and may do with one pass of
-Newton's method.
+The native FMU carries them in its robot.txt.  Python's own motion has its numbers in `motion.py`.
 """
 
 from __future__ import annotations

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic_robot.collocation import NewtonMatrix, State
-from elastic_robot.motion import Drives
+from elastic_robot.motion import Drives, State
 from elastic_robot.parameters import Parameters
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.tool_load import Acting
@@ -40,7 +39,7 @@ class Snapshot:
     """State of an ElasticRobot; frozen, so that a copy costs nothing.
 
     Attributes:
-        state: State of the stepper.
+        state: Elastic coordinates and time.
         held: Drives and load at that time.
         parameters: Parameters that the state was computed with.
         opposite: Whether qw of the elastic and of the rigid tool was below 0 at the start.
@@ -54,28 +53,19 @@ class Snapshot:
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the snapshot as named arrays, from which `from_arrays` restores it exactly.
 
-        The Newton matrices are represented by what they are built from; the tables of the torque
-        curve belong to the robot.
+        The tables of the torque curve belong to the robot.
         """
-        state, newton, contact = self.state, self.state.newton, self.held.acting.contact
-        arrays = {
-            "clock": np.array([state.time, state.step, state.predictor_step]),
+        state, contact = self.state, self.held.acting.contact
+        return {
+            "clock": np.array(state.time),
             "x": state.x,
             "v": state.v,
-            "region": state.region,
-            "touching": np.array(state.touching),
             "opposite": np.array(self.opposite),
             **{f"held_{key}": getattr(self.held, key) for key in _HELD},
             **{f"acting_{key}": getattr(self.held.acting, key) for key in _ACTING},
             **{f"contact_{key}": np.array(getattr(contact, key)) for key in _CONTACT},
             **{f"parameters_{key}": getattr(self.parameters, key) for key in _PARAMETERS},
         }
-        if state.predictor is not None:
-            arrays["predictor"] = state.predictor
-        if newton is not None:
-            arrays["newton_step"] = np.array(newton.step)
-            arrays |= {f"newton_{key}": getattr(newton, key) for key in _NEWTON}
-        return arrays
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray], parameters: Parameters) -> Snapshot:
@@ -85,23 +75,7 @@ class Snapshot:
             arrays: The arrays of `to_arrays`.
             parameters: Parameters of the same robot; their tables are used.
         """
-        time, step, predictor_step = arrays["clock"].tolist()
-        newton = None
-        if "newton_step" in arrays:
-            newton = NewtonMatrix.build(
-                float(arrays["newton_step"]), *(arrays[f"newton_{key}"] for key in _NEWTON)
-            )
-        state = State(
-            time,
-            arrays["x"],
-            arrays["v"],
-            arrays["region"],
-            step,
-            arrays.get("predictor"),
-            predictor_step,
-            newton,
-            int(arrays["touching"]),
-        )
+        state = State(float(arrays["clock"]), arrays["x"], arrays["v"])
         numbers = {key: float(arrays[f"contact_{key}"]) for key in _CONTACT if key != "normal"}
         contact = PlaneContact(**numbers, normal=arrays["contact_normal"])
         wrench, anchor, stiffness, velocity = (arrays[f"acting_{key}"] for key in _ACTING)
@@ -117,4 +91,3 @@ _HELD = ("q", "qd", "qdd")
 _ACTING = ("wrench", "anchor", "stiffness", "velocity")
 _CONTACT = ("stiffness", "dissipation", "radius", "friction", "slip_speed", "normal")
 _PARAMETERS = ("gravity", "stiffness", "damping", "backlash")
-_NEWTON = ("mass", "damping", "stiffness")

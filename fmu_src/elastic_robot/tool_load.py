@@ -96,7 +96,6 @@ class Acting:
         stiffness: Stiffness K of the spring [N/m], (3, 3).
         contact: Contact with a plane through the anchor.
         velocity: Velocity of the anchor [m/s], which the contact feels, base axes, (3,).
-        touching: Whether the contact presses, as the law of a whole step; None: where it is touched.
     """
 
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
@@ -104,7 +103,6 @@ class Acting:
     stiffness: np.ndarray = field(default_factory=lambda: NO_SPRING.stiffness)
     contact: PlaneContact = NO_CONTACT
     velocity: np.ndarray = field(default_factory=lambda: NO_SPRING.velocity)
-    touching: bool | None = None
 
     @cached_property
     def is_sprung(self) -> bool:
@@ -121,15 +119,7 @@ class Acting:
         """The same where the TCP rests on the plane."""
         if not self.contact.holds:
             return self
-        return replace(self, velocity=NO_SPRING.velocity, touching=None)
-
-    def of(self, row: int | slice) -> Acting:
-        """Return what acts in one or some of the k states."""
-        if self.wrench.ndim == self.anchor.ndim == 1:
-            return self
-        wrench = self.wrench if self.wrench.ndim == 1 else self.wrench[row]
-        anchor = self.anchor if self.anchor.ndim == 1 else self.anchor[row]
-        return replace(self, wrench=wrench, anchor=anchor)
+        return replace(self, velocity=NO_SPRING.velocity)
 
     def total(self, position: np.ndarray) -> np.ndarray:
         """Return the wrench with the spring's force.
@@ -185,12 +175,6 @@ class Load:
     spring: ContactSpring = NO_SPRING
     rate: np.ndarray = field(default_factory=lambda: NO_RATE)
     contact: PlaneContact = NO_CONTACT
-
-    @cached_property
-    def is_sprung(self) -> bool:
-        """Whether a spring or a contact answers to where the TCP is."""
-        sprung = self.spring is not NO_SPRING and bool(self.spring.stiffness.any())
-        return sprung or self.contact.holds
 
     @cached_property
     def is_even(self) -> bool:

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
 from benchmarks.goals import goals
 from benchmarks.page import write_tables
-from benchmarks.solvers import bare_stepper, mujoco, scipy_solver, stepper, through_fmu
+from benchmarks.solvers import mujoco, native_fmu, scipy_solver
 from benchmarks.task import Row, Task
 
 
@@ -16,10 +16,7 @@ def test_every_family_follows_the_path(curve):
     """0.2 s of it; over that time even the coarsest is far better than 1e-6 m."""
     task = Task.load(curve, 0.2)
     for entry in (
-        stepper(task, 1e-6),
-        bare_stepper(task, 4e-3),
-        through_fmu(task, 4e-3),
-        through_fmu(task, 4e-3, "native"),
+        native_fmu(task, 4e-3),
         mujoco(task, "RK4", 1e-3),
         mujoco(task, "implicitfast", 1.25e-4),
         scipy_solver(task, "Radau", 1e-4),
@@ -30,30 +27,26 @@ def test_every_family_follows_the_path(curve):
         assert row.spent > 0.0
 
 
-def rows(stepper_time: float, error: float) -> list[Row]:
+def rows(native_time: float, error: float) -> list[Row]:
     return [
-        Row("stepper", "ours", stepper_time, error, error),
-        Row("bare stepper", "bare", 2.0, 1e-9, 1e-9),
-        Row("FMU", "through", 2.8, 1e-9, 1e-9),
         Row("native", "native but wrong", 0.01, 2e-6, 1e-9),
-        Row("native", "native", 0.1, 1e-9, 1e-9),
+        Row("native", "native", native_time, error, error),
         Row("MuJoCo", "fast but wrong", 0.1, 2e-6, 1e-9),
         Row("MuJoCo", "right", 3.0, 9e-7, 1e-9),
         Row("SciPy", "slow", 20.0, 1e-9, 1e-9),
     ]
 
 
-def test_goals_compare_with_the_fastest_that_is_accurate():
-    found = goals({"linear": rows(1.5, 1e-7), "backlash": rows(0.5, 1e-7)})
-    assert [goal.ratio for goal in found] == pytest.approx([2.0, 6.0, 1.4, 1.4, 30.0, 30.0])
-    assert [goal.reached for goal in found] == [True, False, True, True, True, False]
-    assert "6.00 (at least 10; not reached)" in str(found[1])
+def test_goals_compare_the_fastest_that_are_accurate():
+    found = goals({"linear": rows(0.1, 1e-7), "backlash": rows(0.1, 1e-7)})
+    assert [goal.ratio for goal in found] == pytest.approx([30.0, 30.0])
+    assert [goal.reached for goal in found] == [True, False]
+    assert "30.00 (at least 40; not reached)" in str(found[1])
 
 
-def test_a_stepper_that_errs_reaches_no_goal():
-    first, *_ = goals({"linear": rows(0.1, 1.1e-6), "backlash": rows(0.5, 1e-7)})
+def test_a_native_fmu_that_errs_reaches_no_goal():
+    first, _ = goals({"linear": rows(0.001, 1.1e-6), "backlash": rows(0.1, 1e-7)})
     assert not first.reached
-    assert "which errs by 1.1e-06 m" in str(first)
 
 
 def test_tables_replace_those_of_the_last_run(tmp_path):
@@ -61,12 +54,12 @@ def test_tables_replace_those_of_the_last_run(tmp_path):
     begin = "<!-- from here to the end mark: written by make performance -->"
     end = "<!-- end of the written part -->"
     page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
-    tables = {"linear": rows(1.5, 1e-7), "backlash": rows(0.5, 1e-7)}
+    tables = {"linear": rows(0.1, 1e-7), "backlash": rows(0.1, 1e-7)}
     write_tables(page, tables, 22.8)
     once = page.read_text()
     assert once.startswith("before\n")
     assert once.endswith("after\n")
-    assert "| right | 3.00 | 9.0e-07 | 1.0e-09 | 2.00 |" in once
+    assert "| right | 3.00 | 9.0e-07 | 1.0e-09 | 300.00 |" in once
     assert "old" not in once
     write_tables(page, tables, 22.8)
     assert page.read_text() == once

@@ -14,10 +14,9 @@ def test_the_snippet_of_the_derivatives_runs():
     (snippet,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict = {}
     exec(snippet, names)
-    robot, path, linear = names["robot"], names["path"], names["linear"]
+    robot, linear = names["robot"], names["linear"]
     compliance = robot.compliance()
     np.testing.assert_allclose(
         compliance, compliance.T, rtol=0, atol=1e-6 * np.abs(compliance).max()
     )
-    assert path.tcp["joint[2].backlash"].shape == (51, 6)
     assert linear.dynamic_compliance(np.array([10.0, 100.0])).shape == (2, 6, 6)

@@ -10,7 +10,7 @@ from trajectory_files import PLACES, REFUSED, csv, npz
 SAID = {
     "force": r"needs more than \d+ tries of a step at \S+ m/s, under 1e\+12 N, 0 N m, drives of 0 rad/s"
     r"|bends deflection\[\d+\] beyond 3.14 rad, under 1e\+12 N, 0 N m, drives of 0 rad/s",
-    "enormous force": r"0 s into a step of .*, needs steps below 2e-11 s, under 1e\+300 N",
+    "enormous force": r"0 s into a step of .*, needs steps below \S+ s, under 1e\+300 N",
     "moment": r"under 0 N, 1e\+14 N m",
     "acceleration": r"drives of \S+e\+1\d rad/s and \S*e\+12 rad/s2: one of these is too large",
     "enormous acceleration": r"and \S*e\+300 rad/s2: one of these is too large",

@@ -7,11 +7,6 @@ import pytest
 from conftest import reference
 from places import REFERENCE
 
-from coupling.files.robot_file import load_robot, shipped_robots
-from elastic_robot.robot import ElasticRobot
-from elastic_robot.tool_load import Load
-from elastic_robot.trajectory import read_trajectory
-
 POSE = [f"tcp.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")]
 DEFLECTION = [f"deflection[{k}]" for k in range(1, 12)]
 WRENCH = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"]
@@ -83,12 +78,12 @@ def test_step_response(example_fmu, run_fmu, curve):
 
 @pytest.mark.parametrize("curve", CURVES)
 def test_iso_path(example_fmu, run_fmu, curve):
-    """22.8 s of motion at the default tolerance: 1e-7 m without and 1e-6 m with backlash.
+    """22.8 s of motion, seen every 50 ms: 1e-7 m without and 1e-6 m with backlash.
 
     With backlash small errors grow about 480 times between 9 and 12 s, so the first 9 s are also
     compared on their own.
     """
-    expected = reference(f"d_iso_{curve}_10ms")
+    expected = reference(f"d_iso_{curve}_10ms")[::5]
     job = {
         "settings": {
             "mode": "dynamic",
@@ -104,35 +99,6 @@ def test_iso_path(example_fmu, run_fmu, curve):
     assert error[:, :3].max() < limit
     assert error[expected[:, 0] <= 9.0, :3].max() < 0.1 * limit
     assert error[:, 3:].max() < 2.0 * limit
-
-
-def _error_of_the_model(curve: str, end: float, tolerance: float) -> float:
-    expected = reference(f"d_iso_{curve}_10ms")
-    drives = read_trajectory(REFERENCE / "iso_path_joints.npz", 6)
-    description = load_robot(shipped_robots()["icme2008"])
-    robot = ElasticRobot(description, CURVES[curve], tolerance=tolerance)
-    robot.reset(0.0, drives, Load())
-    error = 0.0
-    for row in expected[1 : np.count_nonzero(expected[:, 0] <= end + 1e-9)]:
-        robot.step(row[0], drives, Load())
-        error = max(error, float(np.abs(robot.tcp()[:3] - row[1:4]).max()))
-    return error
-
-
-def test_whole_iso_path_without_backlash_at_a_tight_tolerance():
-    assert _error_of_the_model("nobacklash", 22.8, 1e-8) < 1e-8
-
-
-def test_error_falls_with_the_tolerance():
-    """With backlash, 12 s, when small errors have grown 480 times.
-
-    Over four decades of the tolerance the error falls by three at least, and stays below it.
-    """
-    tolerances = np.array([1e-4, 1e-6, 1e-8])
-    errors = [_error_of_the_model("backlash", 12.0, tolerance) for tolerance in tolerances]
-    assert np.all(np.array(errors) < tolerances)
-    assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
-    assert errors[0] > 1e3 * errors[2]
 
 
 def test_rigid_iso_path(example_fmu, run_fmu):

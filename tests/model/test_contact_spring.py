@@ -14,10 +14,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from elastic_robot.errors import ElasticRobotError, ParameterError
-from elastic_robot.integrator import GaussStepper
 from elastic_robot.kinematics import base_from_tool
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.settings import SETTINGS
 from elastic_robot.snapshot import Snapshot
 from elastic_robot.statics import equilibrium
 from elastic_robot.tool_load import Acting, ContactSpring, Load, symmetric
@@ -252,36 +250,6 @@ def test_motion_on_a_spring_is_that_of_an_independent_engine(seed):
     np.testing.assert_allclose(robot.deflection(), y[:m], rtol=0, atol=1e-10)
 
 
-def test_order_of_the_stepper_is_kept(example):
-    """Eighth order at a step's end: halved steps of 5 ms leave nearly 1/256 of the error."""
-    spring = ContactSpring(np.array([1.6, 0.1, 0.9]), np.array([0.3, -0.2, 0.1]), 1e5 * np.eye(3))
-    ends = []
-    for steps in (2, 4, 8, 64):
-        robot = ElasticRobot(example, "linear")
-        robot.reset(0.0, held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), Load(spring=spring))
-        step = 0.02 / steps
-        fixed = replace(SETTINGS, longest_step=step, first_step=step, iteration=1e-22)
-        robot._stepper = GaussStepper(1e9, fixed)
-        robot._state = replace(robot._now(), step=step)
-        robot.step(0.02, held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0]), Load(push(-300.0), spring))
-        ends.append(robot.deflection())
-    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
-    assert errors[0] > 1e3 * errors[2] > 1e-10
-    assert np.log2(errors[1] / errors[2]) > 7.0
-
-
-def test_a_stiff_spring_does_not_shorten_the_steps(example):
-    """At rest on 1e9 N/m, where the fastest mode swings nine times in one, they grow to the longest."""
-    q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
-    robot = ElasticRobot(example, "linear")
-    robot.reset(0.0, q, Load())
-    spring = ContactSpring(robot.tcp()[:3] + 1e-4, np.zeros(3), 1e9 * np.eye(3))
-    robot.reset(0.0, q, Load(spring=spring))
-    robot.step(0.5, q, Load(spring=spring))
-    assert np.nanmax(robot.linearise().modes.frequency) > 9.0 / SETTINGS.longest_step
-    assert robot.snapshot.state.step == SETTINGS.longest_step
-
-
 def test_a_step_that_fails_leaves_no_trace(example):
     """What goes on after a refused spring is what would have gone on, bit for bit."""
     q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
@@ -292,11 +260,9 @@ def test_a_step_that_fails_leaves_no_trace(example):
         robot = ElasticRobot(example, "backlash")
         robot.reset(0.0, q, Load(push(300.0), spring))
         robot.step(0.05, q, Load(push(299.0), spring))
-        assert robot.snapshot.state.newton is not None
         if disturbed:
             with pytest.raises(ElasticRobotError), np.errstate(all="ignore"):
                 robot.step(0.06, q, Load(spring=absurd))
-        assert robot.snapshot.state.newton is not None
         robot.step(0.06, q, Load(push(299.0), spring))
         ends.append(robot.deflection())
     assert ends[0].tobytes() == ends[1].tobytes()
@@ -321,7 +287,7 @@ def test_without_stiffness_nothing_is_changed_bit_for_bit(example):
 
 @pytest.mark.parametrize("quasistatic", [False, True])
 def test_a_snapshot_goes_on_bit_for_bit(example, quasistatic):
-    """Through arrays too, from the middle of a motion with the spring's matrices in use."""
+    """Through arrays too, from the middle of a motion."""
     q = held([0.0, -0.3, 0.5, 0.0, 0.6, 0.0])
     spring = ContactSpring(np.array([1.5, 0.1, 0.9]), np.array([0.0, 0.0, 0.1]), 1e6 * np.eye(3))
     robot = ElasticRobot(example, "backlash", quasistatic)

@@ -1,5 +1,5 @@
 """The contact that lifts off, in Python and in the C core alike: closed forms, an independent
-integrator, orders, and that nothing ever pulls."""
+integrator, and that nothing ever pulls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ from scipy.optimize import brentq
 from touching import KINDS, Independent, Touching, onto
 
 from elastic_robot.errors import ElasticRobotError, ParameterError
-from elastic_robot.integrator import GaussStepper
 from elastic_robot.plane_contact import PlaneContact
 from elastic_robot.robot import ElasticRobot
-from elastic_robot.settings import SETTINGS
 from elastic_robot.snapshot import Snapshot
 from elastic_robot.tool_load import Load
 
@@ -116,7 +114,7 @@ def test_a_plane_that_is_not_reached_changes_nothing(kind):
     far = onto(PlaneContact(1e8, 1.0, 0.01, 0.3), (0.0, 0.0, -1.0), force=(0.0, 0.0, -100.0))
     found = []
     for load in (far, Load(far.wrench)):
-        robot = Touching(kind, pendulum(), [0.0])
+        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-8)
         robot.reset(load)
         start = robot.x()
         robot.step(0.3, replace(load, wrench=np.zeros(6)))
@@ -222,16 +220,16 @@ def test_both_kinds_agree_with_backlash():
     assert touched > 10
 
 
-# What never happens, orders, and what is kept.
+# What never happens, and what is kept.
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7, 1e8, 1e9])
+@pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
 def test_nothing_pulls_and_energy_only_falls(kind, stiffness):
     """Bounces on a floor at steps of 1, 3 and 10 ms, with damping and friction, seen at every step."""
     plane, largest = PlaneContact(stiffness, 0.2, 0.0, 0.2), 0.0
     for length in (1e-3, 3e-3, 1e-2):
-        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-8)
+        robot = Touching(kind, pendulum(), [0.0], tolerance=1e-9)
         robot.reset(onto(plane, (0.0, 0.0, -5e-3), force=(0.0, 0.0, MASS * 9.81)))
         rows = np.array(run(robot, onto(plane, (0.0, 0.0, -5e-3)), length, int(0.3 / length)))
         _, x, vz, _, _, normal, gap = rows.T
@@ -254,25 +252,6 @@ def test_a_tool_that_is_torn_off_feels_nothing():
     by_place, by_velocity = plane.force_gradient(gap, fast)
     assert not by_place.any()
     assert not by_velocity.any()
-
-
-def test_order_in_contact_is_eight():
-    """Pressed, damped and rubbed by a plane that moves: halved steps leave nearly 1/256 of the error."""
-    plane = PlaneContact(1e5, 1.0, 0.02, 0.3, 0.5)
-    ends = []
-    for steps in (4, 8, 16, 128):
-        robot = ElasticRobot(pendulum(damping=20.0), "linear")
-        robot.reset(0.0, held([0.0]), onto(plane, (0.0, 0.0, -0.03)))
-        step = 0.1 / steps
-        fixed = replace(SETTINGS, longest_step=step, first_step=step, iteration=1e-22)
-        robot._contact_stepper = GaussStepper(1e9, fixed)
-        robot._state = replace(robot._now(), step=step)
-        robot.step(0.1, held([0.0]), onto(plane, (0.0, 0.0, -0.03), (0.1, 0.0, 0.05)))
-        ends.append(robot.deflection())
-        assert robot.contact_force()[2] > 0.0
-    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
-    assert errors[0] > 1e4 * errors[2] > 1e-12
-    assert np.log2(errors[0] / errors[1]) > 7.0
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -37,7 +37,7 @@ def contact(k):
     }
 
 
-def shake(instance, first, count=24):
+def shake(instance, first, count=16):
     rows = []
     for k in range(first, first + count):
         instance.set({**push(k), **contact(k)})
