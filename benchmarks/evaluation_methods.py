@@ -12,13 +12,13 @@ import numpy as np
 
 from benchmarks.evaluation_tasks import Withheld, hanging_cases
 from benchmarks.evaluations import SCHEMES_RUN, WITHHELD
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models, cell_of
-from coupling.solve import Inverse, Mirror
+from coupling.solve import InverseCorrection, Mirror
 from coupling.solve.correction import Method
 from coupling.solve.fixed_point import Loop
 from coupling.solve.schemes import SCHEMES
@@ -128,7 +128,7 @@ def rows(names: Iterable[str]) -> Iterator[MethodRow]:
         case = cases()[name]
         with Models("native") as models:
             cell, _ = cell_of(case.robots, models)
-            yield corrected(name, case, cell, "dynamic", Inverse(), "any")
+            yield corrected(name, case, cell, "dynamic", InverseCorrection(), "any")
             for scheme in SCHEMES_RUN:
                 yield corrected(name, case, cell, "quasistatic", Mirror(), scheme)
 

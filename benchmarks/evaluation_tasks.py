@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case import Case, PlacedRobot
+from coupling.case.file import Case, PlacedRobot
 from coupling.path.controller import Controller, on_cycle
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process import Answer, ElasticWall, Process
+from coupling.process import ElasticWall, Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from coupling.run.models import Models, cell_of
 from coupling.store import Store, StoredProcess
@@ -72,7 +72,7 @@ class Withheld:
     process: Process
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer without stiffness."""
         return replace(self.process.evaluate(path), stiffness=None)
 
@@ -90,7 +90,7 @@ class Noisy:
     phase: np.ndarray
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the answer times 1 + 0.03 sin(2 pi (x + y + z) / 10 mm + phase)."""
         answer = self.process.evaluate(path)
         turns = path.position.sum(axis=-1) / _NOISE_LENGTH
@@ -214,8 +214,8 @@ def _on_a_wall(placed: PlacedRobot) -> PlacedRobot:
     return replace(placed, description=replace(placed.description, gravity=(0.0, -9.81, 0.0)))
 
 
-def kuka_with_play() -> Case:
-    """Return a small cone formed by the KUKA of the examples, with 0.1 mrad of play in its gears."""
+def kuka_with_backlash() -> Case:
+    """Return a small cone formed by the KUKA of the examples, with 0.1 mrad of backlash in its gears."""
     case = example(
         "cone",
         robot={
@@ -238,10 +238,10 @@ def _played(robot: Robot) -> Robot:
 
 
 def hanging_cases() -> dict[str, Case]:
-    """Return the cases whose gears hang in their play, by name."""
+    """Return the cases whose gears hang in their backlash, by name."""
     small = {"radius_m": 0.04, "depth_m": 0.003, "step_down_m": 0.001}
     return {
-        "KUKA with play, cone": kuka_with_play(),
+        "KUKA with backlash, cone": kuka_with_backlash(),
         "robot on a wall, cone": turned(example("cone", tool_path=small)),
     }
 

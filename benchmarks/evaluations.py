@@ -94,7 +94,8 @@ class CouplingRow:
         gain: Loop gain of the task, where it is known.
         errors: Distance from the reference after every evaluation [m]; not a number where there is none.
         beyond: Number of samples that are off by more than 1 um in the end.
-        elsewhere: Whether that is another solution, as where a gear in its play has two places to rest.
+        elsewhere: Whether that is another solution, as where a gear in its backlash has two places to
+            rest.
         converged: Whether the scheme says so.
         outcome: Word for how it ended.
         simulations: Simulations of robots.

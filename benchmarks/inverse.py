@@ -30,10 +30,10 @@ from benchmarks.goals import Goal
 from benchmarks.inverse_tasks import InverseTask, cone_task, iso_task
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT
-from coupling.fmu.driver import Job, load
+from coupling.fmu.driver import SimulationJob, load
 from coupling.fmu.worker import unpack
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
+from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath
@@ -79,7 +79,7 @@ class InverseRow:
         return sum(spent for part, spent in self.parts.items() if part != "plan")
 
 
-def inverted(wanted: Wanted, curve: str) -> tuple[dict[str, float], JointPath]:
+def inverted(wanted: DesiredMotion, curve: str) -> tuple[dict[str, float], JointPath]:
     """Return the times that parts of the inverse took, and the command."""
     moving, parts = MovingRobot(ROBOT, curve), dict.fromkeys(PARTS[1:], 0.0)
     last = time.process_time()
@@ -106,7 +106,7 @@ def measured(task: InverseTask, curve: str, peers: bool = True) -> InverseRow:
     )
 
 
-def _best(wanted: Wanted, curve: str) -> tuple[dict[str, float], JointPath]:
+def _best(wanted: DesiredMotion, curve: str) -> tuple[dict[str, float], JointPath]:
     """Return the shorter of two runs."""
     runs = [inverted(wanted, curve) for _ in range(2)]
     return min(runs, key=lambda run: sum(run[0].values()))
@@ -132,7 +132,7 @@ def _peers(task: InverseTask, curve: str, command: JointPath) -> dict[str, float
                 "mode": mode,
                 "trajectory": str(folder / "command.npz"),
             }
-            job = Job(settings, times, inputs, loads, outputs, len(outputs))
+            job = SimulationJob(settings, times, inputs, loads, outputs, len(outputs))
             return timed(lambda: driver.run(job, lambda done, total: None))[0]
 
         return {

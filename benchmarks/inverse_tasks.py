@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.task import ROBOT, TRAJECTORY
-from coupling.case import load_case
-from coupling.inverse.inversion import Wanted
+from coupling.case.file import load_case
+from coupling.inverse.inversion import DesiredMotion
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.trajectory import read_trajectory
@@ -44,9 +44,9 @@ class InverseTask:
         """Return the joint angles of the undeflected robot."""
         return InverseKinematics(ROBOT, self.home).plan(self.path)
 
-    def wanted(self) -> Wanted:
+    def wanted(self) -> DesiredMotion:
         """Return what the robot is to do."""
-        return Wanted(self.path, self.plan(), self.wrench)
+        return DesiredMotion(self.path, self.plan(), self.wrench)
 
     def first(self, part: float) -> InverseTask:
         """Return the first part of the task, cut in mid-motion."""

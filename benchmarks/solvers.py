@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from benchmarks.stopwatch import timed
 from benchmarks.task import ROBOT, TRAJECTORY, Answer, Entry, Task
-from coupling.fmu.driver import Job
+from coupling.fmu.driver import SimulationJob
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.robot.robot_fmu import SCALARS
 from elastic_robot.chain import build_chain
@@ -47,7 +47,7 @@ def native_fmu(task: Task, period: float) -> Entry:
             settings = {"torque_curve": task.curve, "mode": "dynamic", "trajectory": trajectory}
             inputs, outputs = SCALARS.wrench[:6], SCALARS.pose
             loads = np.zeros((len(times), len(inputs)))
-            job = Job(settings, times, inputs, loads, outputs, len(outputs))
+            job = SimulationJob(settings, times, inputs, loads, outputs, len(outputs))
             fmu = build_fmu(ROBOT, folder / "Robot.fmu", BuildOptions("native"))
             fmpy.extract(str(fmu), unzipdir=str(folder / "fmu"))
             order, answer = folder / "job.pickle", folder / "answer.npz"

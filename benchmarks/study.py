@@ -13,12 +13,12 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.events import unwatched
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import run_compensation
 from coupling.study.conduct import changed_table, opened, simulated
-from coupling.study.rows import Sample
+from coupling.study.rows import StudySample
 from coupling.study.workers import Workers
 
 CASE = Path(__file__).parents[1] / "examples" / "cases" / "cone.toml"
@@ -40,7 +40,7 @@ class Timed:
 
     workers: int
     wall: float
-    samples: list[Sample]
+    samples: list[StudySample]
 
     def __str__(self) -> str:
         speed = len(self.samples) / self.wall

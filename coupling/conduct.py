@@ -6,17 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.events import Progress, Watch
 from coupling.report import write_report
+from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.kept_process import kept_process
 from coupling.run.logged_folder import logged_folder
-from coupling.run.study import Run
 
 
 @dataclass(frozen=True)
-class Done:
+class FinishedRun:
     """A run that has come to its end.
 
     Attributes:
@@ -40,7 +40,7 @@ def conduct(
     kind: str,
     work: Callable[[Case, Watch], Run],
     tell: Watch,
-) -> Done:
+) -> FinishedRun:
     """Run a case into its run folder.
 
     Args:
@@ -65,4 +65,4 @@ def conduct(
         watch(Progress("writing the report", 1, 2))
         write_report(place)
         log.finish(run.durations)
-    return Done(case, run, log.answers_from("store"), process.unkept)
+    return FinishedRun(case, run, log.answers_from("store"), process.unkept)

@@ -25,7 +25,7 @@ class Progress(Event):
 
 
 @dataclass(frozen=True)
-class Said(Event):
+class ProcessMessage(Event):
     """A line that a process says while it works.
 
     Attributes:
@@ -36,7 +36,7 @@ class Said(Event):
 
 
 @dataclass(frozen=True)
-class Warned(Event):
+class WarningEvent(Event):
     """Something that the user should know and that does not end the run.
 
     Attributes:

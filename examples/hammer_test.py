@@ -26,7 +26,7 @@ RECORD = 8.0  # [s]; the slowest mode has decayed to less than a thousandth
 
 
 def robot_at_rest() -> ElasticRobot:
-    """Return the robot under its own weight, without play: a gear that rattles is not linear."""
+    """Return the robot under its own weight, without backlash: a gear that rattles is not linear."""
     robot = ElasticRobot(load_robot(shipped_robots()["icme2008"]), "linear", tolerance=1e-8)
     robot.reset(0.0, rest, Load())
     return robot

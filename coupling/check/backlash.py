@@ -1,7 +1,7 @@
 """What a wrong backlash would leave of a command that is right, found by simulating it.
 
-No formula of the gears alone tells that.  A gear that keeps its flank is off by the error dB of its half
-width B, and one that changes it by 2 dB, as long as its link follows.  But in the backlash only the
+No formula of the gears alone tells that.  A gear that does not reverse is off by the error dB of its
+half width B, and one that changes it by 2 dB, as long as its link follows.  But in the backlash only the
 damper d holds the link.  An error dB that swings on the flank with omega leaves it with v = omega dB,
 which the damper takes off within I / d, over a way of
 
@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from coupling.events import Progress, Watch, unwatched
-from coupling.inverse.inversion import MovingRobot, Wanted, fine_times
+from coupling.inverse.inversion import DesiredMotion, MovingRobot, fine_times
 from coupling.inverse.windows import solve_links
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath
@@ -48,7 +48,7 @@ class WrongBacklash:
 
 
 def wrong_backlash(
-    moving: MovingRobot, model: SimulatedModel, wanted: Wanted, watch: Watch = unwatched
+    moving: MovingRobot, model: SimulatedModel, wanted: DesiredMotion, watch: Watch = unwatched
 ) -> tuple[WrongBacklash, ...]:
     """Return what robots with another backlash leave, as `coupling.run.robustness` varies it.
 
@@ -82,7 +82,9 @@ def wrong_backlash(
     return tuple(found)
 
 
-def right_command(moving: MovingRobot, wanted: Wanted, watch: Watch = unwatched) -> JointPath:
+def right_command(
+    moving: MovingRobot, wanted: DesiredMotion, watch: Watch = unwatched
+) -> JointPath:
     """Return the motion of the drives that keeps the tool on its path, row by row as it is solved for.
 
     Args:
@@ -97,9 +99,9 @@ def right_command(moving: MovingRobot, wanted: Wanted, watch: Watch = unwatched)
 
     links = solve_links(moving.model, task, progress=progress).theta
     time = fine_times(links)
-    twist = moving.twist(links, time, moving.torque(links, time, task.wrench), wanted.wrench)
+    wind_up = moving.wind_up(links, time, moving.torque(links, time, task.wrench), wanted.wrench)
     rows = []
-    for order, own in enumerate((twist.angle, twist.rate, twist.acceleration)):
+    for order, own in enumerate((wind_up.angle, wind_up.rate, wind_up.acceleration)):
         drives = links.at(time, order)[:, moving.model.chain.drive]
         drives[:, moving.model.gear_joint] -= own
         rows.append((drives,))

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.check.backlash import WrongBacklash, wrong_backlash
 from coupling.check.joints import JointDemand, joint_demands
-from coupling.check.room import Room, room_around
+from coupling.check.room import Clearance, room_around
 from coupling.errors import BuildError, HostError, SimulationError
 from coupling.events import Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
@@ -51,7 +51,7 @@ class CheckedRobot:
     path: ToolPath
     way: float
     demands: tuple[JointDemand, ...]
-    room: Room
+    room: Clearance
     gears: tuple[GearDiagnosis, ...]
     backlash: tuple[WrongBacklash, ...]
     unknown: str
@@ -99,10 +99,10 @@ def checked(
 
 
 def _with_wrong_backlash(
-    moving: MovingRobot, models: Models, wanted: Wanted, watch: Watch
+    moving: MovingRobot, models: Models, wanted: DesiredMotion, watch: Watch
 ) -> tuple[tuple[WrongBacklash, ...], str]:
     """Return what a wrong backlash leaves, or why that is not known: no reason to say nothing else."""
-    if not np.any(moving.play):
+    if not np.any(moving.backlash):
         return (), ""
     try:
         model = models.of(moving.robot, moving.torque_curve)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from coupling.errors import ProcessError
 from coupling.path.histories import ToolPath
-from coupling.process import Answer, Process
+from coupling.process import Process, ProcessResponse
 from coupling.process.repeatability import Repeatability
 
 # What whole compensations by the inverse took on one core of a small virtual machine: cone.toml 35 s for
@@ -16,14 +16,14 @@ from coupling.process.repeatability import Repeatability
 _START = 3.0
 _PER_SECOND = 0.2
 _PER_SAMPLE = 2.5e-4
-# Gears that change their flank often, limits and the machine change it by so much.
+# Gears that reverse often, limits and the machine change it by so much.
 _WITHIN = 2.5
 # An evaluation that takes less is made twice [s].
 _ASKED_TWICE = 60.0
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TimeEstimate:
     """Time of a compensation by the inverse of the moving robot.
 
     Attributes:
@@ -54,7 +54,7 @@ class Estimate:
         ]
 
 
-def estimated(desired: ToolPath, rounds: int, each: float | None) -> Estimate:
+def estimated(desired: ToolPath, rounds: int, each: float | None) -> TimeEstimate:
     """Return what a compensation of so many rounds at most would take.
 
     Args:
@@ -66,17 +66,17 @@ def estimated(desired: ToolPath, rounds: int, each: float | None) -> Estimate:
     work = _PER_SECOND * duration + _PER_SAMPLE * len(desired.time)
     robots = len(desired.pose) * work
     low = _START + robots / _WITHIN
-    return Estimate((low, _START + robots * _WITHIN), each, (2, rounds + 1))
+    return TimeEstimate((low, _START + robots * _WITHIN), each, (2, rounds + 1))
 
 
-def timed(process: Process, desired: ToolPath) -> tuple[Answer, float]:
+def timed(process: Process, desired: ToolPath) -> tuple[ProcessResponse, float]:
     """Return what a process answers to the desired path, and how long it took [s]."""
     begin = time.perf_counter()
     answer = process.evaluate(desired)
     return answer, time.perf_counter() - begin
 
 
-def repeated(process: Process, desired: ToolPath, first: Answer, seconds: float) -> str:
+def repeated(process: Process, desired: ToolPath, first: ProcessResponse, seconds: float) -> str:
     """Return whether a process answers the desired path alike when it is asked again, in words.
 
     Args:

@@ -38,7 +38,7 @@ DIRECTIONS = {
 
 
 @dataclass(frozen=True)
-class Room:
+class Clearance:
     """What is left around a path, in the robot's base.
 
     Attributes:
@@ -58,7 +58,7 @@ class Room:
     links: np.ndarray
 
 
-def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
+def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Clearance:
     """Return what is left around the path of one tool, base frame.
 
     Args:
@@ -82,7 +82,7 @@ def room_around(robot: Robot, path: ToolPath, q: np.ndarray) -> Room:
     up, across = np.array([0.0, 0.0, 1.0]), np.array([-outward[1], outward[0], 0.0])
     at = q[middle], position[middle], rotations[middle]
     upright, level = walk.outline(*at, (outward, up)), walk.outline(*at, (outward, across))
-    return Room(walk.regularity(q[rows].T), free, upright, level, link_points(robot, q[0]))
+    return Clearance(walk.regularity(q[rows].T), free, upright, level, link_points(robot, q[0]))
 
 
 class _Walk:

@@ -30,7 +30,7 @@ def robot_lines(robot: CheckedRobot, loads: str) -> Iterator[str]:
 
 
 def backlash_words(robot: CheckedRobot) -> Iterator[str]:
-    """Yield what a wrong backlash would leave, and whether any gear changes its flank."""
+    """Yield what a wrong backlash would leave, and whether any gear reverses."""
     if not any(gear.backlash for gear in robot.gears):
         yield "no gear has backlash: a wrong one would not show"
         return
@@ -45,7 +45,7 @@ def backlash_words(robot: CheckedRobot) -> Iterator[str]:
     else:
         yield f"what a wrong backlash leaves is not known: {robot.unknown}"
     if not any(gear.at_risk for gear in robot.gears):
-        yield "no gear changes its flank: a wrong backlash shows as little but a constant"
+        yield "no gear reverses: a wrong backlash shows as little but a constant"
 
 
 def joint_words(demand: JointDemand) -> str:

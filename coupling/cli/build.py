@@ -66,11 +66,11 @@ def ssp(
     ] = None,
 ) -> None:
     """Pack robot and process as one system for a co-simulation master (SSP 1.0)."""
-    from coupling.case import load_case
-    from coupling.run.ssp import System
+    from coupling.case.file import load_case
+    from coupling.run.ssp import SspSystem
 
     loaded = load_case(case)
-    system = System.of(loaded, "force" if force_only else "spring", step)
+    system = SspSystem.of(loaded, "force" if force_only else "spring", step)
     file = system.write(output, _asked_for(platforms, loaded.fmu))
     for line in (f"{file}: built", *system.remarks()):
         console.print(line)

@@ -12,7 +12,7 @@ from coupling.cli.console import console
 from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case import Case
+    from coupling.case.file import Case
 
 
 def check(
@@ -31,18 +31,18 @@ def check(
     ] = False,
 ) -> None:
     """Say whether a case can be run, draw its path, estimate the time; no command is made."""
-    from coupling.case import load_case
+    from coupling.case.file import load_case
     from coupling.check.checked import checked
     from coupling.check.estimate import repeated
     from coupling.check.words import robot_lines
     from coupling.path.histories import WrenchHistory
     from coupling.process import ProcessTable
     from coupling.report.check_page import write_check_page
-    from coupling.run.asked_again import LastAsked
+    from coupling.run.asked_again import RememberedProcess
     from coupling.run.console import RunView
+    from coupling.run.execute import quiet_process
     from coupling.run.expected import remarks
     from coupling.run.kept_process import checked_process
-    from coupling.run.study import quiet_process
 
     with RunView(console) as view:
         loaded = load_case(case, watch=view.watch)
@@ -52,7 +52,7 @@ def check(
         loads = "the robot's own weight, without the process (--evaluate)"
         if evaluate:
             process = checked_process(loaded, view.watch)
-            asked = LastAsked(process)
+            asked = RememberedProcess(process)
             quiet = quiet_process(loaded, asked)
             wrench = (quiet or asked).evaluate(desired).wrench
             assert asked.last is not None
@@ -76,10 +76,10 @@ def check(
 def _time(case: Case, each: float | None) -> list[str]:
     """Return what there is to say of the time that a compensation would take."""
     from coupling.check.estimate import estimated, timed
-    from coupling.solve.inverse import Inverse
+    from coupling.solve.inverse import InverseCorrection
 
     if each is None and case.process_table.FORMULA:
         _, each = timed(case.process, case.desired)
-    if isinstance(case.method, Inverse):
+    if isinstance(case.method, InverseCorrection):
         return estimated(case.desired, case.method.max_rounds, each).lines()
     return ["compensate: no estimate of the time for this method, which iterates robot and process"]

@@ -14,7 +14,7 @@ from coupling.errors import ProgramError, one_of
 
 if TYPE_CHECKING:
     from coupling.export.commands import RobotCommand
-    from coupling.export.exported import Exported, Options
+    from coupling.export.exported import ExportedProgram, ExportOptions
 
 # Exit status where a program loses more than it may; it is written all the same.
 _LOSES = 1
@@ -69,7 +69,7 @@ def export(
     ] = False,
 ) -> None:
     """Write a command as robot programs, read them back and simulate what they do."""
-    from coupling.export.exported import Options
+    from coupling.export.exported import ExportOptions
     from coupling.export.exporting import export_commands
     from coupling.export.folder import require_writable, write_export
     from coupling.programs.languages import LANGUAGES
@@ -83,7 +83,7 @@ def export(
         raise ProgramError(f"--targets: {to}: {one_of(language.targets, wanted)}")
     chosen = next(known for known in language.targets if known == wanted)
     cycle = None if cycle_ms is None else 1e-3 * cycle_ms
-    options = Options(language, chosen, name, 1e-6 * tolerance, cycle)
+    options = ExportOptions(language, chosen, name, 1e-6 * tolerance, cycle)
     read = _reader(source, robot, wrench, command)
     file = command or (None if source.is_dir() else source)
     folder = output or (source if file is None else file.parent / file.stem) / to
@@ -131,7 +131,7 @@ def _reader(
     return partial(command_of_table, source, robot, wrench)
 
 
-def _lines(one: Exported, options: Options, several: bool) -> Iterator[str]:
+def _lines(one: ExportedProgram, options: ExportOptions, several: bool) -> Iterator[str]:
     who = f"{one.robot} robot: " if several else ""
     yield (
         f"{who}{', '.join(file.name for file in one.files)}: {one.points} points of"

@@ -16,8 +16,8 @@ from coupling.files.whole_file import make_folder_of, write_whole
 
 if TYPE_CHECKING:
     from coupling.identify.measurements import Measurements
-    from coupling.identify.noise import Noise
-    from coupling.identify.plan import Wish
+    from coupling.identify.noise import MeasurementNoise
+    from coupling.identify.plan import PlanRequest
     from elastic_robot.description import Robot
 
 _REFUSED = 1
@@ -70,12 +70,12 @@ def identify(
     from coupling.files.robot_file import find_robot, load_robot
     from coupling.identify.console import lines
     from coupling.identify.figures import figures
-    from coupling.identify.identification import Options
+    from coupling.identify.identification import IdentifyOptions
     from coupling.identify.identification import identify as identified
     from coupling.identify.least_squares import LOSSES
     from coupling.identify.measurements import read_measurements
     from coupling.identify.noise import noise_of
-    from coupling.identify.plan import Wish
+    from coupling.identify.plan import PlanRequest
     from coupling.identify.robot_file import identified_text
     from coupling.report.identify_page import identify_page
     from elastic_robot.torque_curves import TORQUE_CURVES
@@ -86,7 +86,7 @@ def identify(
     described = load_robot(start)
     deviations = (sd_m, sd_rad, sd_n, sd_nm)
     if plan:
-        wish = Wish(count, force, down, lowest_m, seed=seed)
+        wish = PlanRequest(count, force, down, lowest_m, seed=seed)
         wish = _with_noise(wish, sd_m, sd_n)
         _plan(described, torque_curve, wish, measurements, deviations, output)
         return
@@ -96,7 +96,7 @@ def identify(
     if target.suffix != ".toml":
         raise IdentifyError(f"--output: expected a name that ends in .toml, got {target.name!r}")
     measured = read_measurements(measurements, len(described.joints))
-    options = Options(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
+    options = IdentifyOptions(noise_of(measured, *deviations), torque_curve, loss, tuple(add or ()))
     found = identified(described, measured, options)
     told = figures(found)
     make_folder_of(target, IdentifyError)
@@ -117,7 +117,7 @@ def identify(
 def _plan(
     robot: Robot,
     torque_curve: str,
-    wish: Wish,
+    wish: PlanRequest,
     file: Path | None,
     deviations: tuple[float | None, ...],
     output: Path | None,
@@ -127,7 +127,7 @@ def _plan(
     from coupling.identify.noise import noise_of
     from coupling.identify.plan import planned
 
-    done: tuple[Measurements, Noise] | None = None
+    done: tuple[Measurements, MeasurementNoise] | None = None
     if file is not None:
         measured = read_measurements(file, len(robot.joints))
         position, rotation, force, moment = deviations
@@ -140,7 +140,7 @@ def _plan(
     print_plan(found, target)
 
 
-def _with_noise(wish: Wish, position: float | None, force: float | None) -> Wish:
+def _with_noise(wish: PlanRequest, position: float | None, force: float | None) -> PlanRequest:
     return replace(
         wish,
         position=wish.position if position is None else position,

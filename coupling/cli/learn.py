@@ -51,7 +51,7 @@ def learn(
     from coupling.files.toml_file import load_toml
     from coupling.learn.console import lines
     from coupling.learn.figures import figures
-    from coupling.learn.learning import Options
+    from coupling.learn.learning import LearnOptions
     from coupling.learn.learning import learn as learned
     from coupling.learn.measured import read_seen
     from coupling.learn.next_inputs import next_case_text
@@ -59,9 +59,9 @@ def learn(
     from coupling.learn.source import read_source
     from coupling.report.learn_page import learn_page
     from coupling.run.console import RunView, gear_lines, print_summary
+    from coupling.run.execute import run_compensation
     from coupling.run.models import Models
     from coupling.run.new_folder import require_free
-    from coupling.run.study import run_compensation
 
     if len(passes) % 2:
         raise LearnError(
@@ -83,7 +83,7 @@ def learn(
     if start.resolve() == target.resolve():
         raise LearnError(f"{target}: expected another file than the robot that is learned from")
     with RunView(console) as view, Models("native", view.watch) as models:
-        found = learned(sources, Options(own_frame, draws, seed), models, view.watch)
+        found = learned(sources, LearnOptions(own_frame, draws, seed), models, view.watch)
     told = figures(found)
     make_folder_of(target, LearnError)
     said = [*lines(told), "What the gears go through:", *gear_lines(found.gears)]

@@ -19,12 +19,12 @@ from coupling.events import Watch
 from coupling.files.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from coupling.case import Case
+    from coupling.case.file import Case
     from coupling.learn.device import FrameKnown
-    from coupling.learn.next_command import Plan
+    from coupling.learn.next_command import CommandPlan
     from coupling.learn.next_options import NextOptions
+    from coupling.run.execute import Run
     from coupling.run.models import Models
-    from coupling.run.study import Run
 
 _LENGTHS = {"um": 1e-6, "mm": 1e-3, "m": 1.0}
 _ANGLES = {"urad": 1e-6, "mrad": 1e-3, "rad": 1.0}
@@ -256,10 +256,10 @@ def _advance(
         raise typer.Exit(NOT_CONVERGED)
 
 
-def expected(case: Case, found: Plan, models: Models, watch: Watch) -> Run:
+def expected(case: Case, found: CommandPlan, models: Models, watch: Watch) -> Run:
     """Return the run of the next command, with what it is expected to leave."""
     from coupling.learn.forecast import forecast
-    from coupling.run.study import run_compensation
+    from coupling.run.execute import run_compensation
 
     run = run_compensation(case, watch)
     correction, base_from_world = run.correction, case.robots[0].world_from_base.inverse()

@@ -13,8 +13,8 @@ from coupling.errors import CaseError, one_of
 from coupling.events import Progress
 
 if TYPE_CHECKING:
-    from coupling.case import Case
-    from coupling.case_place import Objective
+    from coupling.case.file import Case
+    from coupling.case.place import Objective
     from coupling.process import Process
 
 
@@ -31,8 +31,8 @@ def place(
     store: StoreFolder = None,
     no_store: NoStore = False,
 ) -> None:
-    """Find where to put the part and how to hold the tool: stiff, and gears that keep their flank."""
-    from coupling.case import load_case
+    """Find where to put the part and how to hold the tool: stiff, and gears that do not reverse."""
+    from coupling.case.file import load_case
     from coupling.place.console import print_placement
     from coupling.place.folder import read_placement, write_placement
     from coupling.place.place import place as placed
@@ -65,7 +65,7 @@ def place(
 
 
 def _objective(word: str | None) -> Objective | None:
-    from coupling.case_place import Objective
+    from coupling.case.place import Objective
 
     for known in get_args(Objective):
         if word == known:

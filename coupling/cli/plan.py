@@ -12,10 +12,10 @@ from coupling.cli.console import console
 from coupling.errors import IdentifyError
 from coupling.files.whole_file import write_whole
 from coupling.identify.measurements import FORCE, LOAD_POINT, MEASURED_POINT, SHIFT
-from coupling.identify.plan import Plan
+from coupling.identify.plan import MeasurementPlan
 
 
-def write_plan(plan: Plan, file: Path) -> None:
+def write_plan(plan: MeasurementPlan, file: Path) -> None:
     """Write the poses and loads of a plan, with empty cells for what will be measured."""
     planned = plan.measurements
     angles = tuple(f"q{i + 1}" for i in range(planned.q.shape[1]))
@@ -34,7 +34,7 @@ def write_plan(plan: Plan, file: Path) -> None:
     write_whole(file, stream.getvalue(), IdentifyError)
 
 
-def print_plan(plan: Plan, file: Path) -> None:
+def print_plan(plan: MeasurementPlan, file: Path) -> None:
     """Say what the planned measurements will tell."""
     lines = [
         "95 % interval to expect of each compliance, over its value (+- %), if the start file is right:"

@@ -20,8 +20,8 @@ from coupling.cli.console import console
 from coupling.events import Watch
 
 if TYPE_CHECKING:
-    from coupling.case import Case
-    from coupling.run.study import Run
+    from coupling.case.file import Case
+    from coupling.run.execute import Run
 
 NOT_CONVERGED = 1
 
@@ -34,7 +34,7 @@ def couple(
     no_store: NoStore = False,
 ) -> None:
     """Iterate robot and process until the path they agree on no longer changes."""
-    from coupling.run.study import run_coupling
+    from coupling.run.execute import run_coupling
 
     folder = output or Path("results", case.stem)
     _run(case, folder, overwrite, store_folder(folder, store, no_store), "couple", run_coupling)
@@ -48,7 +48,7 @@ def compensate(
     no_store: NoStore = False,
 ) -> None:
     """Correct the command until the tool follows the desired path."""
-    from coupling.run.study import run_compensation
+    from coupling.run.execute import run_compensation
 
     folder = output or Path("results", case.stem)
     _run(

@@ -38,7 +38,7 @@ def study(
     no_store: NoStore = False,
 ) -> None:
     """Sample uncertain robots and tell what the command leaves on them; goes on where it was."""
-    from coupling.case import load_case
+    from coupling.case.file import load_case
     from coupling.report.study_page import write_study_report
     from coupling.run.console import RunView
     from coupling.study.conduct import changed_table, opened, simulated
@@ -69,8 +69,8 @@ def study(
 def _own_run(file: Path, folder: Path, store: Path | None, watch: Watch) -> Path:
     """Return the run folder of a study, whose command is computed unless it was before."""
     from coupling.conduct import conduct
+    from coupling.run.execute import run_compensation
     from coupling.run.stored_run import RESULT
-    from coupling.run.study import run_compensation
 
     if not (folder / RESULT).exists():
         conduct(file, folder, False, store, "compensate", run_compensation, watch)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import Case, PlacedRobot, load_case
+from coupling.case.file import Case, PlacedRobot, load_case
 from coupling.errors import ProgramError
 from coupling.export.checks import (
     remark_on,

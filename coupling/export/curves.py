@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 
-class Curve(Protocol):
+class SampledCurve(Protocol):
     """A motion at its samples."""
 
     @property

@@ -8,9 +8,9 @@ import numpy as np
 
 from coupling.errors import PlanningError, SimulationError
 from coupling.events import Progress
-from coupling.export.exported import Exported
-from coupling.export.job import Job
-from coupling.inverse.inversion import Wanted
+from coupling.export.exported import ExportedProgram
+from coupling.export.job import ExportJob
+from coupling.inverse.inversion import DesiredMotion
 from coupling.path.histories import JointPath
 
 # What the inverse aims at, as parts of the tolerance, one after the other.
@@ -19,11 +19,11 @@ _AIMS = (0.5, 0.1)
 _FEWEST = 8
 
 
-def every_cycle(job: Job) -> Exported:
+def every_cycle(job: ExportJob) -> ExportedProgram:
     """Return the first rows that lose no more than is allowed, or those that lose least.
 
     At first they are samples of the command.  What a drive does between two of them to turn a gear
-    through its play is lost, and the link that floats there drifts on with the momentum that is
+    through its backlash is lost, and the link, free there, drifts on with the momentum that is
     missing.  Then the rows are those of the inverse of the moving robot, for the controller's own
     interpolation, of the path that its tool takes under the command.
     """
@@ -42,18 +42,18 @@ def every_cycle(job: Job) -> Exported:
     return best
 
 
-def _judged(job: Job, command: JointPath) -> Exported:
+def _judged(job: ExportJob, command: JointPath) -> ExportedProgram:
     sampled = job.sampled(command)
     return job.judged(sampled, sampled.points, job.options.tolerance).exported
 
 
-def _inverse(job: Job, goal: float) -> JointPath:
+def _inverse(job: ExportJob, goal: float) -> JointPath:
     """Return rows of angles under which the moving robot's tool takes the path of the command."""
     member, path = job.member, job.reference
     cycles = float(np.ptp(path.time)) / job.cycle
     if cycles < _FEWEST:
         raise PlanningError(f"expected a command of {_FEWEST} cycles at least, got {cycles:.3g}")
     assert member.inverter is not None
-    wanted = Wanted(path, member.planner.plan(path), job.loads.on(path))
+    wanted = DesiredMotion(path, member.planner.plan(path), job.loads.on(path))
     controller = replace(job.command.controller, cycle=job.cycle, interpolation="cubic")
     return member.inverter.invert(wanted, controller, goal, job.watch).joints

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.errors import ProgramError, one_of
-from coupling.export.postures import Nearest
+from coupling.export.postures import NearestSingularity
 from coupling.path.deviation import Deviation
 from coupling.programs.languages import Language, Targets
-from coupling.programs.program import Program, ProgramFile
+from coupling.programs.program import ProgramFile, RobotProgram
 from coupling.run.drive_motion import DriveMotion
 
 # Largest loss by the export at the tool of the moving robot [m].
@@ -18,7 +18,7 @@ TOLERANCE = 5e-6
 
 
 @dataclass(frozen=True)
-class Options:
+class ExportOptions:
     """What is to be written.
 
     Attributes:
@@ -46,7 +46,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportedProgram:
     """The program of one robot, and what its files do.
 
     Attributes:
@@ -66,7 +66,7 @@ class Exported:
     """
 
     robot: str
-    program: Program
+    program: RobotProgram
     files: tuple[ProgramFile, ...]
     points_tolerance: float
     candidates: int
@@ -74,7 +74,7 @@ class Exported:
     command: Deviation | None
     read_back: Deviation | None
     drives: tuple[DriveMotion, ...]
-    nearest: Nearest
+    nearest: NearestSingularity
     counted: bool
     remark: str = ""
 

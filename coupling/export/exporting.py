@@ -10,14 +10,16 @@ from coupling.events import Watch, unwatched
 from coupling.export.checks import require_joints, require_limits, require_step
 from coupling.export.commands import RobotCommand, commands_of_run
 from coupling.export.every_cycle import every_cycle
-from coupling.export.exported import Exported, Options
+from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.few_points import few_points
-from coupling.export.job import Job
+from coupling.export.job import ExportJob
 from coupling.inverse.joint_limits import JointLimits
 from coupling.run.models import Models, cell_of
 
 
-def export_run(folder: Path, options: Options, watch: Watch = unwatched) -> tuple[Exported, ...]:
+def export_run(
+    folder: Path, options: ExportOptions, watch: Watch = unwatched
+) -> tuple[ExportedProgram, ...]:
     """Return the programs of a run's robots.
 
     Args:
@@ -32,8 +34,8 @@ def export_run(folder: Path, options: Options, watch: Watch = unwatched) -> tupl
 
 
 def export_commands(
-    commands: Sequence[RobotCommand], options: Options, watch: Watch = unwatched
-) -> tuple[Exported, ...]:
+    commands: Sequence[RobotCommand], options: ExportOptions, watch: Watch = unwatched
+) -> tuple[ExportedProgram, ...]:
     """Return the programs of robots that move at the same time: few points, or a row on every cycle.
 
     Args:
@@ -60,12 +62,12 @@ def export_commands(
         cell, _ = cell_of(robots, models)
         for own, member, limit in zip(commands, cell.members, limits, strict=True):
             name = _name(own, options, len(commands) > 1)
-            job = Job(own, member, limit, replace(options, name=name, cycle=cycle), watch)
+            job = ExportJob(own, member, limit, replace(options, name=name, cycle=cycle), watch)
             found.append(program(job))
     return tuple(found)
 
 
-def _name(own: RobotCommand, options: Options, several: bool) -> str:
+def _name(own: RobotCommand, options: ExportOptions, several: bool) -> str:
     """Return the name of a robot's program."""
     behind = f"_{own.placed.name}" if several else ""
     if options.name is not None:

@@ -5,26 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.events import Progress
-from coupling.export.exported import Exported
-from coupling.export.job import Job
+from coupling.export.exported import ExportedProgram
+from coupling.export.job import ExportJob
 from coupling.export.spline_points import spline_points
 from coupling.export.straight_points import straight_points
 
 # Programs that are tried, with closer points where the last one loses too much.
 _TRIES = 14
 # How long before a loss its cause is looked for at first [s], a few periods of a robot's slowest
-# oscillation, and how that grows: a gear may hang in its play for seconds before it shows.
+# oscillation, and how that grows: a gear may hang in its backlash for seconds before it shows.
 _BEFORE, _GROWTH = 0.3, 1.5
 
 
-def few_points(job: Job) -> Exported:
+def few_points(job: ExportJob) -> ExportedProgram:
     """Return the first program that loses no more than is allowed, or the one that loses least.
 
     The points keep to the command within the tolerance.  Where the files, read back and simulated, then
-    lose more at the moving robot's tool, which a gear in its play or an oscillation does, it is halved
-    there, until they do not.
+    lose more at the moving robot's tool, which a gear in its backlash or an oscillation does, it is
+    halved there, until they do not.
     """
-    options, found = job.options, list[Exported]()
+    options, found = job.options, list[ExportedProgram]()
     sampled = job.sampled(job.command.joints)
     if options.targets == "cartesian":
         job.require_poses_that_tell(sampled)

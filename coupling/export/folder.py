@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from coupling.errors import ProgramError
-from coupling.export.exported import Exported, Options
+from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.files.alone import alone
 from coupling.files.whole_file import WholeFile, sync_folder
 
@@ -46,7 +46,7 @@ def require_writable(folder: Path, overwrite: bool) -> None:
 
 
 def write_export(
-    folder: Path, exports: Sequence[Exported], options: Options, overwrite: bool
+    folder: Path, exports: Sequence[ExportedProgram], options: ExportOptions, overwrite: bool
 ) -> None:
     """Write programs and their summary, in the place of those that are there.
 
@@ -71,7 +71,9 @@ def write_export(
         raise ProgramError(f"{folder}: cannot be written: {cause.strerror or cause}") from cause
 
 
-def _contents(exports: Sequence[Exported], options: Options) -> Iterator[tuple[str, str]]:
+def _contents(
+    exports: Sequence[ExportedProgram], options: ExportOptions
+) -> Iterator[tuple[str, str]]:
     """Yield names and texts of all files."""
     for one in exports:
         for file in one.files:
@@ -112,7 +114,7 @@ def _take_place(draft: Path, target: Path) -> None:
     shutil.rmtree(aside, ignore_errors=True)
 
 
-def summary(exports: Sequence[Exported], options: Options) -> dict[str, Any]:
+def summary(exports: Sequence[ExportedProgram], options: ExportOptions) -> dict[str, Any]:
     """Return what export.json says."""
     return {
         "language": options.language.name,
@@ -122,7 +124,7 @@ def summary(exports: Sequence[Exported], options: Options) -> dict[str, Any]:
     }
 
 
-def _of_robot(one: Exported) -> dict[str, Any]:
+def _of_robot(one: ExportedProgram) -> dict[str, Any]:
     return {
         "robot": one.robot,
         "program": one.program.name,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.errors import ProgramError
-from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
+from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, with_tool
 from coupling.export.postures import Postures
 from coupling.export.spline_points import spline_values
@@ -16,7 +16,7 @@ from coupling.files.controller_axes import ControllerAxes
 from coupling.path.controller import Controller
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath
-from coupling.programs.program import HERE, Move, Program
+from coupling.programs.program import HERE, ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.description import Robot
 
@@ -24,7 +24,7 @@ Smooth = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def drive_motion(
-    program: Program,
+    program: RobotProgram,
     robot: Robot,
     axes: ControllerAxes,
     cycle: float,
@@ -118,20 +118,20 @@ _REACHED, _STEPS, _REGULAR = 1e-10, 6, 1e-4
 _SHORTEST = 0.5
 
 
-def _straight(curve: Curve, time: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _straight(curve: SampledCurve, time: np.ndarray, at: np.ndarray) -> np.ndarray:
     after = np.searchsorted(time, at, side="left").clip(1, len(time) - 1)
     before = after - 1
     share = ((at - time[before]) / (time[after] - time[before])).clip(0.0, 1.0)
     return curve.between(curve.values[before], curve.values[after], share)
 
 
-def _joints(move: Move, program: Program) -> tuple[float, ...]:
+def _joints(move: ProgramMove, program: RobotProgram) -> tuple[float, ...]:
     if move.joints is None:
         raise ProgramError(f"{program.name}: expected poses or joint angles alone, got both")
     return move.joints
 
 
-def _home(program: Program) -> tuple[float, ...]:
+def _home(program: RobotProgram) -> tuple[float, ...]:
     """Return the controller's joint angles at the start of the path."""
     known = [move.joints for move in program.moves if move.joints is not None]
     known += [m.configuration.angles for m in program.timed[:1] if m.configuration is not None]

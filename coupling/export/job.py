@@ -7,15 +7,15 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.case import PlacedRobot
+from coupling.case.file import PlacedRobot
 from coupling.errors import ProgramError
 from coupling.events import Watch
 from coupling.export.checks import require_limits
 from coupling.export.commands import RobotCommand
-from coupling.export.exported import Exported, Options
+from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.interpolated import drive_motion
-from coupling.export.postures import Nearest, nearest_singular
-from coupling.export.sampled import Sampled
+from coupling.export.postures import NearestSingularity, nearest_singular
+from coupling.export.sampled import SampledCommand
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
@@ -26,7 +26,7 @@ _SINGULAR = 1e-4
 
 
 @dataclass(frozen=True)
-class Judged:
+class CheckedProgram:
     """A program, and where its files leave the command.
 
     Attributes:
@@ -34,12 +34,12 @@ class Judged:
         lost: Times at which the moving robot's tool is farther off than the tolerance [s].
     """
 
-    exported: Exported
+    exported: ExportedProgram
     lost: np.ndarray
 
 
 @dataclass(frozen=True)
-class Job:
+class ExportJob:
     """The export of one robot.
 
     Attributes:
@@ -53,7 +53,7 @@ class Job:
     command: RobotCommand
     member: Member
     limits: JointLimits
-    options: Options
+    options: ExportOptions
     watch: Watch
 
     @property
@@ -75,12 +75,14 @@ class Job:
         """Return the path of the moving robot's tool in its base."""
         return self.member.robot.simulate(command, self.loads, "dynamic")
 
-    def sampled(self, command: JointPath) -> Sampled:
+    def sampled(self, command: JointPath) -> SampledCommand:
         """Return a motion of the drives on the controller's cycle."""
         own = self.command
-        return Sampled.of(own.placed, own.axes, own.part, command, self.cycle)
+        return SampledCommand.of(own.placed, own.axes, own.part, command, self.cycle)
 
-    def judged(self, sampled: Sampled, rows: np.ndarray, points_tolerance: float) -> Judged:
+    def judged(
+        self, sampled: SampledCommand, rows: np.ndarray, points_tolerance: float
+    ) -> CheckedProgram:
         """Return the program through chosen rows, judged by what its files do.
 
         Args:
@@ -112,7 +114,7 @@ class Job:
         require_limits(motion, free, own.who)
         path = self.simulated(motion)
         loss = path.distance_to(self.reference)
-        exported = Exported(
+        exported = ExportedProgram(
             robot=own.placed.name,
             program=program,
             files=files,
@@ -126,9 +128,9 @@ class Job:
             counted=own.axes.stated,
             remark=own.remark,
         )
-        return Judged(exported, path.time[loss > options.tolerance])
+        return CheckedProgram(exported, path.time[loss > options.tolerance])
 
-    def require_poses_that_tell(self, sampled: Sampled) -> None:
+    def require_poses_that_tell(self, sampled: SampledCommand) -> None:
         """Refuse a motion whose poses do not tell its joint angles.
 
         Raises:
@@ -141,7 +143,7 @@ class Job:
                 f" {nearest.time:.3f} s ({nearest.kind}): write joint angles with --targets joints"
             )
 
-    def _nearest(self, sampled: Sampled) -> Nearest:
+    def _nearest(self, sampled: SampledCommand) -> NearestSingularity:
         return nearest_singular(
             sampled.postures,
             sampled.time,

@@ -18,7 +18,7 @@ _MEETS = 1e-6
 
 
 @dataclass(frozen=True)
-class Arm:
+class Posture:
     """A robot's axes in a posture.
 
     Attributes:
@@ -45,14 +45,14 @@ class Postures:
         self._chain: Chain = build_chain(robot)
         self._data = self._chain.model.createData()
 
-    def arm(self, q: np.ndarray) -> Arm:
+    def arm(self, q: np.ndarray) -> Posture:
         """Return the axes at drive angles [rad], (joints,)."""
         jacobian = self._jacobian(q)
         tcp = base_from_tool(self._chain, self._data, self._chain.theta(q)).translation.copy()
         axes = jacobian[3:].T
         # The foot of the TCP on each axis: J_v = z x (p - foot).
         feet = tcp - np.cross(jacobian[:3].T, axes)
-        return Arm(axes, feet, tcp)
+        return Posture(axes, feet, tcp)
 
     def jacobians(self, q: np.ndarray) -> np.ndarray:
         """Return Jacobians of TCP and rotation by the drive angles, (n, 6, joints)."""
@@ -105,7 +105,7 @@ class Postures:
         return jacobian[:, self._chain.drive]
 
 
-def wrist_centre(arm: Arm) -> np.ndarray:
+def wrist_centre(arm: Posture) -> np.ndarray:
     """Return the point where the last three of six axes meet [m], (3,).
 
     Raises:
@@ -132,7 +132,7 @@ def wrist_centre(arm: Arm) -> np.ndarray:
     return centre
 
 
-def _towards(arm: Arm, joint: int, point: np.ndarray) -> np.ndarray:
+def _towards(arm: Posture, joint: int, point: np.ndarray) -> np.ndarray:
     """Return the foot of a point on an axis [m], (3,)."""
     axis, foot = arm.axes[joint], arm.origins[joint]
     found: np.ndarray = foot + axis * np.dot(axis, point - foot)
@@ -140,7 +140,7 @@ def _towards(arm: Arm, joint: int, point: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class NearestSingularity:
     """The posture of a path that is nearest to a singular one.
 
     Attributes:
@@ -156,7 +156,7 @@ class Nearest:
 
 def nearest_singular(
     postures: Postures, time: np.ndarray, q: np.ndarray, jacobians: np.ndarray, reach: float
-) -> Nearest:
+) -> NearestSingularity:
     """Return where a motion comes nearest to a singular posture, and of which kind that is.
 
     Args:
@@ -170,10 +170,12 @@ def nearest_singular(
     scaled[:, :3] /= reach
     values = np.linalg.svd(scaled, compute_uv=False)[:, -1]
     k = int(values.argmin())
-    return Nearest(float(time[k]), float(values[k]), _kind(postures.arm(q[k]), scaled[k], reach))
+    return NearestSingularity(
+        float(time[k]), float(values[k]), _kind(postures.arm(q[k]), scaled[k], reach)
+    )
 
 
-def _kind(arm: Arm, jacobian: np.ndarray, reach: float) -> str:
+def _kind(arm: Posture, jacobian: np.ndarray, reach: float) -> str:
     """Return the name of the singular posture that is nearest, by the smallest of three sines."""
     try:
         centre = wrist_centre(arm)

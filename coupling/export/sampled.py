@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case import PlacedRobot
-from coupling.export.curves import Curve, JointCurve, PoseCurve, continuous
+from coupling.case.file import PlacedRobot
+from coupling.export.curves import JointCurve, PoseCurve, SampledCurve, continuous
 from coupling.export.frames import controller_from_base, part_frame, tool_frame
 from coupling.export.postures import Postures
 from coupling.files.controller_axes import ControllerAxes
@@ -15,7 +15,7 @@ from coupling.path.controller import Controller
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath
 from coupling.programs.languages import Posture, Targets
-from coupling.programs.program import Move, Program
+from coupling.programs.program import ProgramMove, RobotProgram
 from coupling.robot.inverse_kinematics import InverseKinematics
 
 # Speed with which the tool goes to where the path begins [m/s].
@@ -23,7 +23,7 @@ _APPROACH = 0.01
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledCommand:
     """The command of one robot.
 
     Attributes:
@@ -52,7 +52,7 @@ class Sampled:
     @classmethod
     def of(
         cls, robot: PlacedRobot, axes: ControllerAxes, part: Frame, command: JointPath, cycle: float
-    ) -> Sampled:
+    ) -> SampledCommand:
         """Sample a command.
 
         Args:
@@ -90,7 +90,7 @@ class Sampled:
             postures=postures,
         )
 
-    def curve(self, targets: Targets) -> Curve:
+    def curve(self, targets: Targets) -> SampledCurve:
         """Return the motion that points are chosen of."""
         if targets == "joints":
             return JointCurve(self.q, self.jacobians, self.lever)
@@ -98,7 +98,7 @@ class Sampled:
 
     def program(
         self, name: str, rows: np.ndarray, targets: Targets, spline: bool, posture: Posture
-    ) -> Program:
+    ) -> RobotProgram:
         """Return the program through chosen rows.
 
         It begins with a motion of the joints to where the command begins.
@@ -112,21 +112,23 @@ class Sampled:
         """
         angles = [tuple(row) for row in self.axes.controller_angles(self.q[rows]).tolist()]
         durations = np.diff(self.time[rows]).tolist()
-        moves = [Move("joint", joints=angles[0])]
+        moves = [ProgramMove("joint", joints=angles[0])]
         if targets == "joints":
             moves += [
-                Move("spline" if spline else "joint", joints=row, duration=duration)
+                ProgramMove("spline" if spline else "joint", joints=row, duration=duration)
                 for row, duration in zip(angles[1:], durations, strict=True)
             ]
-            return Program(name, tuple(moves), self.base.pose, self.tool.pose)
+            return RobotProgram(name, tuple(moves), self.base.pose, self.tool.pose)
         poses = [tuple(row) for row in self.pose[rows].tolist()]
         stated = posture == "always" or (
             posture == "known" and self.axes.stated and self.postures.are_named(self.q[0])
         )
         postures = [self.postures.configuration(q) if stated else None for q in self.q[rows]]
-        moves.append(Move("linear", poses[0], speed=_APPROACH, configuration=postures[0]))
+        moves.append(ProgramMove("linear", poses[0], speed=_APPROACH, configuration=postures[0]))
         moves += [
-            Move("spline" if spline else "linear", pose, duration=duration, configuration=named)
+            ProgramMove(
+                "spline" if spline else "linear", pose, duration=duration, configuration=named
+            )
             for pose, duration, named in zip(poses[1:], durations, postures[1:], strict=True)
         ]
-        return Program(name, tuple(moves), self.base.pose, self.tool.pose)
+        return RobotProgram(name, tuple(moves), self.base.pose, self.tool.pose)

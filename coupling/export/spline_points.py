@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.export.curves import Curve
+from coupling.export.curves import SampledCurve
 
 # First distance of points, in candidates.
 _COARSE = 64
@@ -35,7 +35,7 @@ def spline_values(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nd
 
 
 def spline_points(
-    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
+    curve: SampledCurve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
 ) -> np.ndarray:
     """Return rows of a motion through which `spline_values` stays within a tolerance.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.export.curves import Curve
+from coupling.export.curves import SampledCurve
 
 
 def straight_error(
-    curve: Curve, time: np.ndarray, tolerance: np.ndarray, start: int, end: int
+    curve: SampledCurve, time: np.ndarray, tolerance: np.ndarray, start: int, end: int
 ) -> float:
     """Return how far the straight way from one sample to a later one is off, over the tolerance.
 
@@ -27,7 +27,7 @@ def straight_error(
 
 
 def straight_points(
-    curve: Curve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
+    curve: SampledCurve, time: np.ndarray, candidates: np.ndarray, tolerance: np.ndarray
 ) -> np.ndarray:
     """Return rows of a motion through which straight ways stay within a tolerance.
 

@@ -17,7 +17,7 @@ import pinocchio as pin
 from coupling.errors import one_of
 from coupling.files.robot_schema import (
     BodyTable,
-    Elasticity,
+    JointElasticity,
     RobotFile,
     UrdfJoint,
     UrdfRobotFile,
@@ -181,7 +181,7 @@ def _by_name(joints: list[UrdfJoint], chain: UrdfChain, path: Path) -> dict[str,
     return keys
 
 
-def _elastic(rigid: Joint, keys: Elasticity, base_from_file: np.ndarray, where: str) -> Joint:
+def _elastic(rigid: Joint, keys: JointElasticity, base_from_file: np.ndarray, where: str) -> Joint:
     """Return a joint that gives way; `base_from_file` turns the axes of the file's tilts."""
     tilts = []
     for number, tilt in enumerate(keys.tilt, start=1):

@@ -49,7 +49,7 @@ class GearTorque(Schema):
         return self
 
 
-class Elasticity(Schema):
+class JointElasticity(Schema):
     """What gives way in a joint, and what its drive and its gear can do."""
 
     stiffness: float | None = None
@@ -63,7 +63,7 @@ class Elasticity(Schema):
     gear_torque_Nm: GearTorque | None = None
 
     @model_validator(mode="after")
-    def _gear_is_elastic(self) -> Elasticity:
+    def _gear_is_elastic(self) -> JointElasticity:
         if self.gear_torque_Nm is not None and self.stiffness is None:
             raise ValueError(
                 "gear_torque_Nm: expected a stiffness beside it, as the torque is that of a gear that"
@@ -72,7 +72,7 @@ class Elasticity(Schema):
         return self
 
 
-class JointTable(BodyTable, Elasticity):
+class JointTable(BodyTable, JointElasticity):
     """[[joint]] of a file that describes the whole robot."""
 
     name: str = ""
@@ -118,7 +118,7 @@ class Urdf(Schema):
     mass_scale: Positive = 1.0
 
 
-class UrdfJoint(Elasticity):
+class UrdfJoint(JointElasticity):
     """[[joint]] beside a URDF, by its name there."""
 
     name: str

@@ -47,7 +47,7 @@ class FmuError(CouplingError):
 
 
 @dataclass(frozen=True)
-class Job:
+class SimulationJob:
     """One simulation of an FMU between sampled inputs and outputs.
 
     Attributes:
@@ -143,14 +143,14 @@ class Driver(ABC):
         """Make an instance that logs."""
 
     @abstractmethod
-    def _enter_initialization(self, job: Job) -> None:
+    def _enter_initialization(self, job: SimulationJob) -> None:
         """Set times and parameters and enter initialisation mode."""
 
     @abstractmethod
     def _free(self) -> None:
         """Free the instance; not by FMPy's freeInstance, which unloads the library."""
 
-    def run(self, job: Job, progress: Progress) -> np.ndarray:
+    def run(self, job: SimulationJob, progress: Progress) -> np.ndarray:
         """Return the outputs at the communication points, (n, job.width).
 
         Raises:
@@ -171,7 +171,7 @@ class Driver(ABC):
             *_, last = "", *"\n".join(self._errors).splitlines()
             raise FmuError(last or f"{type(cause).__name__}: {cause}") from cause
 
-    def _simulate(self, job: Job, progress: Progress) -> np.ndarray:
+    def _simulate(self, job: SimulationJob, progress: Progress) -> np.ndarray:
         time, last, slave = job.time.tolist(), len(job.time) - 1, self._slave
         answers = np.empty((last + 1, job.width))
         inputs = self._series(self.setter, job.inputs, np.ascontiguousarray(job.rows, dtype=float))
@@ -198,7 +198,7 @@ class Driver(ABC):
         references = [self._references[name] for name in names]
         return _Series(self._slave, function, references, rows, self.counted)
 
-    def _set_parameters(self, job: Job) -> None:
+    def _set_parameters(self, job: SimulationJob) -> None:
         apply_start_values(self._slave, self._description, dict(job.parameters))
 
     def _log(self, *message: Any) -> None:
@@ -220,7 +220,7 @@ class _Fmi2(Driver):
         addLoggerProxy(ctypes.byref(callbacks))
         self._slave.instantiate(callbacks=callbacks, loggingOn=True)
 
-    def _enter_initialization(self, job: Job) -> None:
+    def _enter_initialization(self, job: SimulationJob) -> None:
         self._slave.setupExperiment(startTime=job.time[0], stopTime=job.time[-1])
         self._set_parameters(job)
         self._slave.enterInitializationMode()
@@ -249,7 +249,7 @@ class _Fmi3(Driver):
     def _instantiate(self) -> None:
         self._slave.instantiate(loggingOn=True, logMessage=self._log)
 
-    def _enter_initialization(self, job: Job) -> None:
+    def _enter_initialization(self, job: SimulationJob) -> None:
         self._set_parameters(job)
         self._slave.enterInitializationMode(startTime=job.time[0], stopTime=job.time[-1])
 

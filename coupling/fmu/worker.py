@@ -18,7 +18,7 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from coupling.fmu.driver import FmuError, Job, Progress
+from coupling.fmu.driver import FmuError, Progress, SimulationJob
 
 
 def unpack(file: Path, folder: Path) -> None:
@@ -75,7 +75,7 @@ class WorkerProcess:
         self._process.communicate()
         self._said.close()
 
-    def send(self, job: Job) -> None:
+    def send(self, job: SimulationJob) -> None:
         """Give the worker a job."""
         assert self._process.stdin is not None
         try:

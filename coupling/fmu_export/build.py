@@ -12,7 +12,7 @@ from types import MappingProxyType
 from coupling.errors import BuildError, one_of
 from coupling.fmu_export.compiler import PLATFORMS
 from coupling.fmu_export.native_fmu import build_native_fmu
-from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, Standard
+from coupling.fmu_export.native_standards import FMI3_ARRAYS, STANDARDS, FmiStandard
 from coupling.fmu_export.python_fmu import build_python_fmu
 from coupling.fmu_export.python_host import without_host
 from elastic_robot.description import Robot
@@ -81,7 +81,7 @@ class BuildOptions:
             )
 
     @property
-    def standard(self) -> Standard:
+    def standard(self) -> FmiStandard:
         """What the version of FMI asks of a native FMU."""
         return FMI3_ARRAYS if self.arrays else STANDARDS[self.fmi]
 

@@ -31,7 +31,7 @@ _FLAGS = (
 
 
 def fmi2_description(
-    about: md.About,
+    about: md.ModelInfo,
     blocks: Mapping[str, Block],
     guid: str,
     source_files: Iterable[str] = (),

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.fmu_export import model_description as md
-from coupling.fmu_export.grouping import Group, Groups
+from coupling.fmu_export.grouping import Groups, VariableGroup
 from elastic_robot.fmi.variables import TIME, Block, Variable
 
 _COMMON_FLAGS = (
@@ -35,7 +35,7 @@ _FLAGS = (
 
 
 def fmi3_description(
-    about: md.About, blocks: Mapping[str, Block], groups: Groups, token: str
+    about: md.ModelInfo, blocks: Mapping[str, Block], groups: Groups, token: str
 ) -> bytes:
     """Return modelDescription.xml.
 
@@ -76,7 +76,7 @@ def build_description(model_name: str, source_files: Iterable[str]) -> bytes:
     return md.xml_text(root)
 
 
-def _variable(block: Block, group: Group) -> Element:
+def _variable(block: Block, group: VariableGroup) -> Element:
     attributes = md.variable_attributes(block, group.name, group.text, group.reference)
     first = group.elements[0]
     if not first.unit:

@@ -12,7 +12,7 @@ from elastic_robot.fmi.variables import Array, Block, Variable
 
 
 @dataclass(frozen=True)
-class Group:
+class VariableGroup:
     """A variable of an FMU: consecutive elements behind one value reference.
 
     Attributes:
@@ -30,7 +30,7 @@ class Group:
     is_scalar: bool
 
 
-Groups = Mapping[str, tuple[Group, ...]]
+Groups = Mapping[str, tuple[VariableGroup, ...]]
 
 
 def scalars(blocks: Mapping[str, Block]) -> Groups:
@@ -45,7 +45,8 @@ def scalars(blocks: Mapping[str, Block]) -> Groups:
     found, reference = {}, 0
     for name, block in blocks.items():
         found[name] = tuple(
-            Group(v.name, v.text, reference + k, (v,), True) for k, v in enumerate(block.variables)
+            VariableGroup(v.name, v.text, reference + k, (v,), True)
+            for k, v in enumerate(block.variables)
         )
         reference += len(block.variables)
     return found
@@ -73,12 +74,14 @@ def arrays(blocks: Mapping[str, Block]) -> Groups:
     }
 
 
-def _joined(stated: tuple[Array, ...], alone: tuple[Group, ...]) -> tuple[Group, ...]:
+def _joined(
+    stated: tuple[Array, ...], alone: tuple[VariableGroup, ...]
+) -> tuple[VariableGroup, ...]:
     found, first = [], 0
     for array in stated:
         part = alone[first : first + array.size]
         if part:
             elements = tuple(v for scalar in part for v in scalar.elements)
-            found.append(Group(array.name, array.text, part[0].reference, elements, False))
+            found.append(VariableGroup(array.name, array.text, part[0].reference, elements, False))
         first += array.size
     return tuple(found)

@@ -7,7 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 import elastic_robot
-from coupling.fmu_export.model_description import About
+from coupling.fmu_export.model_description import ModelInfo
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import STEP_SIZE
 from elastic_robot.fmi.tolerance import RELATIVE
@@ -29,7 +29,7 @@ def about(
     with_what: str,
     date: datetime,
     capabilities: tuple[str, ...],
-) -> About:
+) -> ModelInfo:
     """Return what an FMU tells of itself.
 
     Args:
@@ -39,7 +39,7 @@ def about(
         date: Date of the build.
         capabilities: Flags of `CoSimulation` that are true.
     """
-    return About(
+    return ModelInfo(
         model_name=model_name,
         description=description,
         version=elastic_robot.__version__,

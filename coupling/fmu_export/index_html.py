@@ -102,7 +102,7 @@ parallel to base when all angles are zero. A wrench acts <em>on the tool</em>, a
 axes: a force of -1000 N in z presses the tool down. Poses are position and unit quaternion (x, y,
 z, w with w &ge; 0) that takes tool axes to base axes. Small rotations are rotation vectors in base
 axes. Joint i turns by Rot(axis, q + e) Rot(tilt 1, a) Rot(tilt 2, b): q the drive, e the torsion of
-the gear, a and b the tilts. <code>backlash</code> is half the width of the dead band.</p>
+the gear, a and b the tilts. <code>backlash</code> is half the width of the backlash.</p>
 """
 
 

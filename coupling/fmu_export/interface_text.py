@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from coupling.fmu_export.grouping import Group, Groups
+from coupling.fmu_export.grouping import Groups, VariableGroup
 from elastic_robot.fmi.inputs import limits_of
 from elastic_robot.fmi.outputs import STATES
 from elastic_robot.fmi.tolerance import LEAST, MOST, RELATIVE, TOLERANCE
@@ -52,7 +52,7 @@ def interface_text(groups: Groups) -> str:
     return "\n".join([*lines, "end"])
 
 
-def _line(block: str, variable: Group) -> str:
+def _line(block: str, variable: VariableGroup) -> str:
     first = variable.elements[0]
     if first.unit:
         names = [v.shown.replace(" ", BLANK) for v in variable.elements]

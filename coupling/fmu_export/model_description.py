@@ -14,7 +14,7 @@ STATUSES = ("Warning", "Discard", "Error")
 
 
 @dataclass(frozen=True)
-class About:
+class ModelInfo:
     """What an FMU tells of itself.
 
     Attributes:
@@ -40,7 +40,7 @@ class About:
     exchange: tuple[str, ...] | None = None
 
 
-def root_element(about: About, fmi_version: str, token_name: str, token: str) -> Element:
+def root_element(about: ModelInfo, fmi_version: str, token_name: str, token: str) -> Element:
     """Return the root.
 
     Args:
@@ -67,7 +67,7 @@ def root_element(about: About, fmi_version: str, token_name: str, token: str) ->
     )
 
 
-def add_co_simulation(root: Element, about: About, flags: Iterable[str]) -> Element:
+def add_co_simulation(root: Element, about: ModelInfo, flags: Iterable[str]) -> Element:
     """Add the element `CoSimulation` and return it; flags are all that this FMI version knows.
 
     Every flag is stated, since masters differ in the defaults that they assume.
@@ -77,7 +77,7 @@ def add_co_simulation(root: Element, about: About, flags: Iterable[str]) -> Elem
     return SubElement(root, "CoSimulation", {"modelIdentifier": about.model_name, **attributes})
 
 
-def add_model_exchange(root: Element, about: About, flags: Iterable[str]) -> list[Element]:
+def add_model_exchange(root: Element, about: ModelInfo, flags: Iterable[str]) -> list[Element]:
     """Add the element `ModelExchange`, if there is one, and return what was added."""
     if about.exchange is None:
         return []
@@ -113,7 +113,7 @@ def add_log_categories(root: Element, status_prefix: str, statuses: Iterable[str
     SubElement(categories, "Category", {"name": "logAll", "description": "All messages"})
 
 
-def add_experiment(root: Element, about: About) -> None:
+def add_experiment(root: Element, about: ModelInfo) -> None:
     """Add the experiment to begin with."""
     SubElement(
         root,

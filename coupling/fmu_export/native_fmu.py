@@ -15,7 +15,7 @@ from coupling.fmu_export.identity import about, licenses, robot_line
 from coupling.fmu_export.index_html import index_html, variable_rows
 from coupling.fmu_export.interface_text import interface_text
 from coupling.fmu_export.model_description import at_points
-from coupling.fmu_export.native_standards import Standard, headers_licenses
+from coupling.fmu_export.native_standards import FmiStandard, headers_licenses
 from coupling.fmu_export.packed_sources import packed_sources
 from coupling.fmu_export.robot_text import robot_text
 from elastic_robot.description import Robot
@@ -37,7 +37,7 @@ def build_native_fmu(
     resources: Mapping[str, bytes],
     platforms: Sequence[str],
     with_sources: bool,
-    standard: Standard,
+    standard: FmiStandard,
     name: str,
     over_step: bool = False,
 ) -> Path:
@@ -97,7 +97,7 @@ def robot_data(robot: Robot, groups: Groups, guid: str) -> bytes:
     return f"{robot_text(robot, guid)}\n{interface_text(groups)}\n".encode()
 
 
-def _libraries(standard: Standard, names: Sequence[str], name: str) -> dict[str, bytes]:
+def _libraries(standard: FmiStandard, names: Sequence[str], name: str) -> dict[str, bytes]:
     platforms = platforms_named(names)
     libraries = core_libraries(platforms)
     return {

@@ -11,14 +11,14 @@ from coupling.fmu_export.fmi2 import fmi2_description
 from coupling.fmu_export.fmi3 import build_description, fmi3_description
 from coupling.fmu_export.grouping import Groups, arrays, scalars
 from coupling.fmu_export.identity import ICON
-from coupling.fmu_export.model_description import About
+from coupling.fmu_export.model_description import ModelInfo
 from elastic_robot.fmi.variables import Block
 
 Blocks = Mapping[str, Block]
 
 
 @dataclass(frozen=True)
-class Standard:
+class FmiStandard:
     """A version of FMI.
 
     Attributes:
@@ -42,7 +42,7 @@ class Standard:
     types_header: str
     folder: Callable[[Platform], str]
     grouped: Callable[[Blocks], Groups]
-    describe: Callable[[About, Blocks, Groups, str, tuple[str, ...]], bytes]
+    describe: Callable[[ModelInfo, Blocks, Groups, str, tuple[str, ...]], bytes]
     further_entries: Callable[[str, tuple[str, ...]], dict[str, bytes]]
 
     def sources(self) -> list[Path]:
@@ -70,7 +70,7 @@ def _build_description(name: str, source_files: tuple[str, ...]) -> dict[str, by
 
 
 STANDARDS = {
-    "2": Standard(
+    "2": FmiStandard(
         version="2.0",
         capabilities=(
             "canHandleVariableCommunicationStepSize",
@@ -93,7 +93,7 @@ STANDARDS = {
         describe=lambda about, blocks, _, guid, files: fmi2_description(about, blocks, guid, files),
         further_entries=_icon,
     ),
-    "3": Standard(
+    "3": FmiStandard(
         version="3.0",
         capabilities=(
             "canGetAndSetFMUState",

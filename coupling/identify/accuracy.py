@@ -18,7 +18,7 @@ _RESTS = 0.5
 
 
 @dataclass(frozen=True)
-class Intervals:
+class ConfidenceIntervals:
     """95 % intervals of parameters.
 
     Attributes:
@@ -41,7 +41,7 @@ class Intervals:
 
 def intervals(
     problem: LinearProblem, weight: np.ndarray, values: np.ndarray, known: bool
-) -> Intervals:
+) -> ConfidenceIntervals:
     """Return intervals around the unbounded least squares solution, as wide as the wider of two.
 
     One from the residual's variance (at least 1 where standard deviations were given), with all
@@ -67,7 +67,7 @@ def intervals(
     low[chosen] = np.where(unseen, 0.0, np.maximum(centre - np.where(unseen, 0.0, half), 0.0))
     high[chosen] = centre + half
     alone[chosen] = rests_on
-    return Intervals(
+    return ConfidenceIntervals(
         np.minimum(low, values), np.maximum(high, values), freedom, scale, alone, ~chosen
     )
 

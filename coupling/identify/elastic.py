@@ -17,14 +17,14 @@ LEAST_COMPLIANCE, LEAST_BACKLASH = 1e-14, 1e-10
 
 
 @dataclass(frozen=True)
-class Elasticity:
+class ElasticParameters:
     """The parameters p of a robot: compliance of every elastic coordinate, then backlash of gears.
 
     Attributes:
         robot: The robot they belong to.
         names: As the FMU names them, joint[1].stiffness or joint[1].backlash, (P,).
         elastic: Index of the elastic coordinate of each, (P,).
-        is_backlash: Which are half widths of a play [rad]; the others are compliances 1/k
+        is_backlash: Which are half widths of backlash [rad]; the others are compliances 1/k
             [rad/(N m)], (P,).
         start: Values of the robot's description, (P,).
     """
@@ -36,7 +36,7 @@ class Elasticity:
     start: np.ndarray
 
     @classmethod
-    def of(cls, robot: Robot, torque_curve: str) -> Elasticity:
+    def of(cls, robot: Robot, torque_curve: str) -> ElasticParameters:
         """Return the parameters of a robot: backlash where it has any and the curve knows it.
 
         A gear whose torque the curve takes from its own table has none.

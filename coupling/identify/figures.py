@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from coupling.identify.found import Further, Identification, rms
+from coupling.identify.found import CandidateTest, Identification, rms
 from coupling.identify.prediction import positions
-from coupling.identify.separable import Direction
-from coupling.identify.support import Support
+from coupling.identify.separable import WeakDirection
+from coupling.identify.support import Evidence
 from coupling.identify.warnings import warnings
 
 
@@ -79,7 +79,7 @@ def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _support(tested: Support) -> dict[str, Any]:
+def _support(tested: Evidence) -> dict[str, Any]:
     return {
         "F": _number(tested.statistic),
         "probability": _number(tested.probability),
@@ -90,7 +90,7 @@ def _support(tested: Support) -> dict[str, Any]:
     }
 
 
-def _further(further: Further) -> dict[str, Any]:
+def _further(further: CandidateTest) -> dict[str, Any]:
     if further.candidate.axis is None:
         unit, value = "rad", further.value
     else:
@@ -103,7 +103,7 @@ def _further(further: Further) -> dict[str, Any]:
     }
 
 
-def _direction(direction: Direction) -> dict[str, Any]:
+def _direction(direction: WeakDirection) -> dict[str, Any]:
     return {
         "names": list(direction.names),
         "parts": list(direction.parts),

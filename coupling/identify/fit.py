@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.errors import IdentifyError
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.least_squares import LinearProblem, robust_weights, solved
 from coupling.identify.measurements import Measurements
-from coupling.identify.noise import Noise, whitening
-from coupling.identify.prediction import Model, Prediction, rigid_prediction
+from coupling.identify.noise import MeasurementNoise, whitening
+from coupling.identify.prediction import Prediction, StaticModel, rigid_prediction
 
 _MOST_PASSES = 25
 # The fit ends where a pass moves the predictions by less than this part of the residual, or this [m].
@@ -26,7 +26,7 @@ _RIGID_PASSES = 2
 
 
 @dataclass(frozen=True)
-class Fit:
+class StaticFit:
     """A fitted robot, and the linear problem that its last pass has solved.
 
     Attributes:
@@ -41,7 +41,7 @@ class Fit:
         rigid: The problem in the rigid posture: what postures and loads can tell at all.
     """
 
-    elasticity: Elasticity
+    elasticity: ElasticParameters
     values: np.ndarray
     prediction: Prediction
     problem: LinearProblem
@@ -57,12 +57,12 @@ class Fit:
 
 
 def fitted(
-    elasticity: Elasticity,
+    elasticity: ElasticParameters,
     measured: Measurements,
     torque_curve: str,
-    noise: Noise,
+    noise: MeasurementNoise,
     loss: str = "squares",
-) -> Fit:
+) -> StaticFit:
     """Fit a robot's parameters to measurements.
 
     Args:
@@ -73,7 +73,7 @@ def fitted(
         loss: A name of `LOSSES`.
     """
     values, rigid = _rigid_fit(elasticity, measured, noise, loss)
-    model = Model(elasticity, measured, torque_curve)
+    model = StaticModel(elasticity, measured, torque_curve)
     prediction = rigid_prediction(elasticity, measured, values)
     problem, white = rigid, whitening(noise, prediction.by_wrench)
     converged, reason = False, f"did not settle in {_MOST_PASSES} passes"
@@ -102,7 +102,7 @@ def fitted(
             " deflections in m, base axes?"
         )
     weight = robust_weights(problem, values, loss)
-    return Fit(
+    return StaticFit(
         elasticity,
         values,
         prediction,
@@ -116,7 +116,7 @@ def fitted(
 
 
 def _rigid_fit(
-    elasticity: Elasticity, measured: Measurements, noise: Noise, loss: str
+    elasticity: ElasticParameters, measured: Measurements, noise: MeasurementNoise, loss: str
 ) -> tuple[np.ndarray, LinearProblem]:
     """Return the values of the fit in the rigid posture, and its problem."""
     values = elasticity.start
@@ -144,7 +144,7 @@ def _around(
 
 
 def _damped(
-    model: Model,
+    model: StaticModel,
     problem: LinearProblem,
     measured: Measurements,
     white: np.ndarray,

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identify.accuracy import Intervals
+from coupling.identify.accuracy import ConfidenceIntervals
 from coupling.identify.elastic import Candidate
-from coupling.identify.fit import Fit
-from coupling.identify.judge import Judged
+from coupling.identify.fit import StaticFit
+from coupling.identify.judge import IdentifiedParameter
 from coupling.identify.measurements import Measurements
-from coupling.identify.noise import Noise
+from coupling.identify.noise import MeasurementNoise
 from coupling.identify.points import MovedPoint
 from coupling.identify.separable import Separability
-from coupling.identify.support import CommonLoss, Support
+from coupling.identify.support import CommonLoss, Evidence
 from elastic_robot.description import Robot
 
 # A robot that is off by more than so many times what the start file is is not written.
@@ -22,7 +22,7 @@ _WORSE = 1.2
 
 
 @dataclass(frozen=True)
-class Further:
+class CandidateTest:
     """A parameter that the robot does not have, tested beside those that it has.
 
     Attributes:
@@ -33,7 +33,7 @@ class Further:
 
     candidate: Candidate
     value: float
-    support: Support
+    support: Evidence
 
 
 @dataclass(frozen=True)
@@ -59,19 +59,19 @@ class Identification:
     """
 
     measured: Measurements
-    fit: Fit
+    fit: StaticFit
     added: tuple[str, ...]
-    intervals: Intervals
-    parameters: tuple[Judged, ...]
+    intervals: ConfidenceIntervals
+    parameters: tuple[IdentifiedParameter, ...]
     written: np.ndarray
     left_out: np.ndarray
     rms_start: float
     rms_written: float
     separability: Separability
-    further: tuple[Further, ...]
+    further: tuple[CandidateTest, ...]
     loss: CommonLoss | None
     points: tuple[MovedPoint, ...]
-    noise: Noise
+    noise: MeasurementNoise
 
     @property
     def residual(self) -> np.ndarray:

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.errors import IdentifyError, one_of
-from coupling.identify.accuracy import Intervals, intervals, left_out
-from coupling.identify.elastic import Candidate, Elasticity, candidates
-from coupling.identify.fit import Fit, fitted
-from coupling.identify.found import Further, Identification, rms
+from coupling.identify.accuracy import ConfidenceIntervals, intervals, left_out
+from coupling.identify.elastic import Candidate, ElasticParameters, candidates
+from coupling.identify.fit import StaticFit, fitted
+from coupling.identify.found import CandidateTest, Identification, rms
 from coupling.identify.judge import judged
 from coupling.identify.measurements import Measurements
-from coupling.identify.noise import Noise
+from coupling.identify.noise import MeasurementNoise
 from coupling.identify.points import moved_points
-from coupling.identify.prediction import Model, candidate_columns
+from coupling.identify.prediction import StaticModel, candidate_columns
 from coupling.identify.separable import separability
 from coupling.identify.support import common_loss, support
 from elastic_robot.description import Robot
@@ -28,7 +28,7 @@ SUPPORTED = "supported"
 
 
 @dataclass(frozen=True)
-class Options:
+class IdentifyOptions:
     """How to identify.
 
     Attributes:
@@ -38,13 +38,13 @@ class Options:
         add: Names of candidates to add to the robot, or `SUPPORTED` for all that are supported.
     """
 
-    noise: Noise
+    noise: MeasurementNoise
     torque_curve: str = "backlash"
     loss: str = "squares"
     add: tuple[str, ...] = ()
 
 
-def identify(robot: Robot, measured: Measurements, options: Options) -> Identification:
+def identify(robot: Robot, measured: Measurements, options: IdentifyOptions) -> Identification:
     """Identify a robot's elasticity.
 
     Args:
@@ -57,10 +57,10 @@ def identify(robot: Robot, measured: Measurements, options: Options) -> Identifi
     """
     if not measured.wrench.any():
         raise IdentifyError("loads: expected a force or moment in at least one row, got none")
-    before = Elasticity.of(robot, options.torque_curve)
+    before = ElasticParameters.of(robot, options.torque_curve)
     if not before.names:
         raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
-    rms_start = _rms_of(Model(before, measured, options.torque_curve), before.start, measured)
+    rms_start = _rms_of(StaticModel(before, measured, options.torque_curve), before.start, measured)
     added: list[str] = []
     for name in options.add:
         if name != SUPPORTED:
@@ -78,12 +78,12 @@ def identify(robot: Robot, measured: Measurements, options: Options) -> Identifi
     return found
 
 
-def _with(robot: Robot, measured: Measurements, options: Options, name: str) -> Robot:
+def _with(robot: Robot, measured: Measurements, options: IdentifyOptions, name: str) -> Robot:
     """Return the robot with a candidate, at the value that fits beside the others."""
     known = {candidate.name: candidate for candidate in candidates(robot, options.torque_curve)}
     if name not in known:
         raise IdentifyError(f"--add: {one_of([SUPPORTED, *known], name)}")
-    elasticity = Elasticity.of(robot, options.torque_curve)
+    elasticity = ElasticParameters.of(robot, options.torque_curve)
     fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
     (further,) = _further(fit, measured, options, [known[name]])
     return known[name].added_to(robot, further.value)
@@ -101,11 +101,11 @@ def _own_name(robot: Robot, name: str) -> str:
 def _once(
     robot: Robot,
     measured: Measurements,
-    options: Options,
+    options: IdentifyOptions,
     added: tuple[str, ...],
     rms_start: float,
 ) -> Identification:
-    elasticity = Elasticity.of(robot, options.torque_curve)
+    elasticity = ElasticParameters.of(robot, options.torque_curve)
     fit = fitted(elasticity, measured, options.torque_curve, options.noise, options.loss)
     known = options.noise.known
     sure = intervals(fit.problem, fit.weight, fit.values, known)
@@ -121,7 +121,7 @@ def _once(
             kept[j] = elasticity.least[j]
     written = _beside(fit, identified, kept, sure)
     errors = fit.in_units(left_out(fit.problem, fit.weight))
-    model = Model(elasticity, measured, options.torque_curve)
+    model = StaticModel(elasticity, measured, options.torque_curve)
     further = _further(fit, measured, options, candidates(robot, options.torque_curve))
     return Identification(
         measured,
@@ -141,7 +141,9 @@ def _once(
     )
 
 
-def _beside(fit: Fit, identified: np.ndarray, kept: np.ndarray, sure: Intervals) -> np.ndarray:
+def _beside(
+    fit: StaticFit, identified: np.ndarray, kept: np.ndarray, sure: ConfidenceIntervals
+) -> np.ndarray:
     """Return the values to write: kept ones, and beside them those that fit best in their intervals.
 
     Where nothing that is kept acts together with what is identified, these are the fit's.
@@ -163,8 +165,8 @@ def _beside(fit: Fit, identified: np.ndarray, kept: np.ndarray, sure: Intervals)
 
 
 def _further(
-    fit: Fit, measured: Measurements, options: Options, found: Sequence[Candidate]
-) -> list[Further]:
+    fit: StaticFit, measured: Measurements, options: IdentifyOptions, found: Sequence[Candidate]
+) -> list[CandidateTest]:
     """Return candidates tested one by one beside the parameters of a fit."""
     robot, results, whole = fit.elasticity.robot, [], []
     for candidate in found:
@@ -180,11 +182,11 @@ def _further(
         last = np.arange(len(problem.start)) == len(fit.values)
         tested = support(problem, last, fit.weight, len(whole))
         value = float(problem.weighted(fit.weight).solve()[-1])
-        results.append(Further(candidate, value, tested))
+        results.append(CandidateTest(candidate, value, tested))
     return results
 
 
-def _rms_of(model: Model, values: np.ndarray, measured: Measurements) -> float:
+def _rms_of(model: StaticModel, values: np.ndarray, measured: Measurements) -> float:
     try:
         return rms(measured.deflection - model.predict(values).deflection)
     except IdentifyError:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identify.accuracy import Intervals
-from coupling.identify.fit import Fit
+from coupling.identify.accuracy import ConfidenceIntervals
+from coupling.identify.fit import StaticFit
 from coupling.identify.separable import Separability
-from coupling.identify.support import Support
+from coupling.identify.support import Evidence
 
 
 @dataclass(frozen=True)
-class Judged:
+class IdentifiedParameter:
     """A parameter and what the measurements tell of it.
 
     Attributes:
@@ -35,15 +35,15 @@ class Judged:
     high: float
     identified: bool
     reason: str
-    support: Support | None
+    support: Evidence | None
 
 
 def judged(
-    fit: Fit,
-    sure: Intervals,
-    supports: Mapping[int, Support],
+    fit: StaticFit,
+    sure: ConfidenceIntervals,
+    supports: Mapping[int, Evidence],
     telling: Separability,
-) -> tuple[Judged, ...]:
+) -> tuple[IdentifiedParameter, ...]:
     """Return the verdicts on all parameters.
 
     Args:
@@ -64,7 +64,7 @@ def judged(
             reason = tested.in_words()
         low, high = sorted((float(first[j]), float(last[j])))
         found.append(
-            Judged(
+            IdentifiedParameter(
                 name,
                 bool(own.is_backlash[j]),
                 float(start[j]),
@@ -79,7 +79,7 @@ def judged(
     return tuple(found)
 
 
-def _reason(fit: Fit, sure: Intervals, telling: Separability, j: int) -> str:
+def _reason(fit: StaticFit, sure: ConfidenceIntervals, telling: Separability, j: int) -> str:
     name = fit.elasticity.names[j]
     if not fit.converged:
         return "the fit has not converged"

@@ -11,7 +11,7 @@ from coupling.identify.measurements import Measurements
 
 
 @dataclass(frozen=True)
-class Noise:
+class MeasurementNoise:
     """Standard deviations of every number measured.
 
     Attributes:
@@ -25,7 +25,7 @@ class Noise:
     wrench: np.ndarray
     known: bool
 
-    def estimated(self, residual: np.ndarray) -> Noise:
+    def estimated(self, residual: np.ndarray) -> MeasurementNoise:
         """Return the noise with deviations that were not given taken from residuals, (k, r)."""
         if self.known:
             return self
@@ -46,7 +46,7 @@ def noise_of(
     rotation: float | None = None,
     force: float | None = None,
     moment: float | None = None,
-) -> Noise:
+) -> MeasurementNoise:
     """Return the noise of measurements: their own columns, else one number for all rows.
 
     Args:
@@ -73,7 +73,7 @@ def noise_of(
                 "standard deviations: expected those of the deflections (--sd-m, or columns sd.dx .."
                 " sd.dz) beside those of the loads, got none"
             )
-        return Noise(np.ones_like(deflection), wrench, known=False)
+        return MeasurementNoise(np.ones_like(deflection), wrench, known=False)
     if not given.all():
         raise IdentifyError(
             "standard deviations: expected one of every number measured, got none of some: give"
@@ -81,10 +81,10 @@ def noise_of(
         )
     if not np.all(deflection > 0.0):
         raise IdentifyError("standard deviations: expected numbers > 0 of deflections, got 0")
-    return Noise(deflection, wrench, known=True)
+    return MeasurementNoise(deflection, wrench, known=True)
 
 
-def whitening(noise: Noise, by_wrench: np.ndarray) -> np.ndarray:
+def whitening(noise: MeasurementNoise, by_wrench: np.ndarray) -> np.ndarray:
     """Return W_i with W_i S_i W_i^T = 1, S_i = diag(sd_d^2) + D_i diag(sd_w^2) D_i^T, (k, r, r).
 
     Args:

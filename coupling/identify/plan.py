@@ -14,9 +14,9 @@ from scipy.stats import qmc
 from scipy.stats import t as student
 
 from coupling.errors import IdentifyError
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.measurements import Measurements
-from coupling.identify.noise import Noise, whitening
+from coupling.identify.noise import MeasurementNoise, whitening
 from coupling.identify.prediction import rigid_prediction
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -30,7 +30,7 @@ _GAIN = 1e-9
 
 
 @dataclass(frozen=True)
-class Wish:
+class PlanRequest:
     """What to plan.
 
     Attributes:
@@ -57,7 +57,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedInterval:
     """A parameter and the 95 % interval to expect, if its start value is right.
 
     Attributes:
@@ -74,7 +74,7 @@ class Expected:
 
 
 @dataclass(frozen=True)
-class Plan:
+class MeasurementPlan:
     """Planned measurements.
 
     Attributes:
@@ -83,12 +83,15 @@ class Plan:
     """
 
     measurements: Measurements
-    expected: tuple[Expected, ...]
+    expected: tuple[ExpectedInterval, ...]
 
 
 def planned(
-    robot: Robot, torque_curve: str, wish: Wish, done: tuple[Measurements, Noise] | None = None
-) -> Plan:
+    robot: Robot,
+    torque_curve: str,
+    wish: PlanRequest,
+    done: tuple[Measurements, MeasurementNoise] | None = None,
+) -> MeasurementPlan:
     """Choose poses and loads.
 
     Args:
@@ -100,7 +103,7 @@ def planned(
     Raises:
         IdentifyError: If no candidate is high enough, or the robot is rigid.
     """
-    elasticity = Elasticity.of(robot, torque_curve)
+    elasticity = ElasticParameters.of(robot, torque_curve)
     if not elasticity.names:
         raise IdentifyError(f"{robot.name}: expected an elastic joint or tilt, got a rigid robot")
     candidates = _candidates(robot, wish)
@@ -118,7 +121,7 @@ def planned(
     after = _halves(known + old + new, numbers + 3 * wish.count)
     start = elasticity.in_units(elasticity.start)
     expected = [
-        Expected(name, float(value), float(first), float(last))
+        ExpectedInterval(name, float(value), float(first), float(last))
         for name, value, first, last in zip(elasticity.names, start, before, after, strict=True)
     ]
     best = Measurements.of(
@@ -128,10 +131,10 @@ def planned(
         candidates.load_point[chosen],
         candidates.measured_point[chosen],
     )
-    return Plan(best, tuple(expected))
+    return MeasurementPlan(best, tuple(expected))
 
 
-def _candidates(robot: Robot, wish: Wish) -> Measurements:
+def _candidates(robot: Robot, wish: PlanRequest) -> Measurements:
     """Return every direction of the load at every candidate pose."""
     limits = np.array([joint.limits or (-np.pi, np.pi) for joint in robot.joints])
     power = max(int(np.ceil(np.log2(max(wish.poses, 2)))), 1)
@@ -170,12 +173,16 @@ def _directions(robot: Robot, down: bool) -> np.ndarray:
     return np.vstack([axes, corners])
 
 
-def _noise(count: int, wish: Wish) -> Noise:
+def _noise(count: int, wish: PlanRequest) -> MeasurementNoise:
     wrench = np.repeat([wish.force_deviation, 0.0], 3)
-    return Noise(np.full((count, 3), wish.position), np.tile(wrench, (count, 1)), known=True)
+    return MeasurementNoise(
+        np.full((count, 3), wish.position), np.tile(wrench, (count, 1)), known=True
+    )
 
 
-def _information_rows(elasticity: Elasticity, measured: Measurements, noise: Noise) -> np.ndarray:
+def _information_rows(
+    elasticity: ElasticParameters, measured: Measurements, noise: MeasurementNoise
+) -> np.ndarray:
     """Return whitened columns over the start values, (k, r, P)."""
     prediction = rigid_prediction(elasticity, measured, elasticity.start)
     rows: np.ndarray = whitening(noise, prediction.by_wrench) @ prediction.by_parameter

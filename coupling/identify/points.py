@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.identify.fit import Fit
+from coupling.identify.fit import StaticFit
 from coupling.identify.measurements import Measurements
 from coupling.identify.prediction import point_columns
-from coupling.identify.support import Support, support
+from coupling.identify.support import Evidence, support
 
 # A shift of a point that is worth a word [m].
 _SIZE = 1e-3
@@ -28,7 +28,7 @@ class MovedPoint:
 
     name: str
     shift: tuple[float, ...]
-    support: Support
+    support: Evidence
 
     def suspicion(self) -> str:
         """Return what is to be suspected, in words; "" for nothing."""
@@ -41,7 +41,7 @@ class MovedPoint:
         )
 
 
-def moved_points(fit: Fit, measured: Measurements) -> list[MovedPoint]:
+def moved_points(fit: StaticFit, measured: Measurements) -> list[MovedPoint]:
     """Return the shifts of both points that fit best, one point at a time.
 
     Args:

@@ -1,6 +1,6 @@
 """What a robot's parameters predict for each measurement, and how that follows them.
 
-Rigid posture, exact for a linear robot without gravity: an elastic coordinate j twists by
+Rigid posture, exact for a linear robot without gravity: an elastic coordinate j winds up by
 c_j (t1_j - t0_j) + B_j (s1_j - s0_j), with the torque t = J_load^T w - g without (0) and with (1) the
 load and the flank s = -1, 0, 1 it pushes a gear to; the measured point moves by J_point,j times that.
 
@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from coupling.errors import IdentifyError
-from coupling.identify.elastic import Candidate, Elasticity
+from coupling.identify.elastic import Candidate, ElasticParameters
 from coupling.identify.measurements import Measurements
 from coupling.path.frame import Frame
 from elastic_robot.chain import build_chain
@@ -46,7 +46,7 @@ class Prediction:
 
 
 def rigid_prediction(
-    elasticity: Elasticity, measured: Measurements, values: np.ndarray
+    elasticity: ElasticParameters, measured: Measurements, values: np.ndarray
 ) -> Prediction:
     """Return the prediction in the rigid robot's posture, linear in the parameters.
 
@@ -87,7 +87,7 @@ def candidate_columns(
     """Return what a unit of each candidate adds to the rigid prediction, (k, r, candidates)."""
     columns = np.empty((measured.count, measured.rows, len(found)))
     for number, candidate in enumerate(found):
-        with_it = Elasticity.of(candidate.added_to(robot, 1e-6), torque_curve)
+        with_it = ElasticParameters.of(candidate.added_to(robot, 1e-6), torque_curve)
         own = [
             p
             for p, name in enumerate(with_it.names)
@@ -100,7 +100,7 @@ def candidate_columns(
 
 
 def point_columns(
-    elasticity: Elasticity, measured: Measurements, values: np.ndarray
+    elasticity: ElasticParameters, measured: Measurements, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return how rigid predictions follow shifts of measured point and load point, (k, r, 3) each.
 
@@ -150,7 +150,7 @@ def _flank(torque: np.ndarray) -> np.ndarray:
     return np.where(np.abs(torque) < SETTINGS.neutral_torque, 0.0, np.sign(torque))
 
 
-class Model:
+class StaticModel:
     """The robot's own equilibria under the loads of measurements.
 
     Args:
@@ -159,7 +159,9 @@ class Model:
         torque_curve: A name of `TORQUE_CURVES`.
     """
 
-    def __init__(self, elasticity: Elasticity, measured: Measurements, torque_curve: str) -> None:
+    def __init__(
+        self, elasticity: ElasticParameters, measured: Measurements, torque_curve: str
+    ) -> None:
         self._elasticity, self._measured = elasticity, measured
         # The load keeps its direction while its point moves along: one robot for each such point.
         self._robots: dict[tuple[float, ...], ElasticRobot] = {}

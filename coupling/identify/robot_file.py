@@ -10,7 +10,7 @@ from coupling.errors import IdentifyError
 from coupling.files.robot_edit import RobotEdit, place_of
 from coupling.files.robot_file import axes_of_file
 from coupling.identify.found import Identification, rms
-from coupling.identify.judge import Judged
+from coupling.identify.judge import IdentifiedParameter
 
 
 def identified_text(found: Identification, start: Path, target: Path, source: str) -> str:
@@ -66,7 +66,7 @@ def _head(found: Identification, start: Path, source: str) -> str:
     )
 
 
-def _remark(parameter: Judged, found: Identification) -> str:
+def _remark(parameter: IdentifiedParameter, found: Identification) -> str:
     if parameter.identified:
         return f"95 %: {parameter.low:.4g} to {parameter.high:.4g}"
     at_least = f"; 95 %: {parameter.low:.4g} or more" if np.isfinite(parameter.low) else ""

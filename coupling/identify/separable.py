@@ -19,7 +19,7 @@ _NAMED_UNSEEN, _NAMED = 1e-3, 0.05
 
 
 @dataclass(frozen=True)
-class Direction:
+class WeakDirection:
     """A change of parameters that moves hardly any measured number.
 
     Attributes:
@@ -58,8 +58,8 @@ class Separability:
 
     condition: float
     silent: tuple[str, ...]
-    unseen: tuple[Direction, ...]
-    weak: tuple[Direction, ...]
+    unseen: tuple[WeakDirection, ...]
+    weak: tuple[WeakDirection, ...]
     pairs: tuple[tuple[str, str, float], ...]
 
 
@@ -105,7 +105,7 @@ def _reduced(directions: np.ndarray) -> np.ndarray:
 
 def _named(
     problem: LinearProblem, names: Sequence[str], direction: np.ndarray, index: float
-) -> Direction:
+) -> WeakDirection:
     least = _NAMED if np.isfinite(index) else _NAMED_UNSEEN
     chosen = np.flatnonzero(np.abs(direction) > least * np.abs(direction).max())
     chosen = chosen[np.argsort(-np.abs(direction[chosen]), kind="stable")]
@@ -117,7 +117,7 @@ def _named(
         )
     )
     relative = parts[chosen] / parts[chosen[0]]
-    return Direction(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
+    return WeakDirection(tuple(names[int(j)] for j in chosen), tuple(relative.tolist()), index)
 
 
 def _pairs(problem: LinearProblem, names: Sequence[str]) -> list[tuple[str, str, float]]:

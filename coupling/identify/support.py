@@ -23,7 +23,7 @@ _TRIMMED = 3
 
 
 @dataclass(frozen=True)
-class Support:
+class Evidence:
     """A parameter, or some together, beside a model without.
 
     Attributes:
@@ -79,7 +79,7 @@ class Support:
         )
 
 
-def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, tests: int) -> Support:
+def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, tests: int) -> Evidence:
     """Test some parameters of a problem together against the problem without them.
 
     Args:
@@ -105,7 +105,7 @@ def support(with_it: LinearProblem, tested: np.ndarray, weight: np.ndarray, test
     statistic = max(squares[0] - squares[1], 0.0) / more / error if error > 0.0 else 0.0
     statistic *= statistic > _ROUNDING
     errors = [np.sum(left_out(p, weight) ** 2, axis=1) for p in (without, with_it)]
-    found = Support(
+    found = Evidence(
         statistic,
         float(fisher.sf(statistic, more, freedom)),
         float(errors[0].sum()),
@@ -126,8 +126,8 @@ def _change(without: float, within: float) -> float:
     return float(np.sqrt(within / without) - 1.0) if without > 0.0 else 0.0
 
 
-def _untested(tests: int, reason: str) -> Support:
-    return Support(0.0, 1.0, np.nan, np.nan, tests, reason=reason)
+def _untested(tests: int, reason: str) -> Evidence:
+    return Evidence(0.0, 1.0, np.nan, np.nan, tests, reason=reason)
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class CommonLoss:
     """A deflection that is missing in every row, whatever its load: what friction takes.
 
     Attributes:
-        value: [m]; negative where rows deflect by more, as with play.
+        value: [m]; negative where rows deflect by more, as with backlash.
         half: Half width of its 95 % interval [m].
         probability: Of so large a value by chance.
     """
@@ -155,7 +155,7 @@ class CommonLoss:
                 " hysteresis suspected; measure loading and unloading"
             )
         return (
-            f"small loads deflect systematically more, by {size} at every load: play suspected, or a"
+            f"small loads deflect systematically more, by {size} at every load: backlash suspected, or a"
             " zero reading that had not settled"
         )
 

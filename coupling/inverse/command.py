@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solve_banded
 
-from coupling.inverse.fit import Drive, Fit, end_conditions
+from coupling.inverse.fit import DriveEquations, SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.limited import NoCommandError, keep_within
 from coupling.inverse.limits import DriveLimits
 from coupling.inverse.rigid_drive import RigidDrive
-from coupling.inverse.rows import Rows
+from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline, stencil
 
 
-def gear_command(task: GearTask, rows: Rows, limits: DriveLimits) -> UniformSpline:
+def gear_command(task: GearTask, rows: CommandRows, limits: DriveLimits) -> UniformSpline:
     """Return the command of an elastic joint under which its link moves best as wanted.
 
     It starts where the link is in equilibrium, q = phi - e0, and minimises the miss of the link as
@@ -36,22 +36,26 @@ def gear_command(task: GearTask, rows: Rows, limits: DriveLimits) -> UniformSpli
     """
     exact = RigidDrive.of(task.link, rows).link
     times = np.linspace(rows.start, rows.end, len(exact))
-    exact = exact - np.interp(times, task.time, task.twist)
+    exact = exact - np.interp(times, task.time, task.wind_up)
     return _command(GearDrive.of(task, rows), task.link, rows, exact, limits)
 
 
-def rigid_command(link: UniformSpline, rows: Rows, limits: DriveLimits) -> UniformSpline:
+def rigid_command(link: UniformSpline, rows: CommandRows, limits: DriveLimits) -> UniformSpline:
     """Return the command of a rigid joint that is nearest to its link; the rest as in `gear_command`."""
     drive = RigidDrive.of(link, rows)
     return _command(drive, link, rows, drive.link, limits)
 
 
 def _command(
-    drive: Drive, link: UniformSpline, rows: Rows, exact: np.ndarray, limits: DriveLimits
+    drive: DriveEquations,
+    link: UniformSpline,
+    rows: CommandRows,
+    exact: np.ndarray,
+    limits: DriveLimits,
 ) -> UniformSpline:
     """Return the best command; `exact` is the drive's motion without rows at the nodes [rad]."""
     limits.require_reach(np.linspace(rows.start, rows.end, len(exact)), exact)
-    fit = Fit.whole(drive, end_conditions(rows, float(exact[0])))
+    fit = SplineFit.whole(drive, end_conditions(rows, float(exact[0])))
     start = _through(exact[:: drive.layout.parts], rows)
     coefficients, misses = fit.solve(start, np.zeros(drive.layout.nodes), fit.band_step)
     try:
@@ -62,7 +66,7 @@ def _command(
     return UniformSpline(rows.start, rows.cycle, coefficients[:, None], rows.degree)
 
 
-def _through(values: np.ndarray, rows: Rows) -> np.ndarray:
+def _through(values: np.ndarray, rows: CommandRows) -> np.ndarray:
     """Return the coefficients of the spline through values at the rows, at rest at both ends."""
     degree, still = rows.degree, (rows.degree - 1) // 2
     weights = [stencil(np.zeros(1), degree, order)[0][:degree] for order in range(still + 1)]

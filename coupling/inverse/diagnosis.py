@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from coupling.inverse.flanks import backlash_miss, flank_changes, margin, no_torque
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.link_task import Weights
 from coupling.inverse.links import LinkProblem
+from coupling.inverse.reversals import backlash_miss, backlash_reversals, margin, no_torque
 from coupling.inverse.spline import UniformSpline
 from coupling.path.linear import interpolated
 from elastic_robot.chain import build_chain
@@ -42,7 +42,7 @@ class GearLoads:
             (k, gears): what counts beside a gear's strength.
         static: The same at rest in every pose, under gravity and wrench [N m], (k, gears).
         by_gravity: Derivatives of these by gravity [N m s^2/m], (k, gears, 3).
-        lever: Displacement of the TCP by the twist of every gear [m/rad], (k, gears).
+        lever: Displacement of the TCP by the wind-up of every gear [m/rad], (k, gears).
     """
 
     time: np.ndarray
@@ -54,8 +54,8 @@ class GearLoads:
 
 
 @dataclass(frozen=True)
-class BaseTilt:
-    """A tilt of the robot's base whose gravity would keep a gear on its flank.
+class PreloadTilt:
+    """A tilt of the robot's base whose gravity would keep a gear from reversing.
 
     Attributes:
         angle: [rad].
@@ -72,41 +72,41 @@ class GearDiagnosis:
 
     Attributes:
         joint: Number, from 1.
-        backlash: Half width of its play [rad].
+        backlash: Half width of its backlash [rad].
         changes: How often it passes from one flank to the other.
-        floats: Time during which it carries nothing at rest: it floats in its play [s].
+        in_backlash: Time during which it carries nothing at rest: it is unloaded in its backlash [s].
         margin: By how much its torque stays clear of zero [N m]; negative where it does not, and then
-            minus the constant torque that would keep it on one flank.
-        miss: How far the tool is off at rest behind a flank change if the backlash is 20 % off [m]; in
-            motion it is several times as much.
+            minus the constant torque that would keep it from reversing.
+        miss: How far the tool is off at rest behind a backlash reversal if the backlash is 20 % off [m];
+            in motion it is several times as much.
         torque: Largest torque that it carries, to either side [N m].
         torque_time: Instant of it [s].
-        base_tilt: Smallest tilt of the base that would keep it on one flank; None where it keeps it,
+        base_tilt: Smallest tilt of the base that would keep it from reversing; None where it keeps it,
             or none does.
     """
 
     joint: int
     backlash: float
     changes: int
-    floats: float
+    in_backlash: float
     margin: float
     miss: float
     torque: float
     torque_time: float
-    base_tilt: BaseTilt | None = None
+    base_tilt: PreloadTilt | None = None
 
     @property
     def bias(self) -> float:
-        """Constant torque that would keep it on one flank [N m]; 0 where it stays there."""
+        """Constant torque that would keep it from reversing [N m]; 0 where it stays there."""
         return max(0.0, -self.margin)
 
     @property
     def at_risk(self) -> bool:
         """Whether a wrong backlash would show at the tool."""
-        return self.miss > _NO_MISS and (self.changes > 0 or self.floats > 0.0)
+        return self.miss > _NO_MISS and (self.changes > 0 or self.in_backlash > 0.0)
 
 
-def diagnose(robot: MovingRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:
+def diagnose(robot: MovingRobot, wanted: DesiredMotion) -> tuple[GearDiagnosis, ...]:
     """Return what every gear goes through along a path.
 
     Args:
@@ -119,22 +119,22 @@ def diagnose(robot: MovingRobot, wanted: Wanted) -> tuple[GearDiagnosis, ...]:
 def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]:
     """Return what every gear goes through under its loads."""
     model = robot.model
-    play, damping = robot.play, robot.damping_in_play
-    none = no_torque(play, damping)
+    backlash, damping = robot.backlash, robot.damping_in_backlash
+    none = no_torque(backlash, damping)
     step = float(loads.time[-1] - loads.time[0]) / (len(loads.time) - 1)
-    changes = flank_changes(step, loads.torque, play, damping)
+    changes = backlash_reversals(step, loads.torque, backlash, damping)
     clear = margin(loads.torque)
     carried = np.abs(loads.carried)
     at_most = loads.time[carried.argmax(axis=0)]
-    floats = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
-    miss = backlash_miss(play, loads.lever.max(axis=0))
+    in_backlash = step * np.sum(np.abs(loads.static[1:]) <= none, axis=0)
+    miss = backlash_miss(backlash, loads.lever.max(axis=0))
     gravity = np.asarray(model.parameters.gravity)
     return tuple(
         GearDiagnosis(
             joint=int(joint) + 1,
-            backlash=float(play[gear]),
+            backlash=float(backlash[gear]),
             changes=int(changes[gear]),
-            floats=float(floats[gear]),
+            in_backlash=float(in_backlash[gear]),
             margin=float(clear[gear]),
             miss=float(miss[gear]),
             torque=float(carried[:, gear].max()),
@@ -147,7 +147,7 @@ def diagnosed(robot: MovingRobot, loads: GearLoads) -> tuple[GearDiagnosis, ...]
     )
 
 
-def gear_loads(robot: MovingRobot, wanted: Wanted) -> GearLoads:
+def gear_loads(robot: MovingRobot, wanted: DesiredMotion) -> GearLoads:
     """Return the torque of the gears of the rigid robot with its tilts at rest under their loads."""
     task = robot.task(wanted)
     theta = LinkProblem(robot.model, task, Weights()).guess()
@@ -200,15 +200,17 @@ def _by_pose(robot: MovingRobot, theta: np.ndarray) -> tuple[np.ndarray, np.ndar
     return by_gravity, lever
 
 
-def _base_tilt(torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray) -> BaseTilt | None:
-    """Return the smallest tilt of the base that keeps a gear on a flank, if there is one.
+def _base_tilt(
+    torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray
+) -> PreloadTilt | None:
+    """Return the smallest tilt of the base that keeps a gear from reversing, if there is one.
 
     Args:
         torque: Torque of the gear [N m], (k,).
         by_gravity: Its derivative by gravity, (k, 3).
         gravity: Gravity in base axes [m/s^2], (3,).
     """
-    best: BaseTilt | None = None
+    best: PreloadTilt | None = None
     for direction in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False).tolist():
         axis = np.array([np.cos(direction), np.sin(direction), 0.0])
         # Seen from the base gravity turns the other way: what a radian of tilt adds.
@@ -217,5 +219,5 @@ def _base_tilt(torque: np.ndarray, by_gravity: np.ndarray, gravity: np.ndarray) 
             continue
         angle = float(np.max(-torque / added))
         if angle < (_LARGEST_TILT if best is None else best.angle):
-            best = BaseTilt(angle, direction)
+            best = PreloadTilt(angle, direction)
     return best

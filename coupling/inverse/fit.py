@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
-from coupling.inverse.rows import Layout, Rows
+from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 
 # Acceleration of the command beyond that of the link, against the miss: (0.1 ms)^2, so that
@@ -19,11 +19,11 @@ from coupling.inverse.spline import UniformSpline, stencil
 SMOOTHING = 1e-8
 
 # Weights of equations in the normal equations, and in the value that a step must lower: there only so
-# much that they count before the objective, lest rounding at the edges of a play decides.
+# much that they count before the objective, lest rounding at the edges of a backlash decides.
 _HEAVY = 1e4
 _COUNTED = 1e2
 
-# A gear without damper does not feel its drive within the play: a step changes nothing there that
+# A gear without damper does not feel its drive within the backlash: a step changes nothing there that
 # it need not, weighted by this square.
 _IDLE = 1e-7
 
@@ -34,7 +34,7 @@ _PASSES = 40
 _ROUNDING = 1e-7
 
 
-class Drive(Protocol):
+class DriveEquations(Protocol):
     """What moves a link: its equations between command and miss."""
 
     @property
@@ -60,13 +60,13 @@ class Drive(Protocol):
         """Derivatives of `defects` by the unknowns of their blocks, (count, parts, width)."""
         ...
 
-    def part(self, begin: int, end: int) -> Drive:
+    def part(self, begin: int, end: int) -> DriveEquations:
         """Return the drive along the intervals begin to end of the rows."""
         ...
 
 
 @dataclass(frozen=True)
-class Condition:
+class EndCondition:
     """A derivative of the command at an end: weights @ coefficients[first :] = value.
 
     Attributes:
@@ -85,19 +85,19 @@ class Condition:
         return float(self.weights @ there - self.value)
 
 
-def end_conditions(rows: Rows, start: float) -> list[Condition]:
+def end_conditions(rows: CommandRows, start: float) -> list[EndCondition]:
     """Return the conditions of a command that starts at an angle [rad] and rests as its path does."""
 
-    def at(side: int, order: int, value: float) -> Condition:
+    def at(side: int, order: int, value: float) -> EndCondition:
         first = 0 if side == 0 else rows.count - 1
-        return Condition(first, stencil(np.array([float(side)]), rows.degree, order)[0], value)
+        return EndCondition(first, stencil(np.array([float(side)]), rows.degree, order)[0], value)
 
     still = [at(side, order, 0.0) for side in (0, 1) for order in rows.still(side)]
     return [at(0, 0, start), *still]
 
 
 @dataclass(frozen=True)
-class Fit:
+class SplineFit:
     """The sum of  delta^2 + (SMOOTHING (q'' - phi''))^2  over nodes and rows, under a drive's equations.
 
     Attributes:
@@ -106,12 +106,12 @@ class Fit:
         free: Which unknowns may change, (size,).
     """
 
-    drive: Drive
-    conditions: list[Condition]
+    drive: DriveEquations
+    conditions: list[EndCondition]
     free: np.ndarray
 
     @classmethod
-    def whole(cls, drive: Drive, conditions: list[Condition]) -> Fit:
+    def whole(cls, drive: DriveEquations, conditions: list[EndCondition]) -> SplineFit:
         """Return the fit of a whole path: all may change but the first miss, which is none."""
         layout = drive.layout
         free = np.zeros(layout.size, dtype=bool)
@@ -119,7 +119,7 @@ class Fit:
         free[layout.miss[1:]] = True
         return cls(drive, conditions, free)
 
-    def part(self, begin: int, end: int) -> Fit:
+    def part(self, begin: int, end: int) -> SplineFit:
         """Return the fit of the intervals begin to end of the rows, what meets others held."""
         layout = self.drive.layout
         drive = self.drive.part(begin, end)
@@ -136,7 +136,7 @@ class Fit:
             for c in self.conditions
             if begin <= c.first and c.first + 1 <= end
         ]
-        return Fit(drive, here, free)
+        return SplineFit(drive, here, free)
 
     def command(self, coefficients: np.ndarray) -> UniformSpline:
         """Return the command of coefficients, from time 0 here."""

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from coupling.inverse.rows import Layout, Rows
+from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 from elastic_robot.torque_curves import TorqueCurve
 
-# The twist is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
+# The wind-up is known at the quarters of a step.  Over each half: its mean by Simpson's rule, its rise,
 # and, where the slope of the torque curve changes, the polynomial through them at many points.
 _QUARTERS = 0.25 * np.arange(5)
 _SIMPSON = np.array([[1.0, 4.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 4.0, 1.0]]) / 6.0
@@ -33,7 +33,7 @@ class GearTask:
         link: Angle phi of the link over time [rad], one column.
         time: Even fine times [s], (k,).
         torque: T that the gear has to carry there [N m], (k,).
-        twist: e0 = phi - q there that carries it: d e0' + S(e0) = T [rad], (k,).
+        wind_up: e0 = phi - q there that carries it: d e0' + S(e0) = T [rad], (k,).
         curve: S, of this gear alone.
         damping: d [N m s/rad], >= 0.
         inertia: M against which an error of the torque works there [kg m^2], (k,): 1 / (M^-1)_gg of
@@ -44,7 +44,7 @@ class GearTask:
     link: UniformSpline
     time: np.ndarray
     torque: np.ndarray
-    twist: np.ndarray
+    wind_up: np.ndarray
     curve: TorqueCurve
     damping: float
     inertia: np.ndarray
@@ -52,7 +52,7 @@ class GearTask:
 
 @dataclass(frozen=True)
 class GearDrive:
-    """The scalar robot of one gear,  M delta'' + d x' + S(x) = T  with twist  x = phi - q + delta.
+    """The scalar robot of one gear,  M delta'' + d x' + S(x) = T  with wind-up  x = phi - q + delta.
 
     In steps of length h, the miss delta straight between the nodes: the momentum that the gear gives
     to the link from the middle of a step to the middle of the next is that which moves it,
@@ -86,7 +86,7 @@ class GearDrive:
     link_rate: float
 
     @classmethod
-    def of(cls, task: GearTask, rows: Rows) -> GearDrive:
+    def of(cls, task: GearTask, rows: CommandRows) -> GearDrive:
         """Return the drive of a gear along all rows."""
         layout = Layout.of(rows)
         step = rows.cycle / layout.parts
@@ -164,57 +164,59 @@ class GearDrive:
         impulse = momentum + halves[..., 0].ravel()
         impulse[1:] += halves[..., 1].ravel()[:-1] - momentum[:-1]
         if self.first:
-            # It starts in equilibrium with its twist at rest, so delta' = q' - phi'.
+            # It starts in equilibrium with its wind-up at rest, so delta' = q' - phi'.
             rate = self._start_row @ coefficients[: self.layout.degree + 1] - self.link_rate
             impulse[0] -= self.inertia[0] * rate
         else:
             impulse[0] = 0.0  # the step before is not here
         return (self.scale * impulse).reshape(-1, self.layout.parts)
 
-    def _twists(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+    def _wind_ups(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return x at the quarters of the steps, (n, parts, 5)."""
         shape = self.layout.count, self.layout.parts, 5
         local = np.lib.stride_tricks.sliding_window_view(coefficients, self.layout.degree + 1)
         drive = local @ self._value.reshape(-1, self.layout.degree + 1).T
         link = np.lib.stride_tricks.sliding_window_view(self.link, 5)[::4]
         miss = misses[:-1, None] + np.diff(misses)[:, None] * _QUARTERS
-        twists: np.ndarray = (link + miss).reshape(shape) - drive.reshape(shape)
-        return twists
+        wind_ups: np.ndarray = (link + miss).reshape(shape) - drive.reshape(shape)
+        return wind_ups
 
     def _impulses(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the integrals of d x' + S(x) - T over half steps [N m s], (n, parts, 2)."""
         curve, half = self.task.curve, 0.5 * self.step
-        twist = self._twists(coefficients, misses)
-        impulse = half * curve.torque(twist) @ _SIMPSON.T
-        bends = _bends(curve.slope(twist))
-        fine = np.einsum("bp,bfp->bf", twist[bends[:2]], _FINE[bends[2]])
+        wind_up = self._wind_ups(coefficients, misses)
+        impulse = half * curve.torque(wind_up) @ _SIMPSON.T
+        bends = _bends(curve.slope(wind_up))
+        fine = np.einsum("bp,bfp->bf", wind_up[bends[:2]], _FINE[bends[2]])
         impulse[bends] = half * curve.torque(fine).mean(axis=1)
-        impulse += self.task.damping * np.diff(twist[..., ::2], axis=-1)
+        impulse += self.task.damping * np.diff(wind_up[..., ::2], axis=-1)
         impulse -= self.impulse.reshape(impulse.shape)
         return impulse
 
-    def _by_twist(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `_impulses` by the twists at the quarters, (n, parts, 2, 5)."""
+    def _by_wind_up(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `_impulses` by the wind_ups at the quarters, (n, parts, 2, 5)."""
         curve, half = self.task.curve, 0.5 * self.step
-        twist = self._twists(coefficients, misses)
-        slope = curve.slope(twist)
-        by_twist = half * slope[:, :, None] * _SIMPSON
+        wind_up = self._wind_ups(coefficients, misses)
+        slope = curve.slope(wind_up)
+        by_wind_up = half * slope[:, :, None] * _SIMPSON
         bends = _bends(slope)
         places = _FINE[bends[2]]
-        fine = curve.slope(np.einsum("bp,bfp->bf", twist[bends[:2]], places))
-        by_twist[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
-        by_twist += self.task.damping * _RISE
-        return by_twist
+        fine = curve.slope(np.einsum("bp,bfp->bf", wind_up[bends[:2]], places))
+        by_wind_up[bends] = half / _FINE.shape[1] * np.einsum("bf,bfp->bp", fine, places)
+        by_wind_up += self.task.damping * _RISE
+        return by_wind_up
 
     def gradient(self, coefficients: np.ndarray, misses: np.ndarray) -> np.ndarray:
         """Return the derivatives of `defects` by the unknowns of their blocks, (n, parts, width)."""
         layout = self.layout
         n, m, k = layout.count, layout.parts, layout.degree
-        by_twist = self._by_twist(coefficients, misses)
+        by_wind_up = self._by_wind_up(coefficients, misses)
         by_drive = np.empty((n, m, 2, k + 1))
         for j in range(m):
-            by_drive[:, j] = -(by_twist[:, j].reshape(-1, 5) @ self._value[j]).reshape(n, 2, k + 1)
-        by_miss = by_twist @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
+            by_drive[:, j] = -(by_wind_up[:, j].reshape(-1, 5) @ self._value[j]).reshape(
+                n, 2, k + 1
+            )
+        by_miss = by_wind_up @ np.stack([1.0 - _QUARTERS, _QUARTERS], axis=-1)
         rows = np.zeros((n, m, layout.width))
         of_drive, of_miss = layout.block_coefficient, layout.block_miss
         rows[:, :, of_drive[1:]] += by_drive[:, :, 0]
@@ -243,7 +245,7 @@ def _bends(slope: np.ndarray) -> tuple[np.ndarray, ...]:
     return np.nonzero(change[..., ::2] | change[..., 1::2])
 
 
-def wanted_bend(link: UniformSpline, rows: Rows) -> np.ndarray:
+def wanted_bend(link: UniformSpline, rows: CommandRows) -> np.ndarray:
     """Return phi'' at the averages of the knots of each coefficient of the command's acceleration."""
     spots = rows.start + rows.cycle * (np.arange(rows.coefficients - 2) - 0.5 * (rows.degree - 3))
     return _values(link, np.clip(spots, rows.start, rows.end), 2)

@@ -33,7 +33,7 @@ class GearPath:
     """Path of one gear.
 
     Attributes:
-        angle: Twist at the samples [rad], (n,).
+        angle: Wind-up at the samples [rad], (n,).
         piece: Number of the piece that holds there, (n,).
         entered: Times behind the first sample at which it came to a piece [s], the first one 0.
         visited: The pieces it came to.
@@ -108,7 +108,7 @@ def gear_path(
 def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) -> int:
     """Return the piece that holds at first; on an end shared by two the one the gear moves into.
 
-    At rest there, with a torque that does not move it, it stays with the piece outside the play.
+    At rest there, with a torque that does not move it, it stays with the piece outside the backlash.
     """
     near = [k for k, p in enumerate(pieces) if p.low - _SLACK <= start <= p.high + _SLACK]
     if len(near) == 1:
@@ -117,7 +117,7 @@ def _first_piece(pieces: tuple[Piece, ...], start: float, torque: np.ndarray) ->
     moving = np.flatnonzero(pull)
     if len(moving):
         return near[int(pull[moving[0]] > 0.0)]
-    return next(k for k in near if not pieces[k].is_play)
+    return next(k for k in near if not pieces[k].in_backlash)
 
 
 def _turns(torque: np.ndarray, spacing: float) -> np.ndarray:

@@ -28,7 +28,7 @@ class Piece:
 
     Example:
         >>> flank = Piece(1e-3, np.inf, 1e-3, (0.0, 1e4, 0.0, 0.0))
-        >>> flank.torque(np.array([3e-3])), flank.straight, flank.is_play
+        >>> flank.torque(np.array([3e-3])), flank.straight, flank.in_backlash
         (array([20.]), True, False)
     """
 
@@ -43,7 +43,7 @@ class Piece:
         return self.cubic[2] == 0.0 and self.cubic[3] == 0.0
 
     @property
-    def is_play(self) -> bool:
+    def in_backlash(self) -> bool:
         """Whether the gear turns here without torque."""
         return self.cubic == (0.0, 0.0, 0.0, 0.0)
 
@@ -92,7 +92,7 @@ class Piece:
 def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
     """Return the pieces of a gear's curve by rising angle; each begins where the one before ends.
 
-    Neighbours on one cubic are one piece: all of a play, and all of a flank.
+    Neighbours on one cubic are one piece: all of a backlash, and all of a flank.
 
     Args:
         curve: Torque curve of all gears.
@@ -110,7 +110,7 @@ def pieces_of(curve: TorqueCurve, gear: int) -> tuple[Piece, ...]:
 
 
 def _of_lines(curve: TorqueCurve, gear: int) -> list[Piece]:
-    """Flank, play and flank, or one line."""
+    """Flank, backlash and flank, or one line."""
     half_width = float(curve.half_width[gear])
     count = len(curve.half_width)
 
@@ -119,7 +119,7 @@ def _of_lines(curve: TorqueCurve, gear: int) -> list[Piece]:
         at = np.zeros(count)
         at[gear] = origin
         slope = float(branch.slope(at)[gear])
-        # The branches meet at the play's edges without torque.
+        # The branches meet at the backlash's edges without torque.
         return Piece(low, high, origin, (0.0, slope, 0.0, 0.0))
 
     if np.isinf(half_width):

@@ -1,4 +1,4 @@
-"""Twist of the gears of a moving robot under the torque that its links need.
+"""Wind-up of the gears of a moving robot under the torque that its links need.
 
 The torque T that a gear passes on stretches its spring and its damper,
 
@@ -7,8 +7,8 @@ The torque T that a gear passes on stretches its spring and its damper,
 the row of a gear in the equation of motion of [Flexible2008], with T = -(M theta'' + h - J^T w).
 S is continuous and rises, so of two solutions e_1 > e_2 under one T the distance never grows:
 d (e_1 - e_2)' = -(S(e_1) - S(e_2)) <= 0.  Hence one answer to each start, errors that die out on a flank
-and stay as they are in the play, and no chatter.  In the play e' = T / d: a gear crosses it, from flank
-to flank, when the integral of T has grown by 2 B d; where it arrives e'' jumps by -S' e' / d.
+and stay as they are in the backlash, and no chatter.  In the backlash e' = T / d: a gear crosses it,
+from flank to flank, when the integral of T has grown by 2 B d; where it arrives e'' jumps by -S' e' / d.
 
 Gears do not depend on each other.  Each is followed from piece to piece of its curve: lines by the exact
 solution under cubic torque, many samples at once, bends by implicit steps under error control; between
@@ -30,7 +30,7 @@ from elastic_robot.torque_curves import TorqueCurve
 
 # Time constant d / k of a gear that is given no damper [s], where it needs one.  Its crossings then
 # take sqrt(4 B d / T') under a torque that grows by T' a second: 4 ms at B = 1 mrad, T' = k 25 mrad/s,
-# one cycle of a controller; and its twist on a flank lags by 0.1 ms, 0.1 urad at 1 mrad/s.
+# one cycle of a controller; and its wind-up on a flank lags by 0.1 ms, 0.1 urad at 1 mrad/s.
 SHORTEST_TIME_CONSTANT = 1e-4
 
 # Smallest slope, by the steepest one, of a curve that can be inverted point by point.
@@ -39,14 +39,14 @@ _RISING = 1e-6
 
 @dataclass(frozen=True)
 class Crossing:
-    """A gear changes flank, or leaves and comes back to it.
+    """A gear crosses its backlash, or leaves a flank and comes back to it.
 
     Attributes:
         gear: Number among the gears, from 0.
         begins: Time at which it leaves the flank, or the first time [s].
         ends: Time at which it reaches a flank, or the last time [s].
-        side_before: Flank it leaves, -1 or 1; 0 if it is in its play at the first time.
-        side_after: Flank it reaches, -1 or 1; 0 if it is in its play at the last time.
+        side_before: Flank it leaves, -1 or 1; 0 if it is in its backlash at the first time.
+        side_after: Flank it reaches, -1 or 1; 0 if it is in its backlash at the last time.
     """
 
     gear: int
@@ -57,15 +57,15 @@ class Crossing:
 
 
 @dataclass(frozen=True)
-class Twist:
+class WindUp:
     """Motion of the gears.
 
     Attributes:
         time: Times [s], (n,).
-        angle: Twist e [rad], (n, gears).
+        angle: Wind-up e [rad], (n, gears).
         rate: e' [rad/s], (n, gears).
         acceleration: e'' [rad/s^2], (n, gears); where it jumps, that of one of both sides.
-        crossings: Passages through the play, by gear and time.
+        crossings: Passages through the backlash, by gear and time.
     """
 
     time: np.ndarray
@@ -96,11 +96,11 @@ def rows_of(parameters: Parameters, rows: np.ndarray) -> Parameters:
     )
 
 
-def damping_in_play(curve: TorqueCurve, damping: np.ndarray) -> np.ndarray:
-    """Return the damping that `solve_twist` uses [N m s/rad], (gears,): that given, if there is any.
+def damping_in_backlash(curve: TorqueCurve, damping: np.ndarray) -> np.ndarray:
+    """Return the damping that `solve_wind_up` uses [N m s/rad], (gears,): that given, if there is any.
 
     A gear without damper follows its torque at once, e = S^-1(T): no damper is needed where S rises
-    strictly.  In a play S^-1 has no answer, and where S is level e' is infinite: such a gear gets a
+    strictly.  In a backlash S^-1 has no answer, and where S is level e' is infinite: such a gear gets a
     damper with the time constant `SHORTEST_TIME_CONSTANT` on its steepest flank.
     """
     used = np.array(damping, dtype=float)
@@ -111,13 +111,13 @@ def damping_in_play(curve: TorqueCurve, damping: np.ndarray) -> np.ndarray:
     return used
 
 
-def solve_twist(
+def solve_wind_up(
     time: np.ndarray,
     torque: np.ndarray,
     curve: TorqueCurve,
     damping: np.ndarray,
     start: np.ndarray,
-) -> Twist:
+) -> WindUp:
     """Solve eq. (1) for all gears.
 
     Args:
@@ -125,7 +125,7 @@ def solve_twist(
         torque: T of each gear [N m], (n, gears); between the times its cubic spline, not-a-knot at
             the ends: third order where the torque does not begin at rest, too.
         curve: Torque curve S of the gears alone.
-        damping: d [N m s/rad], (gears,), >= 0; see `damping_in_play` for 0.
+        damping: d [N m s/rad], (gears,), >= 0; see `damping_in_backlash` for 0.
         start: e at the first time [rad], (gears,); not used by a gear without damper that needs none.
 
     Raises:
@@ -136,13 +136,13 @@ def solve_twist(
         >>> time = np.linspace(0.0, 1.0, 1001)
         >>> curve = BacklashCurve(np.array([1e4]), np.array([1e-3]))
         >>> torque = 20.0 - 40.0 * time[:, None]
-        >>> twist = solve_twist(time, torque, curve, np.array([5.0]), np.array([3e-3]))
-        >>> [(round(c.begins, 4), round(c.ends, 4), c.side_after) for c in twist.crossings]
+        >>> wind_up = solve_wind_up(time, torque, curve, np.array([5.0]), np.array([3e-3]))
+        >>> [(round(c.begins, 4), round(c.ends, 4), c.side_after) for c in wind_up.crossings]
         [(0.5005, 0.5224, -1)]
     """
     time, torque, damping, start = _checked(time, torque, curve, damping, start)
     spacing = float((time[-1] - time[0]) / (len(time) - 1))
-    used = damping_in_play(curve, damping)
+    used = damping_in_backlash(curve, damping)
     angle, rate, acceleration = np.empty((3, *torque.shape))
     crossings: list[Crossing] = []
     for gear in range(torque.shape[1]):
@@ -164,17 +164,17 @@ def solve_twist(
             motion = e, v, (pull_rate - slope * v) / d
             crossings += _crossings(gear, path, pieces, time)
         angle[:, gear], rate[:, gear], acceleration[:, gear] = motion
-    return Twist(time, angle, rate, acceleration, tuple(crossings))
+    return WindUp(time, angle, rate, acceleration, tuple(crossings))
 
 
 def _crossings(
     gear: int, path: GearPath, pieces: tuple[Piece, ...], time: np.ndarray
 ) -> list[Crossing]:
-    """Return the visits of the play."""
+    """Return the visits of the backlash."""
     found = []
     last = len(path.visited) - 1
     for k, number in enumerate(path.visited):
-        if not pieces[number].is_play:
+        if not pieces[number].in_backlash:
             continue
         begins = float(time[0]) + path.entered[k]
         ends = float(time[-1]) if k == last else float(time[0]) + path.entered[k + 1]

@@ -11,12 +11,19 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
 from coupling.inverse.gear_drive import GearTask
-from coupling.inverse.gears import Crossing, Twist, damping_in_play, gears_of, rows_of, solve_twist
+from coupling.inverse.gears import (
+    Crossing,
+    WindUp,
+    damping_in_backlash,
+    gears_of,
+    rows_of,
+    solve_wind_up,
+)
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_model import LinkModel
 from coupling.inverse.link_task import End, LinkMotion, LinkTask
 from coupling.inverse.loads import SmoothWrench
-from coupling.inverse.rows import Rows
+from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
 from coupling.path.controller import Controller
@@ -39,7 +46,7 @@ _FINE = 4
 # Nodes between two evaluations of the mass matrix.
 _SELDOM = 25
 
-# Tries to find the equilibrium that the motion begins in; a smaller change of twist is none [rad].
+# Tries to find the equilibrium that the motion begins in; a smaller change of wind-up is none [rad].
 _STARTS, _SAME = 8, 1e-9
 # How far beside a command that has no equilibrium another one is tried [rad]: 0.3 um at 3 m reach.
 _ASIDE = 1e-7
@@ -48,7 +55,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DesiredMotion:
     """What one robot is to do, in its base frame.
 
     Attributes:
@@ -63,13 +70,13 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Inverse:
+class InverseSolution:
     """The inverse of one robot along a path.
 
     Attributes:
         command: Motion of the drives [rad], a column a joint.
         links: Motion of the links with the tool on its path.
-        crossings: Passages of gears through their play; `gear` counts the elastic joints.
+        crossings: Passages of gears through their backlash; `gear` counts the elastic joints.
         wrench: The wrench that the links were solved under, as a function of time.
     """
 
@@ -95,20 +102,20 @@ class MovingRobot:
         self._gear_curve = self._curve_class.build(self._gears)
 
     @property
-    def play(self) -> np.ndarray:
-        """Half width of the play of each gear [rad], (gears,): 0 where its curve has none."""
+    def backlash(self) -> np.ndarray:
+        """Half width of the backlash of each gear [rad], (gears,): 0 where its curve has none."""
         tabled = [table is not None for table in self._gears.tables]
         none = self.torque_curve == "linear" or np.array(tabled) & (self.torque_curve == "spline")
         return np.where(none, 0.0, self._gears.backlash)
 
     @property
-    def damping_in_play(self) -> np.ndarray:
-        """Damping that turns the gears in their play [N m s/rad], (gears,)."""
-        return damping_in_play(self._gear_curve, self._gears.damping)
+    def damping_in_backlash(self) -> np.ndarray:
+        """Damping that turns the gears in their backlash [N m s/rad], (gears,)."""
+        return damping_in_backlash(self._gear_curve, self._gears.damping)
 
     def invert(
-        self, wanted: Wanted, controller: Controller, limits: JointLimits, progress: Progress
-    ) -> Inverse:
+        self, wanted: DesiredMotion, controller: Controller, limits: JointLimits, progress: Progress
+    ) -> InverseSolution:
         """Return the command that keeps the tool on its path.
 
         Args:
@@ -128,12 +135,12 @@ class MovingRobot:
         )
         time = fine_times(links.theta)
         torque = self.torque(links.theta, time, task.wrench)
-        twist = self.twist(links.theta, time, torque, wanted.wrench)
+        wind_up = self.wind_up(links.theta, time, torque, wanted.wrench)
         progress("gears", 1, 1)
-        command = self._command(links.theta, twist, torque, rows, limits, progress)
-        return Inverse(command, links, twist.crossings, task.wrench)
+        command = self._command(links.theta, wind_up, torque, rows, limits, progress)
+        return InverseSolution(command, links, wind_up.crossings, task.wrench)
 
-    def task(self, wanted: Wanted) -> LinkTask:
+    def task(self, wanted: DesiredMotion) -> LinkTask:
         """Return what the links are to do from the first time of a path to its last.
 
         Args:
@@ -142,17 +149,17 @@ class MovingRobot:
         time = wanted.path.time
         return self._task(wanted, InterpolatedPath(wanted.path), float(time[0]), float(time[-1]))
 
-    def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> Rows:
+    def _rows(self, path: ToolPath, controller: Controller, rest: tuple[bool, bool]) -> CommandRows:
         start, end = float(path.time[0]), float(path.time[-1])
         count = len(controller.rows(start, end)) - 1
         degree = 5 if controller.interpolation == "quintic" else 3
         try:
-            return Rows(start, controller.cycle, count, degree, rest)
+            return CommandRows(start, controller.cycle, count, degree, rest)
         except ValueError as cause:
             raise PlanningError(f"a path of {end - start:.6g} s: {cause}") from cause
 
     def _task(
-        self, wanted: Wanted, between: InterpolatedPath, start: float, end: float
+        self, wanted: DesiredMotion, between: InterpolatedPath, start: float, end: float
     ) -> LinkTask:
         last, duration = float(wanted.path.time[-1]), end - start
         intervals = int(np.ceil(duration / _SPACING - 1e-9))
@@ -201,10 +208,10 @@ class MovingRobot:
             parts.append(-load[:, self.model.gears])
         return np.vstack(parts)
 
-    def twist(
+    def wind_up(
         self, theta: UniformSpline, time: np.ndarray, torque: np.ndarray, wrench: WrenchHistory
-    ) -> Twist:
-        """Return the twist of the gears; at first at rest under their static torque.
+    ) -> WindUp:
+        """Return the wind-up of the gears; at first at rest under their static torque.
 
         Args:
             theta: Motion of the links.
@@ -213,12 +220,12 @@ class MovingRobot:
             wrench: Wrench on the tool.
         """
         start = self._start(theta.at(time[:1]), wrench.wrench[0, :1])
-        return solve_twist(time, torque, self._gear_curve, self._gears.damping, start)
+        return solve_wind_up(time, torque, self._gear_curve, self._gears.damping, start)
 
     def _start(self, theta: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-        """Return the twist of gears that carry their links at rest, as a simulation finds it.
+        """Return the wind-up of gears that carry their links at rest, as a simulation finds it.
 
-        A gear that carries nothing rests in the middle of its play.  Rounding in the links must not
+        A gear that carries nothing rests in the middle of its backlash.  Rounding in the links must not
         decide that: the equilibrium of the whole robot does.
 
         Args:
@@ -228,34 +235,34 @@ class MovingRobot:
         chain, rest = self.model.chain, np.zeros_like(theta)
         static = -self.model.load(theta, rest, rest, wrench)[0, self.model.gears]
         static[np.abs(static) < SETTINGS.neutral_torque] = 0.0
-        twist = self._gear_curve.deflection(static)
+        wind_up = self._gear_curve.deflection(static)
         dynamics = Dynamics(build_chain(self.robot), self.model.parameters.gravity)
         for _ in range(_STARTS):
             q = theta[0, chain.drive].copy()
-            q[self.model.gear_joint] -= twist
+            q[self.model.gear_joint] -= wind_up
             try:
                 found = equilibrium(dynamics, self.curve, q, Acting(wrench[0]))[chain.torsions]
             except EquilibriumError:
                 # A gear between carrying something and nothing: a little beside it is decided.
-                twist = twist - _ASIDE
+                wind_up = wind_up - _ASIDE
                 continue
-            moved, twist = np.abs(found - twist).max(initial=0.0), found
+            moved, wind_up = np.abs(found - wind_up).max(initial=0.0), found
             if moved < _SAME:
                 break
-        return twist
+        return wind_up
 
     def _command(
         self,
         theta: UniformSpline,
-        twist: Twist,
+        wind_up: WindUp,
         torque: np.ndarray,
-        rows: Rows,
+        rows: CommandRows,
         limits: JointLimits,
         progress: Progress,
     ) -> UniformSpline:
         """Return the drives' motion, joint by joint."""
         chain, columns = self.model.chain, []
-        inertia = self._inertia(theta, twist.time)
+        inertia = self._inertia(theta, wind_up.time)
         gear_of = {int(joint): gear for gear, joint in enumerate(self.model.gear_joint)}
         for joint in range(chain.joint_count):
             index = int(chain.drive[joint])
@@ -270,9 +277,9 @@ class MovingRobot:
                 parameters = rows_of(self._gears, np.array([gear]))
                 task = GearTask(
                     link,
-                    twist.time,
+                    wind_up.time,
                     torque[:, gear],
-                    twist.angle[:, gear],
+                    wind_up.angle[:, gear],
                     self._curve_class.build(parameters),
                     float(parameters.damping[0]),
                     inertia[:, gear],

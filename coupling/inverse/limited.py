@@ -9,7 +9,7 @@ import numpy as np
 import piqp
 from scipy import sparse
 
-from coupling.inverse.fit import Fit
+from coupling.inverse.fit import SplineFit
 from coupling.inverse.limits import DriveLimits
 
 # A stretch begins and ends so long before and after the limits bind [s]; doubled where no command
@@ -26,7 +26,7 @@ class NoCommandError(Exception):
 
 
 def keep_within(
-    fit: Fit, limits: DriveLimits, coefficients: np.ndarray, misses: np.ndarray
+    fit: SplineFit, limits: DriveLimits, coefficients: np.ndarray, misses: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return coefficients and misses of the best command within limits.
 
@@ -82,7 +82,7 @@ class LimitedFit:
         limits: What its command keeps to.
     """
 
-    fit: Fit
+    fit: SplineFit
     limits: DriveLimits
 
     def solve(self, coefficients: np.ndarray, misses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

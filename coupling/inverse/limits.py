@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from coupling.errors import PlanningError
-from coupling.inverse.rows import Rows
+from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 
 # A link that its drive's limits keep so far from its motion does not follow the path at all [rad].
@@ -103,7 +103,7 @@ class DriveLimits:
                 f" got {angles[k]:.6g} rad at {times[k]:.3f} s: place the part elsewhere"
             )
 
-    def require_followed(self, link: UniformSpline, rows: Rows, misses: np.ndarray) -> None:
+    def require_followed(self, link: UniformSpline, rows: CommandRows, misses: np.ndarray) -> None:
         """Refuse a path whose link is lost: its drive's limits keep it from following.
 
         Limits that cost accuracy alone are none of this.
@@ -119,7 +119,7 @@ class DriveLimits:
         if np.abs(misses).max() > _LOST:
             raise self.lost(link, rows)
 
-    def lost(self, link: UniformSpline, rows: Rows) -> PlanningError:
+    def lost(self, link: UniformSpline, rows: CommandRows) -> PlanningError:
         """Return the error that says which limit a link's own motion passes most, and when."""
         times = np.linspace(rows.start, rows.end, 4 * rows.count + 1)
         worst, text = -np.inf, ""

@@ -43,7 +43,7 @@ class LinkDerivatives:
 class LinkModel:
     """Motion of the links: angles behind the gears, phi = q + e, and tilts.
 
-    The drives do not appear in the equation of motion of the tilts, so play does not either.
+    The drives do not appear in the equation of motion of the tilts, so backlash does not either.
 
     Args:
         robot: The robot.

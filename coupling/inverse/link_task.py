@@ -78,7 +78,7 @@ class LinkTask:
 
 
 @dataclass(frozen=True)
-class LinkPass:
+class GaussNewtonStep:
     """One pass of Gauss and Newton's method.
 
     Attributes:
@@ -104,7 +104,7 @@ class LinkMotion:
     """
 
     theta: UniformSpline
-    passes: tuple[LinkPass, ...] = field(default=())
+    passes: tuple[GaussNewtonStep, ...] = field(default=())
     error: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 

@@ -18,8 +18,8 @@ from coupling.inverse.link_model import LinkDerivatives, LinkModel, LinkState
 from coupling.inverse.link_task import (
     DEGREE,
     End,
+    GaussNewtonStep,
     LinkMotion,
-    LinkPass,
     LinkTask,
     Weights,
     interpolating,
@@ -154,11 +154,11 @@ class LinkProblem:
         """Return the derivative of half the sum of squares by the coefficients."""
         return self._normal_equations(motion)[0].gradient
 
-    def _improved(self, motion: UniformSpline) -> tuple[UniformSpline, LinkPass]:
+    def _improved(self, motion: UniformSpline) -> tuple[UniformSpline, GaussNewtonStep]:
         equations, worst = self._normal_equations(motion)
         step = equations.solve()
         better = UniformSpline(motion.start, motion.spacing, motion.coefficients + step, DEGREE)
-        return better, LinkPass(*worst, float(np.abs(step).max()))
+        return better, GaussNewtonStep(*worst, float(np.abs(step).max()))
 
     def _normal_equations(
         self, motion: UniformSpline

@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.inverse.polish_step import Seen, Step, View, Window
+from coupling.inverse.polish_step import Observation, RobotResponse, Step, Window
 from coupling.inverse.spline import UniformSpline
 
 # A window begins so long before the first sample that is too far off and ends so long after the last
 # one [s]: what a gear's crossing costs is best prepared before it.
 _BEFORE, _AFTER = 0.12, 0.06
-# How long the tool is watched after the last change [s].  A link whose gear floats in its play drifts on
-# for longer than the robot rings.
+# How long the tool is watched after the last change [s].  A link whose gear is unloaded in its backlash
+# drifts on for longer than the robot rings.
 _WATCHED = 0.8
 # Windows that are closer are joined unless the result is longer [s].
 _NEAR, _LONGEST = 0.1, 0.4
@@ -36,7 +36,7 @@ _DAMPING, _STRONGER, _TRIES = 1e-5, 5.0, 7
 # through; that is done again while it lowers the largest miss to this part.
 _WORTH, _SWEPT = 0.03, 0.95
 
-Simulate = Callable[[UniformSpline], Seen]
+Simulate = Callable[[UniformSpline], RobotResponse]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Polish:
         simulations: Simulations at most.
     """
 
-    view: View
+    view: Observation
     simulate: Simulate
     goal: float
     simulations: int = 300
@@ -79,7 +79,7 @@ class Polish:
                 best, least = run.command, run.seen.largest
         return best
 
-    def costs(self, seen: Seen, windows: list[Window]) -> np.ndarray:
+    def costs(self, seen: RobotResponse, windows: list[Window]) -> np.ndarray:
         """Return the weighted sum of squares of what each window watches."""
         costs = []
         for window in windows:
@@ -87,7 +87,7 @@ class Polish:
             costs.append(np.sum((self.view.scale * seen.deviation[rows.start : rows.stop]) ** 2))
         return np.array(costs)
 
-    def _chosen(self, seen: Seen, left: list[Window]) -> list[Window]:
+    def _chosen(self, seen: RobotResponse, left: list[Window]) -> list[Window]:
         """Return the earliest stretches that want a change and do not change what others watch."""
         distance = np.linalg.norm(seen.deviation[:, :3], axis=1)
         times = self.view.watched.times(range(self.view.watched.count))
@@ -129,7 +129,7 @@ class _Run:
         self.simulations = 0
         self.command, self.seen = command, self._simulated(command)
 
-    def _simulated(self, command: UniformSpline) -> Seen:
+    def _simulated(self, command: UniformSpline) -> RobotResponse:
         self.simulations += 1
         return self._polish.simulate(command)
 

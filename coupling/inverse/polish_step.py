@@ -22,7 +22,7 @@ _SMOOTH = 0.1
 
 
 @dataclass(frozen=True)
-class Seen:
+class RobotResponse:
     """What the moving robot does under a command, at evenly spaced times.
 
     Attributes:
@@ -40,7 +40,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Watched:
+class ObservedTimes:
     """Times at which the tool is watched: even ones from a start.
 
     Attributes:
@@ -65,7 +65,7 @@ class Watched:
 
 
 @dataclass(frozen=True)
-class View:
+class Observation:
     """How a robot is looked at while its command is polished.
 
     Attributes:
@@ -77,7 +77,7 @@ class View:
 
     motion: AlongMotion
     limits: JointLimits
-    watched: Watched
+    watched: ObservedTimes
     weights: Weights = field(default_factory=Weights)
 
     @property
@@ -123,7 +123,9 @@ class Step:
     command: UniformSpline
 
     @classmethod
-    def of(cls, view: View, command: UniformSpline, seen: Seen, window: Window) -> Step:
+    def of(
+        cls, view: Observation, command: UniformSpline, seen: RobotResponse, window: Window
+    ) -> Step:
         """Return the model that the robot linearised about its motion gives."""
         first = int(np.ceil((window.begin - command.start) / command.spacing)) + command.degree
         last = int(np.floor((window.end - command.start) / command.spacing)) - 1

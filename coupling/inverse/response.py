@@ -13,7 +13,7 @@ from coupling.inverse.spline import UniformSpline, stencil
 from coupling.path.linear import interpolated
 from elastic_robot.torque_curves import TorqueCurve
 
-# Longest step over which the linear robot is taken as constant [s]: a gear that crosses its play
+# Longest step over which the linear robot is taken as constant [s]: a gear that crosses its backlash
 # changes its stiffness within milliseconds.
 _STEP = 1e-3
 # Points of a step at which the stiffness of a gear is averaged.
@@ -49,7 +49,7 @@ class AlongMotion:
             free: Numbers of the coefficients that change; the first acts after the first output.
             outputs: Evenly spaced times [s], (k,).
             deflection: Elastic coordinates of the robot under the command at these times [rad], (k, m):
-                where the gears really are in their play.
+                where the gears really are in their backlash.
 
         Returns:
             Position [m/rad] and rotation [rad/rad], base axes, (k, 6, len(free), joints).

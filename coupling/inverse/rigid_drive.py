@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.inverse.gear_drive import wanted_bend
-from coupling.inverse.rows import Layout, Rows
+from coupling.inverse.rows import CommandRows, Layout
 from coupling.inverse.spline import UniformSpline, stencil
 
 
@@ -30,7 +30,7 @@ class RigidDrive:
     bend: np.ndarray
 
     @classmethod
-    def of(cls, link: UniformSpline, rows: Rows) -> RigidDrive:
+    def of(cls, link: UniformSpline, rows: CommandRows) -> RigidDrive:
         """Return the drive of a rigid joint along all rows."""
         layout = Layout.of(rows)
         nodes = rows.start + rows.cycle / layout.parts * np.arange(layout.nodes)

@@ -14,7 +14,7 @@ _LONGEST_STEP = 0.002
 
 
 @dataclass(frozen=True)
-class Rows:
+class CommandRows:
     """The rows of a command: even times, and how the controller moves between them.
 
     Attributes:
@@ -82,7 +82,7 @@ class Layout:
     parts: int
 
     @classmethod
-    def of(cls, rows: Rows) -> Layout:
+    def of(cls, rows: CommandRows) -> Layout:
         """Return the layout of rows, in even steps of 2 ms at most."""
         return cls(rows.count, rows.degree, max(1, ceil(rows.cycle / _LONGEST_STEP - 1e-9)))
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from coupling.errors import LearnError
-from coupling.learn.passes import Seen, Simulated
+from coupling.learn.measurement import Measurement, SimulatedPath
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 
@@ -26,7 +26,7 @@ _TURNED = 0.02
 _PLANE = 0.02
 
 
-def aligned(seen: Seen, model: ToolPath, own_frame: bool) -> Seen:
+def aligned(seen: Measurement, model: ToolPath, own_frame: bool) -> Measurement:
     """Return what was seen during the run, on the command's clock and in the robot's base frame.
 
     Args:
@@ -38,7 +38,7 @@ def aligned(seen: Seen, model: ToolPath, own_frame: bool) -> Seen:
         LearnError: If it is no pass of this command, or too little of one.
     """
     _require_length_unit(seen, model)
-    path = Simulated(model)
+    path = SimulatedPath(model)
     seen = replace(seen, time=seen.time + clock_offset(seen, model))
     inside = (seen.time >= model.time[0]) & (seen.time <= model.time[-1])
     seen = seen.at_rows(np.flatnonzero(inside))
@@ -68,7 +68,7 @@ def aligned(seen: Seen, model: ToolPath, own_frame: bool) -> Seen:
     return _mounted(seen, path)
 
 
-def _mounted(seen: Seen, path: Simulated) -> Seen:
+def _mounted(seen: Measurement, path: SimulatedPath) -> Measurement:
     """Return what was seen with orientations told of the tool, not of the probe that is mounted on it.
 
     Raises:
@@ -89,7 +89,7 @@ def _mounted(seen: Seen, path: Simulated) -> Seen:
     return replace(seen, rotation=held)
 
 
-def _require_length_unit(seen: Seen, model: ToolPath) -> None:
+def _require_length_unit(seen: Measurement, model: ToolPath) -> None:
     """Refuse a path that has the size of the run's in another unit."""
     sizes = [
         float(np.linalg.norm(np.ptp(one, axis=0))) for one in (seen.position, model.position[0])
@@ -103,14 +103,14 @@ def _require_length_unit(seen: Seen, model: ToolPath) -> None:
             )
 
 
-def clock_offset(seen: Seen, model: ToolPath) -> float:
+def clock_offset(seen: Measurement, model: ToolPath) -> float:
     """Return what brings the clock of a measurement nearly to the run's [s].
 
     Args:
         seen: What was measured.
         model: Where the model's tool is under the command.
     """
-    path = Simulated(model)
+    path = SimulatedPath(model)
     rows = np.unique(np.linspace(0, len(seen.time) - 1, _COMPARED).astype(int))
     time, position = seen.time[rows], seen.position[rows]
     near = np.arange(-_OFF, _OFF + 0.5 * _FINE, _FINE)
@@ -136,7 +136,7 @@ def _shape_difference(position: np.ndarray, there: np.ndarray) -> float:
     return float(np.sqrt(max(squares, 0.0) / len(own)))
 
 
-def _turned(seen: Seen, there: np.ndarray) -> Seen:
+def _turned(seen: Measurement, there: np.ndarray) -> Measurement:
     """Return a path of any frame, moved and turned onto the model's."""
     extents = np.linalg.svd(there - there.mean(axis=0), compute_uv=False)
     if extents[1] < _PLANE * extents[0]:
@@ -147,7 +147,7 @@ def _turned(seen: Seen, there: np.ndarray) -> Seen:
     return seen.transformed(Frame.fitted(seen.position, there))
 
 
-def _require_base_frame(seen: Seen, there: np.ndarray) -> None:
+def _require_base_frame(seen: Measurement, there: np.ndarray) -> None:
     off = seen.position.mean(axis=0) - there.mean(axis=0)
     if np.linalg.norm(off) > _FRAME_OFF:
         x, y, z = off.tolist()

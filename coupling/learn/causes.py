@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from coupling.inverse.link_model import LinkModel
 from coupling.learn.history import History
-from coupling.learn.passes import Simulated
+from coupling.learn.measurement import SimulatedPath
 from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
 from coupling.path.linear import interpolated
@@ -157,7 +157,7 @@ def _groups(history: History, number: int, low: Smoother, rows: np.ndarray) -> l
     wrench = stored.wrench.at(np.clip(at, stored.wrench.time[0], stored.wrench.time[-1]))[0]
     state, by = model.linearised(theta, still, still, wrench)
     arms = by.jacobian[:, :3][:, :, model.chain.drive]
-    place = Simulated(run.desired).position(nodes)
+    place = SimulatedPath(run.desired).position(nodes)
     span = (nodes - nodes.mean()) / float(np.ptp(nodes))
     found = [
         _Group("time", 0, np.stack([span[:, None, None] * np.eye(3)], axis=0)[0]),

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from coupling.errors import SimulationError
+from coupling.learn.measurement import SimulatedPath
 from coupling.learn.parameters import changed
-from coupling.learn.passes import Simulated
-from coupling.learn.problem import Columns, Problem
+from coupling.learn.problem import FitProblem, PoseDerivatives
 from coupling.learn.residual import Residual, noise_of
 from coupling.learn.smoothing import SlowPart
 
@@ -36,7 +36,7 @@ _LENGTHS = {count: float(np.sqrt(chi2.median(count))) for count in (3, 6)}
 
 
 @dataclass(frozen=True)
-class At:
+class DescentPoint:
     """The residual at some unknowns, and its robust cost.
 
     Attributes:
@@ -50,7 +50,7 @@ class At:
     """
 
     z: np.ndarray
-    simulated: tuple[Simulated, ...]
+    simulated: tuple[SimulatedPath, ...]
     residuals: tuple[np.ndarray, ...]
     slow: tuple[np.ndarray, ...]
     scale: float
@@ -78,12 +78,12 @@ class Descent:
     """
 
     def __init__(
-        self, problem: Problem, slow: Sequence[SlowPart], variance: float | None = None
+        self, problem: FitProblem, slow: Sequence[SlowPart], variance: float | None = None
     ) -> None:
         self.problem, self.slow, self._variance = problem, tuple(slow), variance
         self._residuals = tuple(map(Residual, problem.passes))
 
-    def over_noise(self, now: At) -> float:
+    def over_noise(self, now: DescentPoint) -> float:
         """Return what is left by what noise alone would leave."""
         return size_of(now.slow) / max(self.noise(now.residuals), 1e-12)
 
@@ -93,8 +93,8 @@ class Descent:
         return noise * float(np.sqrt(3.0 * np.mean([mean.of_noise for mean in self.slow])))
 
     def descended(
-        self, now: At, effects: Sequence[Columns], most: int = MOST_PASSES
-    ) -> tuple[At, bool]:
+        self, now: DescentPoint, effects: Sequence[PoseDerivatives], most: int = MOST_PASSES
+    ) -> tuple[DescentPoint, bool]:
         """Return the best that derivatives lead to, and whether they lead no further."""
         damping = _DAMPING
         for _ in range(most):
@@ -107,7 +107,7 @@ class Descent:
                 return now, True
         return now, False
 
-    def at(self, z: np.ndarray, scale: float | None = None) -> At:
+    def at(self, z: np.ndarray, scale: float | None = None) -> DescentPoint:
         """Return what some unknowns leave, with a scale that is given or their own."""
         problem = self.problem
         values = changed(problem.parameters, z[: len(problem.parameters)])
@@ -119,7 +119,7 @@ class Descent:
             residuals.append(rest)
             slow.append(self.slow[number](rest))
         told = self.costed(z, tuple(slow), scale)
-        return At(z, tuple(simulated), tuple(residuals), tuple(slow), *told)
+        return DescentPoint(z, tuple(simulated), tuple(residuals), tuple(slow), *told)
 
     def costed(
         self, z: np.ndarray, slow: tuple[np.ndarray, ...], scale: float | None = None
@@ -139,7 +139,9 @@ class Descent:
         )
         return scale, cost + float(np.sum((z / self.problem.prior) ** 2))
 
-    def equations(self, now: At, effects: Sequence[Columns]) -> tuple[np.ndarray, np.ndarray]:
+    def equations(
+        self, now: DescentPoint, effects: Sequence[PoseDerivatives]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return matrix and right side of a step."""
         problem, count = self.problem, len(self.problem.parameters)
         matrix = np.diag(problem.prior**-2.0)
@@ -163,7 +165,9 @@ class Descent:
             right[where] += np.einsum("k,kap,ka->p", weight, full, rest, optimize=True)
         return matrix, right
 
-    def fitted_beside(self, now: At, held: Sequence[Columns], step: np.ndarray) -> At:
+    def fitted_beside(
+        self, now: DescentPoint, held: Sequence[PoseDerivatives], step: np.ndarray
+    ) -> DescentPoint:
         """Return what a step comes to with all that it does not change fitted to it."""
         z = now.z.copy()
         z[: len(step)] += step
@@ -179,7 +183,7 @@ class Descent:
             after = further
         return after
 
-    def framed(self, x: np.ndarray) -> At:
+    def framed(self, x: np.ndarray) -> DescentPoint:
         """Return what given parameters leave behind the frame that fits them best.
 
         Args:
@@ -199,8 +203,8 @@ class Descent:
         return 1.0 if self._variance is None else scale**2 / self._variance
 
     def _along(
-        self, now: At, matrix: np.ndarray, right: np.ndarray, damping: float
-    ) -> tuple[At | None, float]:
+        self, now: DescentPoint, matrix: np.ndarray, right: np.ndarray, damping: float
+    ) -> tuple[DescentPoint | None, float]:
         """Return what is better in the direction of a step, damped until it is, and the next damping.
 
         Levenberg and Marquardt's rule (D. Marquardt, J. SIAM 11 (1963) 431).  None: nothing is better.
@@ -213,7 +217,7 @@ class Descent:
             damping *= _AFTER_WORSE
         return None, damping
 
-    def _tried(self, z: np.ndarray, scale: float) -> At | None:
+    def _tried(self, z: np.ndarray, scale: float) -> DescentPoint | None:
         """Return what some unknowns leave; None of a robot that gives way under its own weight."""
         try:
             return self.at(z, scale)

@@ -1,8 +1,8 @@
 """What the parameters do to the tool, with the torque that the links need held.
 
-Through the simulation itself small changes grow without bound while a gear floats in its play; through
-the gear's own equation, d e' + S(e) = T(t), two answers never part (`coupling.inverse.gears`).  The tool
-moves by J_i de_i/dp.
+Through the simulation itself small changes grow without bound while a gear is unloaded in its backlash;
+through the gear's own equation, d e' + S(e) = T(t), two answers never part (`coupling.inverse.gears`).
+The tool moves by J_i de_i/dp.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from scipy.interpolate import CubicSpline
 from coupling.inverse.inversion import MovingRobot
 from coupling.inverse.spline import UniformSpline
 from coupling.inverse.windows import solve_links
+from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import Learnable, robot_with
-from coupling.learn.passes import Pass
 from elastic_robot.description import Robot
 from elastic_robot.parameters import Parameters
 
@@ -26,7 +26,7 @@ _CHANGE = 0.02
 _SELDOM = 4
 
 
-class Effect:
+class ParameterEffect:
     """Derivatives of the tool's pose by log factors of the parameters, along one pass.
 
     Args:
@@ -37,7 +37,7 @@ class Effect:
     """
 
     def __init__(
-        self, robot: Robot, torque_curve: str, parameters: tuple[Learnable, ...], one: Pass
+        self, robot: Robot, torque_curve: str, parameters: tuple[Learnable, ...], one: MeasuredPath
     ) -> None:
         self._robot, self._torque_curve, self._parameters = robot, torque_curve, parameters
         self._pass = one
@@ -63,7 +63,7 @@ class Effect:
         inside = np.clip(time, self.theta.start, self.theta.end)
         jacobian = self._jacobian(inside)
         theta = self.theta.at(inside)
-        twists = self._twists(x) if np.any(x) else self._of_file
+        wind_ups = self._wind_ups(x) if np.any(x) else self._of_file
         rate = self.theta.at(inside, order=1)
         own = Parameters.of(robot_with(self._robot, self._parameters, x))
         settling = own.damping / own.stiffness  # [s]
@@ -75,24 +75,24 @@ class Effect:
                 moved = -behind[:, angle]
             else:
                 angle = int(model.gears[parameter.gear])
-                change = twists[parameter.kind] - twists[""]
+                change = wind_ups[parameter.kind] - wind_ups[""]
                 moved = np.interp(inside, self._time, change[:, parameter.gear]) / np.log1p(_CHANGE)
             columns[:, :, k] = jacobian[:, :, angle] * moved[:, None]
         return columns
 
     @cached_property
     def _of_file(self) -> dict[str, np.ndarray]:
-        """The gears' twists of the robot of the file, which every part of a pass asks for."""
-        return self._twists(np.zeros(len(self._parameters)))
+        """The gears' wind-ups of the robot of the file, which every part of a pass asks for."""
+        return self._wind_ups(np.zeros(len(self._parameters)))
 
-    def _twists(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the gears' twist, and with each kind of parameter changed in all gears."""
-        twists = {}
+    def _wind_ups(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the gears' wind-up, and with each kind of parameter changed in all gears."""
+        wind_ups = {}
         for kind in ("", "backlash", "stiffness", "damping"):
             change = [np.log1p(_CHANGE) * (p.kind == kind) for p in self._parameters]
             robot = robot_with(self._robot, self._parameters, x + np.array(change))
             moving = MovingRobot(robot, self._torque_curve)
-            twists[kind] = moving.twist(
+            wind_ups[kind] = moving.wind_up(
                 self.theta, self._time, self._torque, self._pass.wanted.wrench
             ).angle
-        return twists
+        return wind_ups

@@ -41,8 +41,8 @@ def figures(found: Learned) -> LearnedResult:
                 factor=own.factor,
                 factor_low=own.low,
                 factor_high=own.high,
-                told=own.told,
-                matters=own.matters,
+                identifiable=own.identifiable,
+                significant=own.significant,
                 effect_m=own.effect,
                 reason=own.reason,
             )

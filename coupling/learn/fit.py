@@ -1,14 +1,14 @@
 """The fit: what the simulated robot leaves of the measurement, by parameters, frame and clock.
 
-All of a pass at once has hollows beside the valley: where a gear crosses its play too late or not at all
-is no matter of slopes, and what fits everything but a few crossings takes these for outliers.  What a
-crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
+All of a pass at once has local minima beside the valley: where a gear crosses its backlash too late or
+not at all is no matter of slopes, and what fits everything but a few crossings takes these for outliers.
+ What a crossing does wrong is past a second later.  So the fit goes along the passes: it looks a little
 further than what is found so far explains, fits that, and looks on.  Where more is left than noise it
-is tried again from beside it (`coupling.learn.aside`) before it looks any further.
+is tried again from beside it (`coupling.learn.frozen`) before it looks any further.
 
 So far rows count less than noise lets them, which makes the way even and ends it early.  From there the
 fit goes on with rows that count as their noise says, and as what is left over noise says
-(`coupling.learn.left_over`): that is the most likely robot, and its covariance.
+(`coupling.learn.unexplained`): that is the most likely robot, and its covariance.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.learn.aside import Held, steps_aside
-from coupling.learn.descent import FLOOR, MOST_PASSES, SETTLED, At, Descent
+from coupling.learn.descent import FLOOR, MOST_PASSES, SETTLED, Descent, DescentPoint
+from coupling.learn.frozen import FrozenDerivatives, steps_aside
 from coupling.learn.horizon import next_horizon
-from coupling.learn.left_over import LeftOver
-from coupling.learn.problem import Problem
-from coupling.learn.secant import Secant
+from coupling.learn.problem import FitProblem
+from coupling.learn.secant import SecantEffect
 from coupling.learn.side_by_side import side_by_side
 from coupling.learn.smoothing import CUT_OFF, SlowPart
+from coupling.learn.unexplained import UnexplainedPart
 from coupling.robot.robot_fmu import RobotFmu
 
-# Changes of a log factor for differences, one after the other: the valley is narrower than the hollows;
-# and those on its ground.
+# Changes of a log factor for differences, one after the other: the valley is narrower than the local
+# minima; and those on its ground.
 _CHANGES, _SMALL_CHANGES = (0.05, 0.01), (0.01, 0.002)
 # Rows count by what the search has left over noise, then by what that leaves.
 _COUNTED = 2
-# Passes of a fit to a part, tries from beside where it ends in a hollow, of a part and of the whole, and
-# of so many gears' best sides.
+# Passes of a fit to a part, tries from beside where it ends in a local minimum, of a part and of the
+# whole, and of so many gears' best sides.
 _LED, _PART_TRIES, _TRIES, _SIDES = 6, 1, 2, 2
 # What is left is noise up to so many standard deviations of what noise leaves, or so many times it.
 _SURE, _NEAR_NOISE = 2.0, 1.12
 
 
 @dataclass(frozen=True)
-class Fit:
+class ParameterFit:
     """A fit.
 
     Attributes:
@@ -60,7 +60,7 @@ class Fit:
     slow: tuple[np.ndarray, ...]
     covariance: np.ndarray
     converged: bool
-    left_over: LeftOver
+    left_over: UnexplainedPart
 
 
 class Fitter:
@@ -71,11 +71,11 @@ class Fitter:
         cut_off: Frequency up to which residuals are looked at [Hz].
     """
 
-    def __init__(self, problem: Problem, cut_off: float = CUT_OFF) -> None:
+    def __init__(self, problem: FitProblem, cut_off: float = CUT_OFF) -> None:
         self.problem, self._cut_off = problem, cut_off
         self._whole = self._descent(problem)
 
-    def fit(self, start: np.ndarray) -> Fit:
+    def fit(self, start: np.ndarray) -> ParameterFit:
         """Return the most likely parameters.
 
         Args:
@@ -106,7 +106,7 @@ class Fitter:
         """Return what the slow parts of residuals would be of their noise alone [m], rms."""
         return self._whole.noise(residuals)
 
-    def _settled(self, now: At) -> Fit:
+    def _settled(self, now: DescentPoint) -> ParameterFit:
         """Return the most likely robot near what was found, and how sure it is."""
         left_over, converged = self._left_over(now), False
         for _ in range(_COUNTED):
@@ -119,14 +119,14 @@ class Fitter:
             if counted == 1.0:
                 break
         covariance = self._covariance(self._counted(now, left_over.over), now)
-        return Fit(now.z, now.residuals, now.slow, covariance, converged, left_over)
+        return ParameterFit(now.z, now.residuals, now.slow, covariance, converged, left_over)
 
-    def _counted(self, now: At, over: float) -> Descent:
+    def _counted(self, now: DescentPoint, over: float) -> Descent:
         """Return the way down with rows that count as their noise says, times its variance."""
         variance = over * self._whole.noise(now.residuals) ** 2 / 3.0
         return Descent(self.problem, self._whole.slow, max(variance, FLOOR**2))
 
-    def _left_over(self, now: At) -> LeftOver:
+    def _left_over(self, now: DescentPoint) -> UnexplainedPart:
         """Return what is left over noise."""
         variance = max(self._whole.noise(now.residuals) ** 2 / 3.0, FLOOR**2)
         parts = list(zip(self._whole.slow, now.slow, strict=True))
@@ -134,12 +134,12 @@ class Fitter:
         rows = sum(mean.independent * rest.size for mean, rest in parts)
         data = self._counted(now, 1.0).equations(now, self.problem.effects)[0]
         data = data - np.diag(self.problem.prior**-2.0)
-        return LeftOver.of(squares / variance, rows, data, self.problem.prior)
+        return UnexplainedPart.of(squares / variance, rows, data, self.problem.prior)
 
-    def _covariance(self, counted: Descent, now: At) -> np.ndarray:
+    def _covariance(self, counted: Descent, now: DescentPoint) -> np.ndarray:
         """Return the covariance of all unknowns, by those derivatives that tell less.
 
-        A floating gear leaves its flank at another time when anything is changed, which differences of
+        An unloaded gear leaves its flank at another time when anything is changed, which differences of
         simulations take for knowledge of that; the gears' equation knows what it moves on its flanks,
         but not what other gears do meanwhile.
         """
@@ -152,20 +152,22 @@ class Fitter:
         covariance: np.ndarray = wider[:, None] * found * wider
         return covariance
 
-    def _descent(self, problem: Problem) -> Descent:
+    def _descent(self, problem: FitProblem) -> Descent:
         slow = [SlowPart.of(one.seen.time, self._cut_off) for one in problem.passes]
         return Descent(problem, slow)
 
-    def _look(self, now: At, before: float, explained: bool = True) -> float:
+    def _look(self, now: DescentPoint, before: float, explained: bool = True) -> float:
         """Return how far to look next [s]."""
         whole = self._whole
         return next_horizon(now.slow, whole.slow, whole.noise(now.residuals), before, explained)
 
-    def _found(self, part: Descent, start: At, most: int, tries: int) -> tuple[At, bool]:
+    def _found(
+        self, part: Descent, start: DescentPoint, most: int, tries: int
+    ) -> tuple[DescentPoint, bool]:
         """Return what is found of a part, from some unknowns and beside them, and whether for good."""
         secants = [part.problem.secants(change) for change in _CHANGES]
 
-        def refined(now: At) -> tuple[At, bool]:
+        def refined(now: DescentPoint) -> tuple[DescentPoint, bool]:
             now, settled = part.descended(now, secants[0], most)
             if not _is_noise(part, now):
                 now, settled = part.descended(now, secants[1], most)
@@ -184,14 +186,16 @@ class Fitter:
         return now, converged
 
 
-def _is_noise(part: Descent, now: At) -> bool:
+def _is_noise(part: Descent, now: DescentPoint) -> bool:
     """Whether hardly more is left than noise, by how much chance there is in that."""
     means = sum(3.0 * mean.independent * len(mean.time) for mean in part.slow)
     chance = 1.0 + _SURE / float(np.sqrt(2.0 * means))
     return part.over_noise(now) <= max(_NEAR_NOISE, chance)
 
 
-def _sides(part: Descent, now: At, secants: Sequence[Secant]) -> Iterator[At]:
+def _sides(
+    part: Descent, now: DescentPoint, secants: Sequence[SecantEffect]
+) -> Iterator[DescentPoint]:
     """Yield where to try again: beside what was found, in backlash and damping of one gear each.
 
     All else is fitted to these with derivatives that are known, which tells a gear's best side.
@@ -199,11 +203,13 @@ def _sides(part: Descent, now: At, secants: Sequence[Secant]) -> Iterator[At]:
     problem, count = part.problem, len(part.problem.parameters)
     times = [one.seen.time + problem.own(now.z, k)[6] for k, one in enumerate(problem.passes)]
     x = now.z[:count]
-    held = [Held(own.columns(x, time)) for own, time in zip(secants, times, strict=True)]
+    held = [
+        FrozenDerivatives(own.columns(x, time)) for own, time in zip(secants, times, strict=True)
+    ]
     shown = {int(k) for own in secants for k in own.shown}
     gears = steps_aside(problem.parameters, shown)
 
-    def tried(fmu: RobotFmu, step: np.ndarray) -> At:
+    def tried(fmu: RobotFmu, step: np.ndarray) -> DescentPoint:
         own = Descent(replace(problem, fmus=(fmu,)), part.slow)
         return own.fitted_beside(now, held, step)
 

@@ -15,14 +15,14 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.events import Progress, Watch, unwatched
-from coupling.learn.next_command import Plan
+from coupling.learn.measurement import SimulatedPath
+from coupling.learn.next_command import CommandPlan
 from coupling.learn.parameters import changed
-from coupling.learn.passes import Simulated
 from coupling.learn.repeatability import VALUES
 from coupling.learn.size import seen_below
 from coupling.path.deviation import less_constant
 from coupling.path.histories import JointPath, WrenchHistory
-from coupling.results.forecast import Forecast
+from coupling.results.forecast import PassForecast
 
 # Forecasts that are drawn, and what of them the interval holds.
 _DRAWN, _INTERVAL = 4000, (0.05, 0.95)
@@ -31,8 +31,8 @@ _UNTOLD = 0.15
 
 
 def forecast(
-    found: Plan, command: JointPath, wrench: WrenchHistory, watch: Watch = unwatched
-) -> Forecast:
+    found: CommandPlan, command: JointPath, wrench: WrenchHistory, watch: Watch = unwatched
+) -> PassForecast:
     """Return what a command is expected to leave.
 
     Args:
@@ -55,7 +55,7 @@ def forecast(
 
     def moved(x: np.ndarray) -> np.ndarray:
         after = history.fmu.simulate(command, wrench, "dynamic", changed(history.parameters, x))
-        change: np.ndarray = Simulated(after).position(time) - history.simulated(
+        change: np.ndarray = SimulatedPath(after).position(time) - history.simulated(
             number, x
         ).position(time)
         return change
@@ -89,7 +89,7 @@ def forecast(
     rms = np.sqrt(np.maximum(squares, 0.0)) * np.exp(_UNTOLD * rng.standard_normal(_DRAWN))
     least, most = np.quantile(rms, _INTERVAL)
     largest = [np.linalg.norm(left + own, axis=1).max() for own in off]
-    return Forecast(
+    return PassForecast(
         rms=float(np.median(rms)),
         low=float(least),
         high=float(most),

@@ -10,9 +10,9 @@ import numpy as np
 from coupling.errors import LearnError
 from coupling.learn.device import FrameKnown
 from coupling.learn.measured_run import MeasuredRun
+from coupling.learn.measurement import Measurement, SimulatedPath
 from coupling.learn.parameters import Learnable, changed, factors_between, learnables
-from coupling.learn.passes import Seen, Simulated
-from coupling.learn.source import Source, require_alike
+from coupling.learn.source import MeasuredFile, require_alike
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.models import Models
 
@@ -36,10 +36,10 @@ class History:
     runs: tuple[MeasuredRun, ...]
     parameters: tuple[Learnable, ...]
     fmu: RobotFmu
-    _paths: dict[tuple[int, bytes], Simulated] = field(default_factory=dict)
+    _paths: dict[tuple[int, bytes], SimulatedPath] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sources: Sequence[Source], known: FrameKnown, models: Models) -> History:
+    def of(cls, sources: Sequence[MeasuredFile], known: FrameKnown, models: Models) -> History:
         """Return the history of runs and what was measured under their commands.
 
         Args:
@@ -72,7 +72,7 @@ class History:
         """Return the log factors of the robot that a run was computed for, (P,)."""
         return factors_between(self.parameters, self.runs[number].source.robot)
 
-    def simulated(self, number: int, x: np.ndarray) -> Simulated:
+    def simulated(self, number: int, x: np.ndarray) -> SimulatedPath:
         """Return where the tool of a robot is under a run's command.
 
         Args:
@@ -86,25 +86,25 @@ class History:
         seen, path = self.runs[number].seen, self.simulated(number, x)
         return _beyond(seen, path)
 
-    def _simulated(self, number: int, source: Source, x: np.ndarray) -> Simulated:
+    def _simulated(self, number: int, source: MeasuredFile, x: np.ndarray) -> SimulatedPath:
         key = (number, x.tobytes())
         if key not in self._paths:
             stored, values = source.stored, changed(self.parameters, x)
             path = self.fmu.simulate(stored.joints, stored.wrench, "dynamic", values)
-            self._paths[key] = Simulated(path)
+            self._paths[key] = SimulatedPath(path)
             if len(self._paths) > _KEPT:
                 self._paths.pop(next(iter(self._paths)))
         return self._paths[key]
 
 
-def _beyond(seen: Seen, path: Simulated) -> np.ndarray:
+def _beyond(seen: Measurement, path: SimulatedPath) -> np.ndarray:
     moved = seen.position - path.position(seen.time)
     if seen.rotation is None:
         return np.hstack([moved, np.zeros_like(moved)])
     return np.hstack([moved, (seen.rotation * path.rotation(seen.time).inv()).as_rotvec()])
 
 
-def _require_one_path(sources: Sequence[Source]) -> None:
+def _require_one_path(sources: Sequence[MeasuredFile]) -> None:
     """Refuse runs of other paths than the first one's.
 
     Raises:

@@ -10,8 +10,8 @@ from coupling.learn.smoothing import SlowPart
 
 # What is looked at first [s], by how much more at least, and how far behind where noise ends.
 _FIRST, _LEAST, _BEHIND = 1.0, 0.5, 0.5
-# By which part more at least where what was looked at stays unexplained, as where a gear floats: else
-# a fit that comes to nothing takes longest.
+# By which part more at least where what was looked at stays unexplained, as where a gear is in its
+# backlash without load: else a fit that comes to nothing takes longest.
 _STRIDE = 0.5
 # Means over so long [s] that are so many times noise are no longer explained.
 _OVER, _FAR = 0.2, 2.0

@@ -17,36 +17,36 @@ _TOLD = 0.5
 _MATTERS = 2e-6
 # Below this the path does not depend on it [m].
 _MOVES = 1e-8
-# A gear that floats for more than this part of the time makes a path that does not repeat.
+# A gear without load for more than this part of the time makes a path that does not repeat.
 _MOSTLY = 0.5
 # Noise is the smaller part of what is left from so many times noise on.
 _SMALLER = float(np.sqrt(2.0))
 
 
 @dataclass(frozen=True)
-class Judged:
+class LearnedParameter:
     """Verdict on one parameter.
 
     Attributes:
         parameter: Which.
         factor: Factor of the robot file's value that fits best.
         low, high: Ends of the 95 % interval of the factor.
-        told: Whether the passes tell it.
+        identifiable: Whether the runs measured tell it.
         effect: What its prior standard deviation does to the tool along the passes, less a constant: rms
             of the slow part [m].
-        reason: Why it is not told, or "".
+        reason: Why it is not identifiable, or "".
     """
 
     parameter: Learnable
     factor: float
     low: float
     high: float
-    told: bool
+    identifiable: bool
     effect: float
     reason: str = ""
 
     @property
-    def matters(self) -> bool:
+    def significant(self) -> bool:
         """Whether it moves the tool by more than is looked for."""
         return self.effect >= _MATTERS
 
@@ -58,7 +58,7 @@ class Judged:
         it, and a dozen such left out are missed.
         """
         moves = self.effect >= _MOVES or self.parameter.vibrates
-        return self.factor if self.told or moves else 1.0
+        return self.factor if self.identifiable or moves else 1.0
 
 
 def judged(
@@ -69,7 +69,7 @@ def judged(
     prior: np.ndarray,
     effect: np.ndarray,
     gears: Sequence[GearDiagnosis],
-) -> tuple[Judged, ...]:
+) -> tuple[LearnedParameter, ...]:
     """Return the verdicts.
 
     Args:
@@ -83,16 +83,16 @@ def judged(
     """
     verdicts = []
     for k, parameter in enumerate(parameters):
-        told = bool(deviation[k] < _TOLD * prior[k])
-        width = min(float(half[k]), 1.96 * float(prior[k])) if not told else float(half[k])
-        reason = "" if told else _reason(parameter, float(effect[k]), gears)
+        identifiable = bool(deviation[k] < _TOLD * prior[k])
+        width = min(float(half[k]), 1.96 * float(prior[k])) if not identifiable else float(half[k])
+        reason = "" if identifiable else _reason(parameter, float(effect[k]), gears)
         verdicts.append(
-            Judged(
+            LearnedParameter(
                 parameter,
                 float(np.exp(x[k])),
                 float(np.exp(x[k] - width)),
                 float(np.exp(x[k] + width)),
-                told,
+                identifiable,
                 float(effect[k]),
                 reason,
             )
@@ -105,18 +105,18 @@ def _reason(parameter: Learnable, effect: float, gears: Sequence[GearDiagnosis])
         return "not told apart from the others"
     stays = parameter.gear is not None and gears[parameter.gear].changes == 0
     if stays and parameter.kind != "stiffness":
-        return "the gear stays on its flank here"
+        return "the gear does not reverse here"
     return "hardly matters here"
 
 
 def floating(gears: Sequence[GearDiagnosis], seconds: float) -> str:
-    """Return which gears float for most of a path, in words; "" where none does.
+    """Return which gears are unloaded for most of a path, in words; "" where none does.
 
     Args:
         gears: What the gears go through where it was measured.
         seconds: How long that is [s].
     """
-    names = [g.joint for g in gears if g.at_risk and g.floats > _MOSTLY * seconds]
+    names = [g.joint for g in gears if g.at_risk and g.in_backlash > _MOSTLY * seconds]
     if not names:
         return ""
     which = ", ".join(map(str, names))
@@ -159,7 +159,7 @@ def missing(
     if later:
         names = ", ".join(map(str, later))
         return (
-            f"in the {seconds:.3g} s measured no gear is pushed from flank to flank: measure on, as the"
+            f"in the {seconds:.3g} s measured no gear reverses: measure on, as the"
             f" gears of joints {names} are later in the run"
         )
     if unknown:
@@ -170,7 +170,7 @@ def missing(
         )
     if not any(gear.changes for gear in gears):
         return (
-            "no gear is pushed from flank to flank on this path, and nothing else moves the tool by more"
+            "no gear reverses on this path, and nothing else moves the tool by more"
             " than its frame explains: measure a path that loads them both ways, or leave the robot"
             " as it is, as this path does not ask for more"
         )

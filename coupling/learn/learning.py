@@ -13,15 +13,15 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.descent import size_of
-from coupling.learn.effect import Effect
-from coupling.learn.fit import Fit, Fitter
-from coupling.learn.judge import Judged, discrepancy, floating, judged, missing
+from coupling.learn.effect import ParameterEffect
+from coupling.learn.fit import Fitter, ParameterFit
+from coupling.learn.judge import LearnedParameter, discrepancy, floating, judged, missing
+from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import factors_between, learnables, prior_of, robot_with
-from coupling.learn.passes import Pass
-from coupling.learn.problem import FramePrior, Problem
+from coupling.learn.problem import FitProblem, FramePrior
 from coupling.learn.smoothing import SlowPart
-from coupling.learn.source import Source, require_alike
-from coupling.learn.spread import Spread, spread_of, spread_of_fit
+from coupling.learn.source import MeasuredFile, require_alike
+from coupling.learn.spread import Uncertainty, spread_of, spread_of_fit
 from coupling.path.histories import ToolPath
 from coupling.run.models import Models
 from elastic_robot.description import Robot
@@ -37,7 +37,7 @@ _FAR = 2.5
 
 
 @dataclass(frozen=True)
-class Options:
+class LearnOptions:
     """How to learn.
 
     Attributes:
@@ -75,12 +75,12 @@ class Learned:
         whole: The same along the whole path of the last run, where nothing is told.
     """
 
-    sources: tuple[Source, ...]
-    passes: tuple[Pass, ...]
-    fit: Fit
+    sources: tuple[MeasuredFile, ...]
+    passes: tuple[MeasuredPath, ...]
+    fit: ParameterFit
     before: tuple[np.ndarray, ...]
-    parameters: tuple[Judged, ...]
-    spread: Spread
+    parameters: tuple[LearnedParameter, ...]
+    spread: Uncertainty
     gears: tuple[GearDiagnosis, ...]
     whole: tuple[GearDiagnosis, ...] = field(default=())
 
@@ -117,7 +117,7 @@ class Learned:
         before, after = self.left
         last = float(np.ptp(self.passes[-1].wanted.path.time))
         seconds = sum(float(np.ptp(one.seen.time)) for one in self.passes)
-        if not any(own.told for own in self.parameters):
+        if not any(own.identifiable for own in self.parameters):
             unknown = discrepancy(before, after, self.noise_left)
             return f"nothing is told: {missing(self.gears, self.whole, seconds, unknown)}"
         if after > _WORTH * before:
@@ -129,7 +129,8 @@ class Learned:
         if self.unexplained and adrift:
             return (
                 f"{1e6 * after:.3g} um are left, noise alone would be {1e6 * self.noise_left:.2g} um,"
-                f" and {adrift}: what a gear does that floats in its play is no matter of parameters;"
+                f" and {adrift}: what a gear does that is unloaded in its backlash is no matter of"
+                " parameters;"
                 " place the part or the base so that it is loaded"
             )
         return ""
@@ -142,13 +143,14 @@ class Learned:
         return [
             f"{1e6 * self.left[1]:.3g} um of the measurement's slow part are left, noise alone would be"
             f" {1e6 * self.noise_left:.2g} um: the robot does something that the model does not know (a"
-            " gap with round edges, another load, heat), or a gear floats; the intervals are"
+            " gap with round edges, another load, heat), or a gear is in its backlash without load; the"
+            " intervals are"
             f" {self.widened:.2g} times as wide for it, and what is told little stays near the file"
         ]
 
 
 def learn(
-    sources: Sequence[Source], options: Options, models: Models, watch: Watch = unwatched
+    sources: Sequence[MeasuredFile], options: LearnOptions, models: Models, watch: Watch = unwatched
 ) -> Learned:
     """Learn a robot's parameters from measured passes.
 
@@ -171,7 +173,10 @@ def learn(
 
 
 def _learned(
-    sources: Sequence[Source], options: Options, side_by_side: Sequence[Models], watch: Watch
+    sources: Sequence[MeasuredFile],
+    options: LearnOptions,
+    side_by_side: Sequence[Models],
+    watch: Watch,
 ) -> Learned:
     require_alike(sources)
     models, first, last = side_by_side[0], sources[0], sources[-1]
@@ -185,8 +190,8 @@ def _learned(
     effects = []
     for number, one in enumerate(passes):
         watch(Progress("learning: what the parameters do", number, len(passes) + 1))
-        effects.append(Effect(first.robot, first.torque_curve, parameters, one))
-    problem = Problem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
+        effects.append(ParameterEffect(first.robot, first.torque_curve, parameters, one))
+    problem = FitProblem(fmus, parameters, tuple(passes), tuple(effects), options.frame)
     start = factors_between(parameters, last.robot) if options.start is None else options.start
     fitter = Fitter(problem)
     before = fitter.without(np.zeros(len(parameters)))
@@ -207,12 +212,12 @@ def _learned(
     verdicts = judged(
         parameters, x, spread.deviation, spread.half, prior_of(parameters), effect, gears
     )
-    told = any(own.told for own in verdicts)
+    told = any(own.identifiable for own in verdicts)
     whole = gears if told else diagnose(moving, last.wanted_whole)
     return Learned(tuple(sources), tuple(passes), fit, before, verdicts, spread, gears, whole)
 
 
-def effect_of(problem: Problem, x: np.ndarray) -> np.ndarray:
+def effect_of(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """Return what prior standard deviations do to the tool, less a constant [m], (P,)."""
     squares = np.zeros(len(x))
     for effect, one in zip(problem.effects, problem.passes, strict=True):

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.files.measured_table import MeasuredTable
-from coupling.learn.passes import Seen
+from coupling.learn.measurement import Measurement
 
 _TIME, _POSITION, _ROTATION = ("time",), ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 # A quaternion is of length 1 to this.
@@ -18,7 +18,7 @@ _UNIT = 1e-2
 _FEWEST = 20
 
 
-def read_seen(path: Path) -> Seen:
+def read_seen(path: Path) -> Measurement:
     """Read where a tool was seen (columns: docs/learn.md).
 
     Args:
@@ -43,4 +43,4 @@ def read_seen(path: Path) -> Seen:
         if off.max() > _UNIT:
             raise table.row_error("qx", int(np.argmax(off)), "a quaternion of length 1")
         rotation = Rotation.from_quat(quaternion)
-    return Seen(path.name, time, position, rotation)
+    return Measurement(path.name, time, position, rotation)

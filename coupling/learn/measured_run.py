@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import LearnError
 from coupling.learn.alignment import aligned, clock_offset
 from coupling.learn.device import FrameKnown
-from coupling.learn.passes import Seen, Simulated
+from coupling.learn.measurement import Measurement, SimulatedPath
 from coupling.learn.residual import noise_of
-from coupling.learn.size import Size
-from coupling.learn.source import Source
+from coupling.learn.size import DeviationSize
+from coupling.learn.source import MeasuredFile
 from coupling.path.histories import ToolPath
 
 # What shows by less than this part of what shows most is not told: a tip on a tool that hardly turns.
@@ -40,8 +40,8 @@ class MeasuredRun:
         left_out: Number of samples that were left out, as they are far beside those around them.
     """
 
-    source: Source
-    seen: Seen
+    source: MeasuredFile
+    seen: Measurement
     clock: float
     shift: np.ndarray
     turn: np.ndarray
@@ -58,22 +58,22 @@ class MeasuredRun:
     def told(self) -> np.ndarray:
         """Positions of the TCP as they came, axes of the robot's base, the probe's tip taken off [m]."""
         time = self.source.seen.time + self.clock
-        path = Simulated(self.desired)
+        path = SimulatedPath(self.desired)
         return self.source.seen.position - path.rotation(time).apply(self.tip)
 
     @property
     def deviation(self) -> np.ndarray:
         """Measured less desired positions [m], (n, 3)."""
-        off: np.ndarray = self.seen.position - Simulated(self.desired).position(self.seen.time)
+        off: np.ndarray = self.seen.position - SimulatedPath(self.desired).position(self.seen.time)
         return off
 
     @property
-    def size(self) -> Size:
+    def size(self) -> DeviationSize:
         """Size of that."""
-        return Size.of(self.seen.time, self.deviation, self.noise)
+        return DeviationSize.of(self.seen.time, self.deviation, self.noise)
 
     @classmethod
-    def of(cls, source: Source, model: Simulated, known: FrameKnown) -> MeasuredRun:
+    def of(cls, source: MeasuredFile, model: SimulatedPath, known: FrameKnown) -> MeasuredRun:
         """Return a run on its command's clock and in the robot's frame.
 
         Args:

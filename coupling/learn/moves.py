@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from coupling.learn.history import History
-from coupling.learn.possible import Model
+from coupling.learn.possible import PossibleRobot
 from coupling.learn.repeatability import VALUES, Hypotheses
-from coupling.learn.repeating import Repeating, repeating
-from coupling.learn.size import Size
+from coupling.learn.repeating import RepeatablePart, repeating
+from coupling.learn.size import DeviationSize
 
 # A move by a robot that was fitted to the pass that judges it is to be better by this part.
 _FITTED = 0.9
@@ -20,7 +20,7 @@ _WORSE, _DOUBTS = 1.1, 2.0
 
 
 @dataclass(frozen=True)
-class Move:
+class NextStep:
     """A way to the next command.
 
     Attributes:
@@ -31,8 +31,8 @@ class Move:
     """
 
     kind: str
-    model: Model
-    size: Size
+    model: PossibleRobot
+    size: DeviationSize
     predicted: bool
 
     @property
@@ -50,8 +50,8 @@ class Move:
 
 
 def moves(
-    history: History, models: Sequence[Model], absolute: bool, before: Hypotheses
-) -> list[Move]:
+    history: History, models: Sequence[PossibleRobot], absolute: bool, before: Hypotheses
+) -> list[NextStep]:
     """Return every move with what it would have left of the last pass, the best one first.
 
     From the second pass on each move says from the passes before where the tool is in the last one,
@@ -69,33 +69,35 @@ def moves(
     for number, model in enumerate(models):
         path = _left_by_path(history, model, before)
         predicted = model.since <= last
-        found.append(Move("path" if not number else "both", model, path, predicted and last > 0))
+        found.append(
+            NextStep("path" if not number else "both", model, path, predicted and last > 0)
+        )
         if number:
             run = history.runs[last]
-            alone = Size.of(run.seen.time, history.beyond(last, model.x)[:, :3], run.noise)
-            found.append(Move("parameters", model, alone, predicted))
+            alone = DeviationSize.of(run.seen.time, history.beyond(last, model.x)[:, :3], run.noise)
+            found.append(NextStep("parameters", model, alone, predicted))
 
-    def judged(move: Move) -> float:
+    def judged(move: NextStep) -> float:
         left = move.size.rms if absolute else move.size.rms_less_constant
         return left / (_FITTED if move.model.since > last > 0 else 1.0)
 
     return sorted(found, key=judged)
 
 
-def _left_by_path(history: History, model: Model, before: Hypotheses) -> Size:
+def _left_by_path(history: History, model: PossibleRobot, before: Hypotheses) -> DeviationSize:
     """Return what learning along the path would have left of the last pass."""
     last = len(history.runs) - 1
     run, beyond = history.runs[last], history.beyond(last, model.x)
     known = repeating(history, model, range(max(last, 1)), before)
     rest = beyond - known.at(run.seen.time)
-    left = Size.of(run.seen.time, rest[:, :3], run.noise)
+    left = DeviationSize.of(run.seen.time, rest[:, :3], run.noise)
     if last > 0:
         return left
     return replace(left, rms=known.left, rms_less_constant=known.left)
 
 
 @dataclass(frozen=True)
-class Judgement:
+class PassComparison:
     """The last pass beside the best one.
 
     Attributes:
@@ -111,7 +113,7 @@ class Judgement:
     again: bool = False
 
     @classmethod
-    def of(cls, history: History, absolute: bool, new: float = 0.0) -> Judgement:
+    def of(cls, history: History, absolute: bool, new: float = 0.0) -> PassComparison:
         """Return the judgement on a history.
 
         Args:
@@ -140,8 +142,8 @@ def worse(rms: float, best: float, doubt: float) -> bool:
 
 
 def next_repeating(
-    history: History, move: Move, judgement: Judgement, before: Hypotheses
-) -> Repeating | None:
+    history: History, move: NextStep, judgement: PassComparison, before: Hypotheses
+) -> RepeatablePart | None:
     """Return what is corrected along the path beyond the model; None where the move corrects nothing.
 
     Where the last pass was worse than the best one it is that one's correction, and half of what that

@@ -12,15 +12,15 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.learn.causes import Cause, causes, largest, no_parameters
 from coupling.learn.contraction import Contraction
 from coupling.learn.history import History
-from coupling.learn.learning import Learned, Options, learn
-from coupling.learn.moves import Judgement, Move, moves, next_repeating
+from coupling.learn.learning import Learned, LearnOptions, learn
+from coupling.learn.moves import NextStep, PassComparison, moves, next_repeating
 from coupling.learn.next_options import NextOptions
 from coupling.learn.possible import earlier_models, file_model, learned_model
 from coupling.learn.problem import FramePrior
 from coupling.learn.repeatability import Hypotheses
-from coupling.learn.repeating import Repeating, compared
-from coupling.learn.size import Size
-from coupling.learn.source import Source
+from coupling.learn.repeating import RepeatablePart, compared
+from coupling.learn.size import DeviationSize
+from coupling.learn.source import MeasuredFile
 from coupling.run.models import Models
 
 # Passes from which parameters are learned without being told to; the second one where the first told
@@ -34,7 +34,7 @@ _FRAME = FramePrior()
 
 
 @dataclass(frozen=True)
-class Plan:
+class CommandPlan:
     """How the next command is to be computed.
 
     Attributes:
@@ -50,10 +50,10 @@ class Plan:
     """
 
     history: History
-    moves: tuple[Move, ...]
-    move: Move
-    judgement: Judgement
-    repeating: Repeating | None
+    moves: tuple[NextStep, ...]
+    move: NextStep
+    judgement: PassComparison
+    repeating: RepeatablePart | None
     learned: Learned | None
     options: NextOptions
     hypotheses: Hypotheses
@@ -70,14 +70,14 @@ class Plan:
         back = self.judgement.worse or self.judgement.again
         return self.judgement.best if back else self.judgement.last
 
-    def left(self, size: Size) -> float:
+    def left(self, size: DeviationSize) -> float:
         """Return the rms of a deviation [m]: less a constant where the frame is not known."""
         return size.rms if self.options.absolute else size.rms_less_constant
 
 
 def plan(
-    sources: Sequence[Source], options: NextOptions, models: Models, watch: Watch = unwatched
-) -> Plan:
+    sources: Sequence[MeasuredFile], options: NextOptions, models: Models, watch: Watch = unwatched
+) -> CommandPlan:
     """Return how the next command of a robot is to be computed.
 
     Args:
@@ -104,7 +104,7 @@ def plan(
     before, every = Hypotheses.before(options.repeatability), range(len(sources))
     ranked = moves(history, known, options.absolute, before)
     told = compared(history, ranked[0].model, every, before).hypotheses
-    judgement = Judgement.of(history, options.absolute, told.rms)
+    judgement = PassComparison.of(history, options.absolute, told.rms)
     offered = [own for own in ranked if options.move in ("auto", own.kind)]
     if judgement.worse:
         # Back to the best command: its own robot, and what was learned along the path with that.
@@ -122,7 +122,9 @@ def plan(
         told = compared(history, move.model, every, before).hypotheses
     number = judgement.best if judgement.worse else judgement.last
     follows = largest(causes(history, move.model.x, number))
-    return Plan(history, tuple(ranked), move, judgement, found, learned, options, told, follows)
+    return CommandPlan(
+        history, tuple(ranked), move, judgement, found, learned, options, told, follows
+    )
 
 
 def _worth_learning(history: History, first: bool) -> bool:
@@ -147,7 +149,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     """
     shift, turn = options.known.shift, options.known.turn
     frame = FramePrior(min(shift, _FRAME.shift), min(turn, _FRAME.turn))
-    own = Options(np.isinf(turn), seed=options.seed, known=frame)
+    own = LearnOptions(np.isinf(turn), seed=options.seed, known=frame)
     told = [
         replace(run.source, seen=replace(run.source.seen, position=run.told))
         for run in history.runs
@@ -167,7 +169,7 @@ def _learned(history: History, options: NextOptions, models: Models, watch: Watc
     return best
 
 
-def _cleaned(history: History, x: np.ndarray) -> list[Source] | None:
+def _cleaned(history: History, x: np.ndarray) -> list[MeasuredFile] | None:
     """Return runs and what was measured less what no parameter explains; None where nothing is such."""
     cleaned, some = [], False
     for number, run in enumerate(history.runs):

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from coupling.learn.measured_run import MeasuredRun
-from coupling.learn.next_command import Plan
-from coupling.learn.size import Size
-from coupling.results.forecast import Forecast
+from coupling.learn.next_command import CommandPlan
+from coupling.learn.size import DeviationSize
+from coupling.results.forecast import PassForecast
 
 
-def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
+def figures(found: CommandPlan, forecast: PassForecast | None = None) -> dict[str, Any]:
     """Return the figures of a plan; SI.
 
     Args:
@@ -64,7 +64,7 @@ def figures(found: Plan, forecast: Forecast | None = None) -> dict[str, Any]:
     }
 
 
-def _pass(found: Plan, number: int) -> dict[str, Any]:
+def _pass(found: CommandPlan, number: int) -> dict[str, Any]:
     run = found.history.runs[number]
     told = run.source.forecast
     thin = max(1, len(run.seen.time) // 2000)
@@ -87,7 +87,7 @@ def _pass(found: Plan, number: int) -> dict[str, Any]:
     }
 
 
-def sentences(found: Plan) -> list[str]:
+def sentences(found: CommandPlan) -> list[str]:
     """Return what there is to say of a plan, the most important first."""
     lines = [_verdict(found)]
     for number, run in enumerate(found.history.runs, start=1):
@@ -109,7 +109,7 @@ def sentences(found: Plan) -> list[str]:
     return lines
 
 
-def _verdict(found: Plan) -> str:
+def _verdict(found: CommandPlan) -> str:
     """Return how the last pass was, beside the best one and its forecast."""
     runs, judgement = found.history.runs, found.judgement
     last, best = runs[judgement.last], runs[judgement.best]
@@ -129,7 +129,7 @@ def _verdict(found: Plan) -> str:
     return f"The last command left {_um(left)} rms, {word} ({_um(told.low)} to {_um(told.high)})."
 
 
-def _move(found: Plan) -> str:
+def _move(found: CommandPlan) -> str:
     """Return which move is taken, and why."""
     move = found.move
     if found.judgement.again:
@@ -151,11 +151,11 @@ def _move(found: Plan) -> str:
     return f"{move.words}, which {why}" + (f" ({compared})" if compared else "")
 
 
-def _rms(found: Plan, run: MeasuredRun) -> str:
+def _rms(found: CommandPlan, run: MeasuredRun) -> str:
     return _um(found.left(run.size))
 
 
-def _size(size: Size) -> str:
+def _size(size: DeviationSize) -> str:
     return (
         f"{_um(size.rms)} rms, at most {_um(size.maximum)}; less a constant"
         f" {_um(size.rms_less_constant)} and {_um(size.maximum_less_constant)}"

@@ -15,7 +15,7 @@ from coupling.files.toml_file import load_toml
 from coupling.files.whole_file import write_whole
 from coupling.learn.figures import figures
 from coupling.learn.measured_run import MeasuredRun
-from coupling.learn.next_command import Plan
+from coupling.learn.next_command import CommandPlan
 from coupling.learn.robot_file import learned_text
 from coupling.path.discrepancy import Discrepancy
 
@@ -32,7 +32,7 @@ def inputs_folder(run: Path) -> Path:
     return run.with_name(f"{run.name}_inputs")
 
 
-def write_inputs(folder: Path, found: Plan, told: Mapping[str, Any]) -> Path:
+def write_inputs(folder: Path, found: CommandPlan, told: Mapping[str, Any]) -> Path:
     """Write the inputs of the next run, and return the file of its case.
 
     Args:
@@ -68,7 +68,7 @@ def plan_text(told: Mapping[str, Any]) -> str:
     return json.dumps(told, indent=1) + "\n"
 
 
-def _robot_file(folder: Path, found: Plan) -> Path:
+def _robot_file(folder: Path, found: CommandPlan) -> Path:
     """Return the file of the robot that the command is computed for, written if it is a new one."""
     model, runs = found.move.model, found.history.runs
     if found.learned is not None and model.since == len(runs):

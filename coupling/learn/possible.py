@@ -9,9 +9,9 @@ import numpy as np
 from coupling.learn.contraction import GAIN, Contraction, Responses, chosen
 from coupling.learn.history import History
 from coupling.learn.learning import Learned
-from coupling.learn.left_over import LeftOver
 from coupling.learn.next_options import NextOptions
 from coupling.learn.parameters import factors_between, prior_of, robot_with
+from coupling.learn.unexplained import UnexplainedPart
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 
@@ -28,7 +28,7 @@ _SCALES, _LIKELY = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.06), 2.0
 
 
 @dataclass(frozen=True)
-class Model:
+class PossibleRobot:
     """A robot that passes are compared with.
 
     Attributes:
@@ -57,16 +57,16 @@ class Model:
         return near
 
 
-def file_model(history: History, options: NextOptions) -> Model:
+def file_model(history: History, options: NextOptions) -> PossibleRobot:
     """Return the robot of the file, and robots as far from it as is usual."""
     deviation = prior_of(history.parameters)
     robots = _possible(history.start, np.diag(deviation**2), options.seed)
     return _model(history, "of the robot file", 0, history.start, robots, (), options)
 
 
-def earlier_models(history: History, options: NextOptions) -> list[Model]:
+def earlier_models(history: History, options: NextOptions) -> list[PossibleRobot]:
     """Return the robots of the runs that were computed for another one than the file's."""
-    found: list[Model] = []
+    found: list[PossibleRobot] = []
     for number, run in enumerate(history.runs):
         x = history.robot_of(number)
         known = [history.start, *(own.x for own in found)]
@@ -85,7 +85,7 @@ def earlier_models(history: History, options: NextOptions) -> list[Model]:
     return found
 
 
-def learned_model(history: History, learned: Learned, options: NextOptions) -> Model:
+def learned_model(history: History, learned: Learned, options: NextOptions) -> PossibleRobot:
     """Return the robot that was learned, and robots as far from it as what was learned is unsure."""
     x = factors_between(history.parameters, learned.robot)
     count = len(x)
@@ -99,7 +99,7 @@ def learned_model(history: History, learned: Learned, options: NextOptions) -> M
 
 
 def _scales(
-    history: History, x: np.ndarray, robots: np.ndarray, left: LeftOver
+    history: History, x: np.ndarray, robots: np.ndarray, left: UnexplainedPart
 ) -> tuple[float, ...]:
     """Return how far towards each robot what it does in the passes stays as likely as its parameters.
 
@@ -110,7 +110,7 @@ def _scales(
     every = range(len(history.runs))
     samples = sum(len(history.runs[number].seen.time) for number in every)
     squares = sum(history.runs[number].noise ** 2 for number in every) / len(every)
-    most = _LIKELY * left.told * left.over * squares / samples
+    most = _LIKELY * left.effective * left.over * squares / samples
     found = []
     for own in robots:
         scale = next((c for c in _SCALES if _change(history, x, x + c * (own - x)) <= most), 0.0)
@@ -145,7 +145,7 @@ def _model(
     robots: np.ndarray,
     scales: tuple[float, ...],
     options: NextOptions,
-) -> Model:
+) -> PossibleRobot:
     """Return a robot with the filter of learning along the path that goes with it."""
     source = history.runs[0].source
     robot = robot_with(source.robot, history.parameters, x)
@@ -154,7 +154,7 @@ def _model(
     rows = np.linspace(0, len(joints) - 1, _POSTURES).astype(int)
     responses = Responses.of(robot, joints[rows], stiffness, damping)
     near = np.array(scales) if scales else np.ones(len(robots))
-    return Model(name, x, since, robots, near, chosen(responses, GAIN, options.cutoff))
+    return PossibleRobot(name, x, since, robots, near, chosen(responses, GAIN, options.cutoff))
 
 
 def _factors(

@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from coupling.learn.effect import Effect
+from coupling.learn.effect import ParameterEffect
+from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import Learnable, prior_of
-from coupling.learn.passes import Pass
-from coupling.learn.secant import Secant
+from coupling.learn.secant import SecantEffect
 from coupling.robot.robot_fmu import RobotFmu
 
 # Of the measuring frame and clock beside the parameters: shift, turn, time; and with orientations the
@@ -40,7 +40,7 @@ class FramePrior:
         return np.array([self.shift] * 3 + [self.turn] * 3 + [self.time] + [self.probe] * 3)
 
 
-class Columns(Protocol):
+class PoseDerivatives(Protocol):
     """Derivatives of the tool's pose by log factors."""
 
     def columns(self, x: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -49,7 +49,7 @@ class Columns(Protocol):
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """What is to be fitted.
 
     Attributes:
@@ -62,8 +62,8 @@ class Problem:
 
     fmus: tuple[RobotFmu, ...]
     parameters: tuple[Learnable, ...]
-    passes: tuple[Pass, ...]
-    effects: tuple[Effect, ...]
+    passes: tuple[MeasuredPath, ...]
+    effects: tuple[ParameterEffect, ...]
     frame: FramePrior = FramePrior()
 
     @property
@@ -87,11 +87,11 @@ class Problem:
         own = self.frame.prior[: self.frame_size]
         return np.concatenate([prior_of(self.parameters), *[own] * len(self.passes)])
 
-    def until(self, seconds: float) -> Problem:
+    def until(self, seconds: float) -> FitProblem:
         """Return the problem of the first seconds of every pass."""
         return replace(self, passes=tuple(one.until(seconds) for one in self.passes))
 
-    def secants(self, change: float) -> tuple[Secant, ...]:
+    def secants(self, change: float) -> tuple[SecantEffect, ...]:
         """What the parameters do in each pass, by differences of simulations.
 
         Args:
@@ -99,7 +99,7 @@ class Problem:
         """
         prior = prior_of(self.parameters)
         return tuple(
-            Secant(self.fmus, self.parameters, prior, one, effect, change)
+            SecantEffect(self.fmus, self.parameters, prior, one, effect, change)
             for one, effect in zip(self.passes, self.effects, strict=True)
         )
 

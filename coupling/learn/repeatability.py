@@ -66,7 +66,7 @@ class Hypotheses:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedRuns:
     """Passes, compared.
 
     Attributes:
@@ -85,7 +85,7 @@ class Compared:
         changes: Sequence[float],
         before: Hypotheses,
         gain: float = 1.0,
-    ) -> Compared:
+    ) -> ComparedRuns:
         """Return how much each pass counts.
 
         Args:

@@ -11,9 +11,9 @@ import numpy as np
 from coupling.learn.contraction import CUTOFFS
 from coupling.learn.history import History
 from coupling.learn.measured_run import MeasuredRun
-from coupling.learn.passes import Simulated
-from coupling.learn.possible import Model
-from coupling.learn.repeatability import Compared, Hypotheses
+from coupling.learn.measurement import SimulatedPath
+from coupling.learn.possible import PossibleRobot
+from coupling.learn.repeatability import ComparedRuns, Hypotheses
 from coupling.learn.size import seen_below
 from coupling.learn.smoother import Smoother
 from coupling.path.discrepancy import Discrepancy
@@ -24,7 +24,7 @@ _LEAST = 8
 
 
 @dataclass(frozen=True)
-class Repeating:
+class RepeatablePart:
     """The part that repeats, as far as it is corrected, and what does not.
 
     Attributes:
@@ -49,22 +49,22 @@ class Repeating:
 
     def discrepancy(self, history: History) -> Discrepancy:
         """Return it along the desired path, for a case; axes of the robot's base."""
-        position = Simulated(history.runs[0].desired).position(self.time)
+        position = SimulatedPath(history.runs[0].desired).position(self.time)
         return Discrepancy(self.time, position, self.deviation)
 
 
-def as_before(known: Discrepancy) -> Repeating:
+def as_before(known: Discrepancy) -> RepeatablePart:
     """Return what a command corrected already, to be corrected once more."""
-    return Repeating(known.time, known.deviation, 0.0, 0.0, (), 0.0)
+    return RepeatablePart(known.time, known.deviation, 0.0, 0.0, (), 0.0)
 
 
 def repeating(
     history: History,
-    model: Model,
+    model: PossibleRobot,
     numbers: Sequence[int],
     before: Hypotheses,
     gain: float | None = None,
-) -> Repeating:
+) -> RepeatablePart:
     """Return what a robot does beyond a model in every pass.
 
     How much each pass counts follows from its noise, from what is new in it, and from how unsure the
@@ -89,8 +89,8 @@ def repeating(
         bias = max(smoother.bias(beyond, last.noise, seen), 0.0)
         if bias + of_noise * smoother.of_noise < risk:
             best, risk = cutoff, bias + of_noise * smoother.of_noise
-    told = _Told.of(history, model, numbers, best)
-    return Repeating(
+    told = _SlowParts.of(history, model, numbers, best)
+    return RepeatablePart(
         told.time,
         np.einsum("p,pkc->kc", weights, np.array(told.values)),
         best,
@@ -102,11 +102,11 @@ def repeating(
 
 def compared(
     history: History,
-    model: Model,
+    model: PossibleRobot,
     numbers: Sequence[int],
     before: Hypotheses,
     gain: float | None = None,
-) -> Compared:
+) -> ComparedRuns:
     """Return how much each pass counts, and what the passes tell of what is new and of the model.
 
     Args:
@@ -117,19 +117,19 @@ def compared(
         gain: Gain of a pass at most, where it is to be less than the model's.
     """
     limit = model.contraction.cutoff
-    told = _Told.of(history, model, numbers, limit)
+    told = _SlowParts.of(history, model, numbers, limit)
     noise = [
         3.0 * run.noise**2 * own.of_noise
         for run, own in zip(told.runs, told.smoothers, strict=True)
     ]
     low = Smoother(told.time, limit)
     changes = [0.0] + [_doubt(history, model, *pair, low) for pair in pairwise(numbers)]
-    return Compared.of(
+    return ComparedRuns.of(
         told.values, noise, changes, before, model.contraction.gain if gain is None else gain
     )
 
 
-def _doubt(history: History, model: Model, first: int, second: int, low: Smoother) -> float:
+def _doubt(history: History, model: PossibleRobot, first: int, second: int, low: Smoother) -> float:
     """Return the mean square of what possible robots differ by in the change from pass to pass [m^2]."""
 
     def change(x: np.ndarray) -> np.ndarray:
@@ -143,7 +143,7 @@ def _doubt(history: History, model: Model, first: int, second: int, low: Smoothe
 
 
 @dataclass(frozen=True)
-class _Told:
+class _SlowParts:
     """What every pass tells below a cutoff, at even times over the whole path.
 
     Attributes:
@@ -159,7 +159,9 @@ class _Told:
     values: list[np.ndarray]
 
     @classmethod
-    def of(cls, history: History, model: Model, numbers: Sequence[int], cutoff: float) -> _Told:
+    def of(
+        cls, history: History, model: PossibleRobot, numbers: Sequence[int], cutoff: float
+    ) -> _SlowParts:
         """Return what passes tell beyond a model.
 
         Args:

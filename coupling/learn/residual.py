@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.learn.passes import Pass, Simulated
+from coupling.learn.measurement import MeasuredPath, SimulatedPath
 
 # Least noise of a coordinate [m] and of an orientation [rad] that is believed.
 _LEAST, _LEAST_TURN = 1e-7, 1e-7
@@ -32,12 +32,12 @@ class Residual:
         one: The pass.
     """
 
-    one: Pass
+    one: MeasuredPath
 
     @cached_property
     def noise(self) -> tuple[float, float]:
         """Standard deviations of a coordinate [m] and of an orientation [rad], 0 if not measured."""
-        seen, path = self.one.seen, Simulated(self.one.desired)
+        seen, path = self.one.seen, SimulatedPath(self.one.desired)
         moved = noise_of([seen.position - path.position(seen.time)])
         if self.one.held is None:
             return moved, 0.0
@@ -49,7 +49,7 @@ class Residual:
         moved, turned = self.noise
         return max(moved, _LEAST) / max(turned, _LEAST_TURN)
 
-    def rows(self, path: Simulated, own: np.ndarray) -> np.ndarray:
+    def rows(self, path: SimulatedPath, own: np.ndarray) -> np.ndarray:
         """Return the residual at the times of the measurement [m], (n, 3) or (n, 6).
 
         Args:
@@ -73,7 +73,7 @@ class Residual:
             return columns[:, :3]
         return np.concatenate([columns[:, :3], self.lever * columns[:, 3:]], axis=1)
 
-    def by_frame(self, path: Simulated, time: np.ndarray, size: int) -> np.ndarray:
+    def by_frame(self, path: SimulatedPath, time: np.ndarray, size: int) -> np.ndarray:
         """Return derivatives of rows by frame, clock and probe, (k, 3 or 6, size).
 
         Args:

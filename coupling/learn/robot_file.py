@@ -6,7 +6,7 @@ from pathlib import Path
 
 from coupling.errors import LearnError
 from coupling.files.robot_edit import RobotEdit
-from coupling.learn.judge import Judged
+from coupling.learn.judge import LearnedParameter
 from coupling.learn.learning import Learned
 
 
@@ -34,11 +34,11 @@ def learned_text(found: Learned, target: Path) -> str:
     return file.text(_head(found, start, measured), target)
 
 
-def remark(own: Judged) -> str:
+def remark(own: LearnedParameter) -> str:
     """Return how sure a value is, in words."""
     value = own.parameter.value
     span = f"95 %: {own.low * value:.4g} to {own.high * value:.4g}"
-    if own.told:
+    if own.identifiable:
         return span
     if own.written != 1.0:
         return f"fits best beside the others, but {own.reason}; {span}"

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.learn.effect import Effect
+from coupling.learn.effect import ParameterEffect
+from coupling.learn.measurement import MeasuredPath
 from coupling.learn.parameters import Learnable, changed
-from coupling.learn.passes import Pass
 from coupling.learn.side_by_side import side_by_side
 from coupling.robot.robot_fmu import RobotFmu
 
@@ -22,7 +22,7 @@ from coupling.robot.robot_fmu import RobotFmu
 _NEGLIGIBLE, _NEGLIGIBLE_TURN = 3e-7, 1e-6
 
 
-class Secant:
+class SecantEffect:
     """Derivatives of the tool's pose by log factors along one pass, by simulation.
 
     Args:
@@ -31,7 +31,7 @@ class Secant:
         prior: Standard deviations of the log factors before, (P,).
         one: The pass.
         effect: The gears' equation, for what hardly matters.
-        change: Change of a log factor for a difference: large beside where a floating gear forgets its
+        change: Change of a log factor for a difference: large beside where an unloaded gear forgets its
             past, small in the valley.
 
     Attributes:
@@ -43,8 +43,8 @@ class Secant:
         fmus: Sequence[RobotFmu],
         parameters: tuple[Learnable, ...],
         prior: np.ndarray,
-        one: Pass,
-        effect: Effect,
+        one: MeasuredPath,
+        effect: ParameterEffect,
         change: float,
     ) -> None:
         self._fmus, self._parameters, self._pass = fmus, parameters, one

@@ -17,12 +17,12 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.forecast import forecast
 from coupling.learn.moves import next_repeating, worse
-from coupling.learn.next_command import Plan
+from coupling.learn.next_command import CommandPlan
 from coupling.learn.parameters import robot_with
 from coupling.learn.repeatability import Hypotheses
-from coupling.learn.repeating import Repeating, as_before
+from coupling.learn.repeating import RepeatablePart, as_before
 from coupling.path.histories import JointPath
-from coupling.results.forecast import Forecast
+from coupling.results.forecast import PassForecast
 from coupling.robot.moving import Inverter
 from coupling.run.models import Models
 
@@ -34,7 +34,7 @@ _GAINS = 0.7
 _GOAL = 1e-6
 
 
-def selected(found: Plan, models: Models, watch: Watch = unwatched) -> Plan:
+def selected(found: CommandPlan, models: Models, watch: Watch = unwatched) -> CommandPlan:
     """Return a plan with the correction that is forecast to leave least.
 
     Args:
@@ -49,7 +49,7 @@ def selected(found: Plan, models: Models, watch: Watch = unwatched) -> Plan:
     best_run = found.history.runs[found.judgement.best]
     measured = found.left(best_run.size)
     commanded = _commands(found, models)
-    best: tuple[Repeating | None, Forecast] | None = None
+    best: tuple[RepeatablePart | None, PassForecast] | None = None
     for number, beyond in enumerate(_tried(found)):
         watch(Progress("comparing corrections along the path", number, len(_LOWER) + 1))
         wrench = found.history.runs[-1].source.stored.wrench
@@ -61,7 +61,7 @@ def selected(found: Plan, models: Models, watch: Watch = unwatched) -> Plan:
     return _again(found) if best is None else replace(found, repeating=best[0])
 
 
-def _safe(told: Forecast, doubt: float, measured: float) -> bool:
+def _safe(told: PassForecast, doubt: float, measured: float) -> bool:
     """Return whether a command is forecast to leave less, and in three of four cases not to be worse.
 
     Args:
@@ -72,7 +72,7 @@ def _safe(told: Forecast, doubt: float, measured: float) -> bool:
     return told.rms < measured and not worse(told.upper_quartile, measured, doubt)
 
 
-def _tried(found: Plan) -> Iterator[Repeating | None]:
+def _tried(found: CommandPlan) -> Iterator[RepeatablePart | None]:
     """Yield corrections along the path, the highest cutoff first."""
     yield found.repeating
     if found.repeating is None:
@@ -86,7 +86,7 @@ def _tried(found: Plan) -> Iterator[Repeating | None]:
             )
 
 
-def _again(found: Plan) -> Plan:
+def _again(found: CommandPlan) -> CommandPlan:
     """Return the plan that gives the best command so far once more."""
     history, number = found.history, found.judgement.best
     run, x = history.runs[number], history.robot_of(number)
@@ -101,7 +101,7 @@ def _again(found: Plan) -> Plan:
     )
 
 
-def _commands(found: Plan, models: Models) -> Callable[[Repeating | None], JointPath]:
+def _commands(found: CommandPlan, models: Models) -> Callable[[RepeatablePart | None], JointPath]:
     """Return the function that gives the command with a correction, under the wrench that was last."""
     history, source = found.history, found.history.runs[-1].source
     robot = robot_with(history.runs[0].source.robot, history.parameters, found.move.model.x)
@@ -109,7 +109,7 @@ def _commands(found: Plan, models: Models) -> Callable[[Repeating | None], Joint
     inverter = Inverter(MovingRobot(robot, source.torque_curve), fmu)
     wanted = source.wanted_whole
 
-    def command(beyond: Repeating | None) -> JointPath:
+    def command(beyond: RepeatablePart | None) -> JointPath:
         path = wanted.path if beyond is None else beyond.discrepancy(history).model(wanted.path)
         asked = replace(wanted, path=path)
         return inverter.invert(asked, source.controller, _GOAL, unwatched).joints

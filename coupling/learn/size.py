@@ -29,7 +29,7 @@ def seen_below(time: np.ndarray) -> Smoother:
 
 
 @dataclass(frozen=True)
-class Size:
+class DeviationSize:
     """Size of a deviation [m], without noise, of which is all faster than 15 Hz that could be noise.
 
     Attributes:
@@ -47,7 +47,7 @@ class Size:
     fast: float = 0.0
 
     @classmethod
-    def of(cls, time: np.ndarray, off: np.ndarray, noise: float = 0.0) -> Size:
+    def of(cls, time: np.ndarray, off: np.ndarray, noise: float = 0.0) -> DeviationSize:
         """Return the size of deviations.
 
         Args:

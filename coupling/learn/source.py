@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, LearnError
 from coupling.files.robot_file import find_robot
 from coupling.files.toml_file import load_toml
-from coupling.inverse.inversion import Wanted
+from coupling.inverse.inversion import DesiredMotion
 from coupling.learn.alignment import aligned
+from coupling.learn.measurement import MeasuredPath, Measurement
 from coupling.learn.parameters import learnables
-from coupling.learn.passes import Pass, Seen
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.results.forecast import Forecast
+from coupling.results.forecast import PassForecast
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.stored_run import StoredRobot, read_run
 from elastic_robot.description import Robot
@@ -33,7 +33,7 @@ _BEHIND = 1.0
 
 
 @dataclass(frozen=True)
-class Source:
+class MeasuredFile:
     """A run, and what was measured under its command.
 
     Attributes:
@@ -51,7 +51,7 @@ class Source:
     """
 
     folder: Path
-    seen: Seen
+    seen: Measurement
     robot: Robot
     file: Path
     torque_curve: str
@@ -60,9 +60,9 @@ class Source:
     controller: Controller
     stored: StoredRobot
     discrepancy: Discrepancy | None = None
-    forecast: Forecast | None = None
+    forecast: PassForecast | None = None
 
-    def whole(self, own_frame: bool, model: ToolPath) -> Pass:
+    def whole(self, own_frame: bool, model: ToolPath) -> MeasuredPath:
         """Return the pass.
 
         Args:
@@ -76,27 +76,29 @@ class Source:
         time = self.stored.desired.time
         last = min(int(np.searchsorted(time, seen.time[-1] + _BEHIND)), len(time) - 1)
         desired, wrench = _until(self.stored.desired, self.stored.wrench, last)
-        return Pass(self.stored.joints, wrench, desired, self._wanted(desired, wrench), seen)
+        return MeasuredPath(
+            self.stored.joints, wrench, desired, self._wanted(desired, wrench), seen
+        )
 
     @property
-    def wanted_whole(self) -> Wanted:
+    def wanted_whole(self) -> DesiredMotion:
         """The whole run, for the inverse."""
         return self._wanted(self.stored.desired, self.stored.wrench)
 
-    def _wanted(self, desired: ToolPath, wrench: WrenchHistory) -> Wanted:
+    def _wanted(self, desired: ToolPath, wrench: WrenchHistory) -> DesiredMotion:
         every = max(1, round(_SAMPLES / float(np.median(np.diff(desired.time)))))
         rows = np.unique(np.append(np.arange(0, len(desired.time), every), len(desired.time) - 1))
         path = desired.at_rows(rows)
         loads = WrenchHistory(path.time, wrench.on(desired).at(path.time))
         rigid: JointPath = InverseKinematics(self.robot, self.home).plan(path)
-        return Wanted(path, rigid, loads)
+        return DesiredMotion(path, rigid, loads)
 
 
 def _until(path: ToolPath, wrench: WrenchHistory, last: int) -> tuple[ToolPath, WrenchHistory]:
     return path.at_rows(np.arange(last + 1)), wrench.until(float(path.time[last]))
 
 
-def read_source(folder: Path, seen: Seen) -> Source:
+def read_source(folder: Path, seen: Measurement) -> MeasuredFile:
     """Read the run that was measured.
 
     Raises:
@@ -113,7 +115,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
     at, stored = placed.world_from_base, run.first
     # All that follows is in axes of the robot's base.
     base_from_world = at.inverse()
-    return Source(
+    return MeasuredFile(
         folder,
         seen.transformed(base_from_world),
         placed.description,
@@ -132,7 +134,7 @@ def read_source(folder: Path, seen: Seen) -> Source:
     )
 
 
-def require_alike(sources: Sequence[Source]) -> None:
+def require_alike(sources: Sequence[MeasuredFile]) -> None:
     """Refuse passes of robots that differ by more than what is learned, or of one without elasticity.
 
     Raises:

@@ -1,9 +1,9 @@
 """How sure what was learned is: what the fit says of itself, or the same fit of robots that are known.
 
 A fit says so by its residuals and derivatives, with what is left over noise in both
-(`coupling.learn.left_over`).  Or, for any robot and path, robots are drawn around the one found, as far
-from it as the fit says of itself, measured in simulation with the noise of the measurement, and learned
-from the start again; by how much they are missed is the interval.
+(`coupling.learn.unexplained`).  Or, for any robot and path, robots are drawn around the one found, as
+far from it as the fit says of itself, measured in simulation with the noise of the measurement, and
+learned from the start again; by how much they are missed is the interval.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
-from coupling.learn.fit import Fit, Fitter
+from coupling.learn.fit import Fitter, ParameterFit
+from coupling.learn.measurement import Measurement
 from coupling.learn.parameters import changed, prior_of
-from coupling.learn.passes import Seen
-from coupling.learn.problem import Problem
+from coupling.learn.problem import FitProblem
 from coupling.learn.residual import Residual, noise_of
 
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
-class Spread:
+class Uncertainty:
     """How sure log factors are.
 
     Attributes:
@@ -41,7 +41,7 @@ class Spread:
     draws: int = 0
 
 
-def spread_of_fit(problem: Problem, found: Fit) -> Spread:
+def spread_of_fit(problem: FitProblem, found: ParameterFit) -> Uncertainty:
     """Return what the fit says of itself.
 
     Args:
@@ -51,10 +51,10 @@ def spread_of_fit(problem: Problem, found: Fit) -> Spread:
     count = len(problem.parameters)
     deviation = np.sqrt(np.diag(found.covariance)[:count])
     deviation = np.minimum(deviation, prior_of(problem.parameters))
-    return Spread(
+    return Uncertainty(
         deviation,
         # The scale of what is left is that of as many independent values as there are parameters told.
-        _quantile(max(found.left_over.told, 1.0)) * deviation,
+        _quantile(max(found.left_over.effective, 1.0)) * deviation,
         noise_of([rest[:, :3] for rest in found.residuals]),
     )
 
@@ -64,13 +64,13 @@ def _quantile(freedom: float) -> float:
 
 
 def spread_of(
-    problem: Problem,
-    found: Fit,
+    problem: FitProblem,
+    found: ParameterFit,
     start: np.ndarray,
     draws: int,
     seed: int,
     told: Callable[[int, int], None] = lambda done, total: None,
-) -> Spread:
+) -> Uncertainty:
     """Return how far robots like the one found are missed by the same fit.
 
     Args:
@@ -96,11 +96,13 @@ def spread_of(
             if one.held is not None:
                 turns = Residual(one).noise[1] * rng.standard_normal(position.shape)
                 rotation = Rotation.from_rotvec(turns) * path.rotation(one.seen.time)
-            passes.append(replace(one, seen=Seen(one.seen.name, one.seen.time, position, rotation)))
+            passes.append(
+                replace(one, seen=Measurement(one.seen.name, one.seen.time, position, rotation))
+            )
         again = Fitter(replace(problem, passes=tuple(passes))).fit(start)
         errors.append(again.z[:count] - x)
         told(number + 1, draws)
     # A few draws may miss what nothing tells by luck: not less than the fit says of itself.
     own = np.sqrt(np.diag(covariance))
     deviation = np.maximum(np.sqrt(np.mean(np.array(errors) ** 2, axis=0)), own)
-    return Spread(deviation, _quantile(draws) * deviation, noise, draws)
+    return Uncertainty(deviation, _quantile(draws) * deviation, noise, draws)

@@ -40,7 +40,7 @@ def print_placement(console: Console, placement: StoredPlacement, folder: Path) 
 
 def _header(figures: PlacementResult) -> str:
     moved = "process [um]" if figures.forced else "100 N [um]"
-    return f"{'':<16}{moved:>13} {'backlash 20 % off [um]':>23}  changes of flank (gear: times)"
+    return f"{'':<16}{moved:>13} {'backlash 20 % off [um]':>23}  backlash reversals (gear: times)"
 
 
 def _row(name: str, own: SettingResult) -> str:
@@ -52,12 +52,14 @@ def _row(name: str, own: SettingResult) -> str:
 
 
 def changes(own: SettingResult) -> str:
-    """Return which gears with play change flank how often, in words.
+    """Return which gears with backlash reverse how often, in words.
 
     Args:
         own: A setting in place.json.
     """
-    said = [f"{gear.joint}: {gear.flank_changes}" for gear in own.gears if gear.flank_changes]
+    said = [
+        f"{gear.joint}: {gear.backlash_reversals}" for gear in own.gears if gear.backlash_reversals
+    ]
     return ", ".join(said) or "none"
 
 

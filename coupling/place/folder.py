@@ -10,7 +10,7 @@ import numpy as np
 import elastic_robot
 from coupling.errors import ResultError
 from coupling.files.csv_table import read_table, write_table
-from coupling.place.judged import Judged
+from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.part_map import PartMap
 from coupling.place.place import CasePlacement
 from coupling.place.placing import Placing, setting_keys
@@ -97,7 +97,7 @@ def figures_of(found: CasePlacement) -> PlacementResult:
     )
 
 
-def _setting(placing: Placing, own: Judged, file: str | None = None) -> SettingResult:
+def _setting(placing: Placing, own: EvaluatedSetting, file: str | None = None) -> SettingResult:
     """Return what one setting comes to."""
     figures, goal = own.figures, placing.goal
     margin = float(figures.limit_margin[0])

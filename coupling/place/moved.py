@@ -7,19 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import KDTree
 
-from coupling.place.settings import Placed
+from coupling.place.settings import PlacedSettings
 from coupling.place.stations import Stations
 from coupling.robot.batch.following import Targets
 from coupling.robot.batch.serial_robot import TipMotion
 from coupling.robot.batch.vectors import Columns, cross
 from coupling.toolpaths.tilt import APPROACH
-from coupling.toolpaths.upright import keeps
+from coupling.toolpaths.untilted import keeps
 
 # Places, and as many of earlier groups that they are solved from; none before the first.
 Wave = tuple[np.ndarray, np.ndarray | None]
 
 
-class Moved:
+class MovedPath:
     """Places of a path in the base frame of robots, in n settings; the batch is places times settings.
 
     Args:
@@ -28,7 +28,7 @@ class Moved:
         stations: The places.
     """
 
-    def __init__(self, placed: Placed, sphere_radius: float, stations: Stations) -> None:
+    def __init__(self, placed: PlacedSettings, sphere_radius: float, stations: Stations) -> None:
         self._placed, self._radius, self._stations = placed, sphere_radius, stations
         self._part, self._tilt = placed.part.as_matrix(), placed.tilt.as_matrix()
         keep = keeps(stations.tool) and keeps(stations.axes)

@@ -1,4 +1,4 @@
-"""What makes a setting good: little displacement by the process, and gears that keep their flank."""
+"""What makes a setting good: little displacement by the process, and gears that do not reverse."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case_place import Objective
-from coupling.place.screen import Figures
+from coupling.case.place import Objective
+from coupling.place.screen import ScreenFigures
 
 # Where the process has no force, the tool is moved by this one in its softest direction [N].
 REFERENCE_FORCE = 100.0
@@ -18,7 +18,7 @@ _BESIDE = 1e-3
 
 
 @dataclass(frozen=True)
-class Demands:
+class PlaceDemands:
     """What a setting must keep to.
 
     Attributes:
@@ -31,7 +31,7 @@ class Demands:
     regularity: float
     clear_share: float
 
-    def refusals(self, figures: Figures) -> dict[str, np.ndarray]:
+    def refusals(self, figures: ScreenFigures) -> dict[str, np.ndarray]:
         """Return which settings are refused for what; the first reason of each, (n,) each."""
         reasons = {
             "out of reach": ~figures.reached,
@@ -45,13 +45,13 @@ class Demands:
             left &= ~wrong
         return reasons
 
-    def admits(self, figures: Figures) -> np.ndarray:
+    def admits(self, figures: ScreenFigures) -> np.ndarray:
         """Return which settings keep to all of them, (n,)."""
         refused = np.any(list(self.refusals(figures).values()), axis=0)
         return ~refused
 
-    def risk(self, figures: Figures) -> np.ndarray:
-        """Return how much each gear counts as one that may change flank, (n, gears).
+    def risk(self, figures: ScreenFigures) -> np.ndarray:
+        """Return how much each gear counts as one that may reverse, (n, gears).
 
         1 where its torque changes sign, 0 where it stays clear of zero as demanded, straight between.
         """
@@ -59,7 +59,7 @@ class Demands:
         share: np.ndarray = np.clip(1.0 - figures.margin / demanded, 0.0, 1.0)
         return share
 
-    def exposure(self, figures: Figures) -> np.ndarray:
+    def exposure(self, figures: ScreenFigures) -> np.ndarray:
         """Return what backlashes that are 20 % off may do at the tool at rest, summed [m], (n,)."""
         exposed: np.ndarray = np.sum(self.risk(figures) * figures.miss, axis=1)
         return exposed
@@ -76,7 +76,7 @@ OBJECTIVES: dict[Objective, Cost] = {
 
 
 @dataclass(frozen=True)
-class Goal:
+class PlaceObjective:
     """What a search looks for.
 
     Attributes:
@@ -86,14 +86,14 @@ class Goal:
     """
 
     objective: Objective
-    demands: Demands
+    demands: PlaceDemands
     forced: bool
 
-    def moved(self, figures: Figures) -> np.ndarray:
+    def moved(self, figures: ScreenFigures) -> np.ndarray:
         """Return what the process, or the reference force, moves the tool by [m], (n,)."""
         return figures.deviation if self.forced else REFERENCE_FORCE * figures.compliance
 
-    def cost(self, figures: Figures) -> np.ndarray:
+    def cost(self, figures: ScreenFigures) -> np.ndarray:
         """Return what is to be small [m], (n,); infinite where a setting is refused."""
         exposed = self.demands.exposure(figures)
         cost = OBJECTIVES[self.objective](self.moved(figures), exposed)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.place.objective import Goal
+from coupling.place.objective import PlaceObjective
 from coupling.place.settings import LENGTHS, NAMES, Ranges
-from coupling.place.sight import Sight
+from coupling.place.sight import CoarseScreen
 
 # Points along the longer side of a map, at least and at most.
 _FEWEST, _MOST = 9, 41
@@ -26,7 +26,7 @@ class PartMap:
         first, second: Their values [m], (a,) and (b,).
         moved: Displacement of the tool by the process [m], (b, a); NaN where the part cannot be.
         exposure: What backlashes that are 20 % off may do at rest [m], (b, a); NaN there as well.
-        changing: Number of gears with play whose torque changes sign, (b, a).
+        changing: Number of gears with backlash whose torque changes sign, (b, a).
     """
 
     name: str
@@ -40,7 +40,12 @@ class PartMap:
 
 
 def part_maps(
-    sight: Sight, ranges: Ranges, goal: Goal, name: str, setting: np.ndarray, points: int
+    sight: CoarseScreen,
+    ranges: Ranges,
+    goal: PlaceObjective,
+    name: str,
+    setting: np.ndarray,
+    points: int,
 ) -> list[PartMap]:
     """Return maps through a setting, in planes in which the part is free, two at most.
 
@@ -59,9 +64,9 @@ def part_maps(
 
 
 def _map(
-    sight: Sight,
+    sight: CoarseScreen,
     ranges: Ranges,
-    goal: Goal,
+    goal: PlaceObjective,
     name: str,
     setting: np.ndarray,
     plane: tuple[str, str],

@@ -11,11 +11,11 @@ import numpy as np
 
 from coupling.errors import PlanningError
 from coupling.events import Progress, Watch, unwatched
-from coupling.place.judged import Judged, ProcessOf, judged
+from coupling.place.evaluated import EvaluatedSetting, ProcessOf, judged
 from coupling.place.part_map import PartMap, part_maps
 from coupling.place.placing import Placing
 from coupling.place.search import filled, refined
-from coupling.place.sight import Sight
+from coupling.place.sight import CoarseScreen
 from coupling.place.stations import Stations
 
 # Settings this close are one, over the box.
@@ -41,8 +41,8 @@ class CasePlacement:
     stations: Stations
     looked_at: int
     refused: dict[str, int]
-    present: Judged | None
-    best: tuple[Judged, ...]
+    present: EvaluatedSetting | None
+    best: tuple[EvaluatedSetting, ...]
     maps: tuple[PartMap, ...]
     durations: dict[str, float]
 
@@ -67,7 +67,7 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
 
     with _timed("selection", durations):
         watch(Progress("choosing places of the path", 0, 1))
-        sight = Sight(placing.screen, placing.stations, ranges, goal.demands, table.seed)
+        sight = CoarseScreen(placing.screen, placing.stations, ranges, goal.demands, table.seed)
     with _timed("search", durations):
         told = telling("looking at settings")
         found = filled(sight, ranges, goal, table.settings, table.seed, told)
@@ -103,7 +103,7 @@ def place(placing: Placing, process_of: ProcessOf, watch: Watch = unwatched) -> 
 
 def best_of(
     placing: Placing, settings: np.ndarray, process_of: ProcessOf, watch: Watch = unwatched
-) -> tuple[Judged, ...]:
+) -> tuple[EvaluatedSetting, ...]:
     """Return the best settings that the robot can follow its path in, as many as are asked for.
 
     Args:
@@ -148,7 +148,7 @@ def _distinct(placing: Placing, settings: np.ndarray) -> list[np.ndarray]:
     return chosen
 
 
-def _present(placing: Placing, process_of: ProcessOf) -> Judged | None:
+def _present(placing: Placing, process_of: ProcessOf) -> EvaluatedSetting | None:
     try:
         return judged(placing, placing.present, process_of)
     except PlanningError:

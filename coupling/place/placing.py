@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.case import Case
-from coupling.case_place import Objective
-from coupling.case_tables import described
+from coupling.case.file import Case
+from coupling.case.place import Objective
+from coupling.case.robots import described
 from coupling.errors import CaseError
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.histories import WrenchHistory
-from coupling.place.objective import Demands, Goal
+from coupling.place.objective import PlaceDemands, PlaceObjective
 from coupling.place.screen import Screen
-from coupling.place.settings import LENGTHS, NAMES, Cell, Ranges
+from coupling.place.settings import LENGTHS, NAMES, CellLayout, Ranges
 from coupling.place.stations import Stations, stations_along
 from coupling.process.base import Process
 from elastic_robot.description import Robot
@@ -38,7 +38,7 @@ class Placing:
     Attributes:
         case: The case.
         robot: Its robot as its file describes it.
-        play: Half width of the play of its gears [rad], (gears,).
+        backlash: Half width of the backlash of its gears [rad], (gears,).
         cell: What all settings have in common.
         present: Its own setting, by `NAMES` [m], [rad], (8,).
         ranges: What is free.
@@ -49,17 +49,17 @@ class Placing:
 
     case: Case
     robot: Robot
-    play: np.ndarray
-    cell: Cell
+    backlash: np.ndarray
+    cell: CellLayout
     present: np.ndarray
     ranges: Ranges
     wrench: WrenchHistory
     stations: Stations
-    goal: Goal
+    goal: PlaceObjective
 
     def screen(self, stations: Stations) -> Screen:
         """Return what looks at settings at some places of the path."""
-        return Screen(self.robot, self.play, self.case.robots[0].home, self.cell, stations)
+        return Screen(self.robot, self.backlash, self.case.robots[0].home, self.cell, stations)
 
     def content(self, setting: np.ndarray, home: np.ndarray) -> dict[str, Any]:
         """Return the case in another setting, as the content of a case file.
@@ -122,7 +122,7 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         objective: In place of the case's own.
 
     Raises:
-        CaseError: If nothing is free, or its gears have no play that could be kept out of the way.
+        CaseError: If nothing is free, or its gears have no backlash that could be kept out of the way.
         ProcessError: If the process has no answer.
     """
     require_one_robot(case)
@@ -136,8 +136,8 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
             f"{case.name}: place: expected a range that is one, got nothing that is free"
         )
     wanted = objective or table.optimise
-    play = MovingRobot(placed.description, placed.torque_curve).play
-    if wanted == "flanks" and not play.any():
+    backlash = MovingRobot(placed.description, placed.torque_curve).backlash
+    if wanted == "flanks" and not backlash.any():
         raise CaseError(
             f"{case.name}: expected gears with backlash to optimise their flanks, got"
             f" {robot.name} without any: optimise stiffness"
@@ -148,15 +148,15 @@ def placing(case: Case, process: Process, objective: Objective | None = None) ->
         for table_name, key in (("robot", "base_rpy_deg"), ("part", "rpy_deg"))
     )
     radius, upright_lean = 0.5 * (diameter or 0.0), np.deg2rad(case.tool_path.upright_lean_deg)
-    cell = Cell(part_rpy, base_rpy, radius, float(upright_lean), gravity)
+    cell = CellLayout(part_rpy, base_rpy, radius, float(upright_lean), gravity)
     wrench = process.evaluate(case.desired).wrench
-    stations = stations_along(case.upright, radius, wrench)
+    stations = stations_along(case.untilted, radius, wrench)
     in_part = turned_wrench(case.task.part.rotation.inv(), wrench)
-    demands = Demands(
+    demands = PlaceDemands(
         float(np.deg2rad(table.joint_margin_deg)), table.least_regularity, table.clear_share
     )
-    goal = Goal(wanted, demands, bool(np.any(stations.wrench)))
-    return Placing(case, robot, play, cell, present, ranges, in_part, stations, goal)
+    goal = PlaceObjective(wanted, demands, bool(np.any(stations.wrench)))
+    return Placing(case, robot, backlash, cell, present, ranges, in_part, stations, goal)
 
 
 def turned_wrench(rotation: Rotation, wrench: WrenchHistory) -> WrenchHistory:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from coupling.inverse.flanks import backlash_miss, margin
-from coupling.place.moved import Moved, split, waves_of
-from coupling.place.settings import Cell
+from coupling.inverse.reversals import backlash_miss, margin
+from coupling.place.moved import MovedPath, split, waves_of
+from coupling.place.settings import CellLayout
 from coupling.place.stations import Stations
-from coupling.robot.batch.following import Following, following, led, reached
+from coupling.robot.batch.following import FollowingRobot, following, led, reached
 from coupling.robot.batch.serial_robot import SerialRobot
 from coupling.robot.batch.vectors import combined, cross, dot
 from elastic_robot.chain import build_chain
@@ -27,13 +27,13 @@ _PASSES = 12
 
 
 @dataclass(frozen=True)
-class Figures:
+class ScreenFigures:
     """What n settings come to, at the worst of the places looked at.
 
     Attributes:
         reached: Whether the tool reaches all places, (n,).
         limit_margin: Distance of the joints from their limits [rad], (n,); infinite without limits.
-        regularity: Distance from singular postures, `Following.regularity`, (n,).
+        regularity: Distance from singular postures, `FollowingRobot.regularity`, (n,).
         rate_share: Rate of a joint over its limit, (n,); 0 without limits.
         deviation: Displacement of the TCP by the process's wrench [m], (n,).
         compliance: Of the TCP in its softest direction [m/N], (n,).
@@ -56,15 +56,17 @@ class Figures:
     def __len__(self) -> int:
         return len(self.reached)
 
-    def chosen(self, rows: np.ndarray) -> Figures:
+    def chosen(self, rows: np.ndarray) -> ScreenFigures:
         """Return those of some settings."""
-        return Figures(*(getattr(self, field.name)[rows] for field in fields(self)))
+        return ScreenFigures(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
-def joined(parts: Sequence[Figures]) -> Figures:
+def joined(parts: Sequence[ScreenFigures]) -> ScreenFigures:
     """Return the figures of settings one behind the other."""
-    names = [field.name for field in fields(Figures)]
-    return Figures(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    names = [field.name for field in fields(ScreenFigures)]
+    return ScreenFigures(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    )
 
 
 @dataclass(frozen=True)
@@ -75,8 +77,8 @@ class Batch:
         q: Joint angles [rad], (k, joints, n).
         rate: Joint rates [rad/s], (k, joints, n).
         torque: Torque that the links need of the gears, with inertia [N m], (k, gears, n).
-        lever: Displacement of the TCP by their twist [m/rad], (k, gears, n).
-        deviation, compliance, regularity: As in `Figures`, (k, n).
+        lever: Displacement of the TCP by their wind-up [m/rad], (k, gears, n).
+        deviation, compliance, regularity: As in `ScreenFigures`, (k, n).
     """
 
     q: np.ndarray
@@ -116,7 +118,7 @@ class Screen:
 
     Args:
         robot: The robot as its file describes it.
-        play: Half width of the play of its gears [rad], (gears,).
+        backlash: Half width of the backlash of its gears [rad], (gears,).
         home: Joint angles from which the tool is led to the part [rad], (joints,).
         cell: What all settings have in common.
         stations: Places of the path to look at.
@@ -127,9 +129,14 @@ class Screen:
     """
 
     def __init__(
-        self, robot: Robot, play: np.ndarray, home: np.ndarray, cell: Cell, stations: Stations
+        self,
+        robot: Robot,
+        backlash: np.ndarray,
+        home: np.ndarray,
+        cell: CellLayout,
+        stations: Stations,
     ) -> None:
-        self.stations, self._cell, self._home, self._play = stations, cell, home, play
+        self.stations, self._cell, self._home, self._backlash = stations, cell, home, backlash
         self._robot, self._serial = robot, SerialRobot(robot)
         chain, parameters = build_chain(robot), Parameters.of(robot)
         self._softness = 1.0 / parameters.stiffness
@@ -143,7 +150,7 @@ class Screen:
 
     def figures(
         self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
-    ) -> Figures:
+    ) -> ScreenFigures:
         """Return what settings come to.
 
         Args:
@@ -161,7 +168,7 @@ class Screen:
         """Return the robot at all places in some settings, (n, 8)."""
         placed, count = self._cell.placed(settings), len(settings)
         found = Batch.unknown(self.stations.count, len(self._home), len(self.gear_joint), count)
-        moved = Moved(placed, self._cell.sphere_radius, self.stations)
+        moved = MovedPath(placed, self._cell.sphere_radius, self.stations)
         alive = np.arange(count)
         for places, before in split(self._waves, max(1, _AT_ONCE // count)):
             targets = moved.targets(places, alive)
@@ -182,7 +189,7 @@ class Screen:
         return found
 
     def _loaded(
-        self, q: np.ndarray, moving: Following, wrench: np.ndarray, gravity: np.ndarray
+        self, q: np.ndarray, moving: FollowingRobot, wrench: np.ndarray, gravity: np.ndarray
     ) -> Batch:
         """Return what loads do to a robot in motion, places times settings."""
         load = self._serial.load(moving.posture, moving.rate, moving.acceleration, gravity)
@@ -200,7 +207,7 @@ class Screen:
             regularity=moving.regularity,
         )
 
-    def _elastic_axes(self, now: Following) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    def _elastic_axes(self, now: FollowingRobot) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Return axes and levers of all elastic coordinates, (3, n) each."""
         axes, arms = [], []
         for joint, tilt in self._elastic:
@@ -223,12 +230,12 @@ class Screen:
         compliance = np.linalg.eigvalsh(np.einsum("min,mjn->nij", soft, lever))[:, -1]
         return np.sqrt(dot(moved, moved)), compliance
 
-    def worst(self, batch: Batch) -> Figures:
+    def worst(self, batch: Batch) -> ScreenFigures:
         """Return what settings come to, from what they are at all places."""
         q = self._unwound(batch.q)
         from_limits = np.minimum(q - self._limits[:, :1], self._limits[:, 1:] - q)
         share = np.abs(batch.rate) / self._rates[:, None]
-        return Figures(
+        return ScreenFigures(
             reached=np.isfinite(batch.q[0, 0]),
             limit_margin=from_limits.min(axis=(0, 1)),
             regularity=batch.regularity.min(axis=0),
@@ -237,7 +244,7 @@ class Screen:
             compliance=batch.compliance.max(axis=0),
             margin=margin(batch.torque).T,
             swing=np.ptp(batch.torque, axis=0).T,
-            miss=backlash_miss(self._play[:, None], batch.lever.max(axis=0)).T,
+            miss=backlash_miss(self._backlash[:, None], batch.lever.max(axis=0)).T,
         )
 
     def _unwound(self, q: np.ndarray) -> np.ndarray:

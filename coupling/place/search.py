@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.place.objective import Goal
-from coupling.place.screen import Figures, joined
+from coupling.place.objective import PlaceObjective
+from coupling.place.screen import ScreenFigures, joined
 from coupling.place.settings import Ranges
-from coupling.place.sight import Sight
+from coupling.place.sight import CoarseScreen
 
 # Settings that are refined, and how far they are apart at first, over the box.
 _REFINED, _APART = 8, 0.12
@@ -26,7 +26,7 @@ Told = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundSettings:
     """Settings, the best first.
 
     Attributes:
@@ -38,13 +38,15 @@ class Found:
     """
 
     settings: np.ndarray
-    figures: Figures
+    figures: ScreenFigures
     cost: np.ndarray
     looked_at: int
     refused: dict[str, int]
 
 
-def filled(sight: Sight, ranges: Ranges, goal: Goal, count: int, seed: int, told: Told) -> Found:
+def filled(
+    sight: CoarseScreen, ranges: Ranges, goal: PlaceObjective, count: int, seed: int, told: Told
+) -> FoundSettings:
     """Return the best of settings that fill a box, apart from each other; none where none is admitted.
 
     Args:
@@ -75,7 +77,14 @@ def filled(sight: Sight, ranges: Ranges, goal: Goal, count: int, seed: int, told
     return _sorted(goal, chosen, joined(kept), count, refused)
 
 
-def refined(sight: Sight, goal: Goal, ranges: Ranges, found: Found, seed: int, told: Told) -> Found:
+def refined(
+    sight: CoarseScreen,
+    goal: PlaceObjective,
+    ranges: Ranges,
+    found: FoundSettings,
+    seed: int,
+    told: Told,
+) -> FoundSettings:
     """Return settings that are at least as good, each from one that was found.
 
     Args:
@@ -113,11 +122,15 @@ def refined(sight: Sight, goal: Goal, ranges: Ranges, found: Found, seed: int, t
 
 
 def _sorted(
-    goal: Goal, settings: np.ndarray, figures: Figures, looked_at: int, refused: dict[str, int]
-) -> Found:
+    goal: PlaceObjective,
+    settings: np.ndarray,
+    figures: ScreenFigures,
+    looked_at: int,
+    refused: dict[str, int],
+) -> FoundSettings:
     cost = goal.cost(figures)
     order = np.argsort(cost, kind="stable")
-    return Found(settings[order], figures.chosen(order), cost[order], looked_at, refused)
+    return FoundSettings(settings[order], figures.chosen(order), cost[order], looked_at, refused)
 
 
 def _apart(ranges: Ranges, settings: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:

@@ -84,7 +84,7 @@ class Ranges:
 
 
 @dataclass(frozen=True)
-class Cell:
+class CellLayout:
     """What settings leave as it is.
 
     Attributes:
@@ -101,7 +101,7 @@ class Cell:
     upright_lean: float
     gravity: np.ndarray
 
-    def placed(self, settings: np.ndarray) -> Placed:
+    def placed(self, settings: np.ndarray) -> PlacedSettings:
         """Return part, tool and base of settings, (n, 8)."""
         x, y, z, yaw, lead, lean, rotation, roll = settings.T
         part = np.tile(self.part_rpy, (len(settings), 1))
@@ -111,7 +111,7 @@ class Cell:
         base_from_world = Rotation.from_euler("xyz", base).inv()
         about_approach = np.zeros((len(settings), 3))
         about_approach[:, 0] = rotation
-        return Placed(
+        return PlacedSettings(
             base_from_world.apply(np.column_stack([x, y, z])),
             base_from_world * Rotation.from_euler("xyz", part),
             Rotation.from_euler("yx", np.column_stack([lead, lean - self.upright_lean])),
@@ -121,7 +121,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedSettings:
     """Settings in the frame of the robot's base.
 
     Attributes:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.place.objective import Demands
-from coupling.place.screen import Figures, Screen
+from coupling.place.objective import PlaceDemands
+from coupling.place.screen import Screen, ScreenFigures
 from coupling.place.selection import extremes_of, selected
 from coupling.place.settings import Ranges
 from coupling.place.stations import Stations
@@ -16,7 +16,7 @@ from coupling.place.stations import Stations
 _MISSED = 0.03
 
 
-class Sight:
+class CoarseScreen:
     """Looks at many settings at a few places of a path, and learns which these have to be.
 
     The best of a box lie on the edges of what is admitted, and an edge that a few places draw is not
@@ -37,7 +37,7 @@ class Sight:
         screen_of: Callable[[Stations], Screen],
         stations: Stations,
         ranges: Ranges,
-        demands: Demands,
+        demands: PlaceDemands,
         seed: int,
     ) -> None:
         self._screen_of, self._demands = screen_of, demands
@@ -52,7 +52,7 @@ class Sight:
 
     def figures(
         self, settings: np.ndarray, told: Callable[[int], None] = lambda done: None
-    ) -> Figures:
+    ) -> ScreenFigures:
         """Return what settings come to at the few places.
 
         Args:
@@ -61,7 +61,7 @@ class Sight:
         """
         return self._screen.figures(settings, told)
 
-    def confirmed(self, settings: np.ndarray) -> Figures:
+    def confirmed(self, settings: np.ndarray) -> ScreenFigures:
         """Return what settings come to along the path, and know their extremes from now on.
 
         Args:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 from coupling.inverse.loads import SmoothWrench
 from coupling.path.histories import WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 # Distance of nodes that links can follow a wrench on, as in the inverse [s].
 _SPACING = 0.004
@@ -79,7 +79,7 @@ class Stations:
         return self.chosen(np.unique(np.concatenate(rows)))
 
 
-def stations_along(upright: UprightPath, sphere_radius: float, wrench: WrenchHistory) -> Stations:
+def stations_along(upright: UntiltedPath, sphere_radius: float, wrench: WrenchHistory) -> Stations:
     """Return all places of a path, one tool.
 
     Args:

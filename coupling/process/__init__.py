@@ -4,17 +4,17 @@ A process sees the whole actual tool path and answers with the whole wrench hist
 """
 
 from coupling.process.base import (
-    Answer,
-    Identified,
     NoisySchema,
     Process,
+    ProcessResponse,
     ProcessSchema,
     ProcessTable,
+    WithIdentity,
 )
 from coupling.process.elastic_wall import ElasticWall, ElasticWallTable
-from coupling.process.external import External, ExternalTable
+from coupling.process.external import ExternalProgram, ExternalTable
 from coupling.process.isf_force_law import IsfForceLaw, IsfForceLawTable
-from coupling.process.measured import Measured, MeasuredTable
+from coupling.process.measured import MeasuredWrench, MeasuredWrenchTable
 from coupling.process.milling_force import MillingForceTable
 from coupling.process.process_fmu import ProcessFmu, ProcessFmuTable
 from coupling.process.sheet_fem_table import SheetFemTable
@@ -24,29 +24,29 @@ PROCESSES: dict[str, type[ProcessSchema]] = {
     "external": ExternalTable,
     "fmu": ProcessFmuTable,
     "isf-force-law": IsfForceLawTable,
-    "measured": MeasuredTable,
+    "measured": MeasuredWrenchTable,
     "milling-force": MillingForceTable,
     "sheet-fem": SheetFemTable,
 }
 
 __all__ = [
     "PROCESSES",
-    "Answer",
     "ElasticWall",
     "ElasticWallTable",
-    "External",
+    "ExternalProgram",
     "ExternalTable",
-    "Identified",
     "IsfForceLaw",
     "IsfForceLawTable",
-    "Measured",
-    "MeasuredTable",
+    "MeasuredWrench",
+    "MeasuredWrenchTable",
     "MillingForceTable",
     "NoisySchema",
     "Process",
     "ProcessFmu",
     "ProcessFmuTable",
+    "ProcessResponse",
     "ProcessSchema",
     "ProcessTable",
     "SheetFemTable",
+    "WithIdentity",
 ]

@@ -19,7 +19,7 @@ from coupling.files.toml_file import Positive, Schema
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
 from coupling.process.force_laws import ForceLaw
-from coupling.process.noise_filter import AdaptiveLowPass, Filter, LowPass, own_frequency
+from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter, LowPass, own_frequency
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
@@ -35,13 +35,13 @@ _MOST_RETRIES = 20
 
 
 @dataclass(frozen=True)
-class Answer:
+class ProcessResponse:
     """What a process says to a path.
 
     Attributes:
         wrench: Wrenches on the tools along it.
         workpiece: Workpiece to look at, such as a formed sheet, if there is one.
-        period: Time between two beats of the wrench, such as those of a mill's teeth [s], if it beats.
+        period: Period of the wrench [s], as of a mill's teeth; None where it has none.
         stiffness: How the forces answer to displacements of the tools at the same time, K = -dF/dx,
             base axes [N/m], (n, 3 tools, 3 tools), one tool after the other, where the process knows.
             What a tool feels of its own displacement is symmetric and not negative.
@@ -82,7 +82,7 @@ class Process(Protocol):
         """Key of its answers: equal for processes that answer alike, empty where it is not known."""
         ...
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return what the process does along the actual path of all tools, base axes.
 
         Raises:
@@ -103,7 +103,7 @@ class Around:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Identified:
+class WithIdentity:
     """Base of processes that carry the identity which their table gives them.
 
     Attributes:
@@ -114,18 +114,18 @@ class Identified:
 
 
 @dataclass(frozen=True)
-class MemorylessProcess(Identified, ABC):
+class MemorylessProcess(WithIdentity, ABC):
     """A process of one tool whose force follows a `ForceLaw`; it can also be packed as an FMU."""
 
     @abstractmethod
     def law(self) -> ForceLaw:
         """Return the law."""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return force and stiffness of the law along the actual path of the tool."""
         reaction = self.law().reaction(path.time, path.position[0])
         wrench = WrenchHistory.of_forces(path.time, [reaction.force])
-        return Answer(wrench, stiffness=reaction.stiffness)
+        return ProcessResponse(wrench, stiffness=reaction.stiffness)
 
 
 class ProcessSchema(Schema, ABC):
@@ -210,7 +210,7 @@ class NoisySchema(ProcessSchema, ABC):
 
     cutoff_Hz: Positive | Literal["none"] | None = None
 
-    def low_pass(self, path: ToolPath) -> Filter | None:
+    def low_pass(self, path: ToolPath) -> ForceFilter | None:
         """Return what takes noise off the forces along a desired path; None: nothing does."""
         if self.cutoff_Hz == "none":
             return None

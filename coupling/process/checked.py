@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.errors import CouplingError, ProcessError
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Around, Process, own_blocks
+from coupling.process.base import Around, Process, ProcessResponse, own_blocks
 
 # Rounding of a stiffness, over its largest entry.
 _ROUNDING = 1e-9
@@ -28,7 +28,7 @@ class CheckedProcess(Around):
     process: Process
     name: str
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path.
 
         Raises:
@@ -52,8 +52,8 @@ class CheckedProcess(Around):
 
 def _problem(answer: object, path: ToolPath) -> str:
     """Return what is wrong with an answer to a path, empty if nothing is."""
-    if not isinstance(answer, Answer):
-        return f"expected a coupling.process.Answer, got {type(answer).__name__}"
+    if not isinstance(answer, ProcessResponse):
+        return f"expected a coupling.process.ProcessResponse, got {type(answer).__name__}"
     expected = (*path.pose.shape[:2], 6)
     if answer.wrench.before.shape != expected:
         return (

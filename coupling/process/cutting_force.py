@@ -60,7 +60,7 @@ class Cutter:
 
 
 @dataclass(frozen=True)
-class Cut:
+class Engagement:
     """What the cutter meets at n instants.
 
     Attributes:
@@ -77,7 +77,7 @@ class Cut:
 
 
 def tooth_wrench(
-    cutter: Cutter, coefficients: CuttingCoefficients, cut: Cut, time: np.ndarray
+    cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement, time: np.ndarray
 ) -> np.ndarray:
     """Return the wrench of all teeth at given instants, the first tip being at phi = 0 at time 0.
 
@@ -104,14 +104,15 @@ def tooth_wrench(
     return wrench
 
 
-def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Cut) -> np.ndarray:
+def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Engagement) -> np.ndarray:
     """Return the wrench averaged over a revolution, axes f, n, z, (n, 6).
 
     Closed form [Altintas2012, eq. (2.37)], with the chip's part across the feed and moments added.
 
     Example:
         >>> mill = Cutter(radius=8e-3, teeth=2, helix=0.5, speed=1000.0)
-        >>> slot = Cut(np.array([[1e-4, 0.0]]), np.array([0.0]), np.array([np.pi]), np.array([3e-3]))
+        >>> slot = Engagement(np.array([[1e-4, 0.0]]), np.array([0.0]), np.array([np.pi]),
+        ...     np.array([3e-3]))
         >>> force = mean_wrench(mill, CuttingCoefficients(8e8, 2e8, 0, 2e4, 1e4, 0), slot)[0, :3]
         >>> force.round(1)  # -N a (K_rc c/4 + K_re/pi), N a (K_tc c/4 + K_te/pi)
         array([-49.1, 158.2,  -0. ])
@@ -156,7 +157,7 @@ def mean_wrench(cutter: Cutter, coefficients: CuttingCoefficients, cut: Cut) -> 
     return (cutter.teeth * cut.depth / (2.0 * np.pi))[:, None] * wrench
 
 
-def _engaged(tip: np.ndarray, lag: float, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
+def _engaged(tip: np.ndarray, lag: float, cut: Engagement) -> tuple[np.ndarray, np.ndarray]:
     """Return the heights between which an edge, at `tip` at its lower end, is in the cut."""
     if lag == 0.0:
         inside = (cut.start <= tip) & (tip <= cut.end)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified, Process
-from coupling.toolpaths.support import Support
+from coupling.process.base import Process, ProcessResponse, WithIdentity
+from coupling.toolpaths.support import SupportingTool
 
 
 @dataclass(frozen=True)
-class DoubleSided(Identified):
+class DoubleSided(WithIdentity):
     """The forming force of a law, a share of it on the supporting tool, and what both pinch.
 
     S = max(0, s F + k c) acts on the supporting tool away from the sheet: F is the size of the forming
@@ -27,11 +27,11 @@ class DoubleSided(Identified):
     """
 
     law: Process
-    support: Support
+    support: SupportingTool
     share: float
     stiffness: float
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrenches on both tools along their actual paths."""
         answer = self.law.evaluate(path.tools[0])
         alone = answer.wrench
@@ -43,13 +43,13 @@ class DoubleSided(Identified):
         wrench = np.concatenate([alone.wrench, np.zeros_like(alone.wrench)])
         wrench[0, :, :3] -= pinch[:, None] * support.direction
         wrench[1, :, :3] = borne[:, None] * support.direction
-        return Answer(
+        return ProcessResponse(
             WrenchHistory(path.time, wrench),
             stiffness=self._stiffness(answer, size, borne, support),
         )
 
     def _stiffness(
-        self, alone: Answer, size: np.ndarray, borne: np.ndarray, support: Support
+        self, alone: ProcessResponse, size: np.ndarray, borne: np.ndarray, support: SupportingTool
     ) -> np.ndarray | None:
         """Return what both tools feel of both's displacements; None where the law does not know.
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from coupling.errors import CaseError, ProcessError
-from coupling.events import Said, Watch, unwatched
+from coupling.events import ProcessMessage, Watch, unwatched
 from coupling.files.csv_table import (
     POSE_COLUMNS,
     STIFFNESS_COLUMNS,
@@ -27,7 +27,7 @@ from coupling.files.csv_table import (
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.process.base import EVALUATIONS, Answer, Identified, ProcessTable
+from coupling.process.base import EVALUATIONS, ProcessResponse, ProcessTable, WithIdentity
 from coupling.process.evaluation_folder import (
     PATH,
     RESTART,
@@ -47,7 +47,7 @@ _TIME_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class External(Identified):
+class ExternalProgram(WithIdentity):
     """A program that is run for every evaluation.
 
     Attributes:
@@ -69,7 +69,7 @@ class External(Identified):
     earlier: tuple[Path, ...] = ()
     watch: Watch = unwatched
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Run the program on a path and return its answer, base axes.
 
         Where a run that was killed has left the program running for this path, its end is awaited.
@@ -108,7 +108,9 @@ class External(Identified):
         """Return what the program of a killed run answers; None where there is no answer."""
         if not self.identity or not place.can_be_taken_over:
             return None
-        self.watch(Said(f"going on with {place.path}, which a run that was killed has begun"))
+        self.watch(
+            ProcessMessage(f"going on with {place.path}, which a run that was killed has begun")
+        )
         try:
             wait_for_program(self.command[0], place.path, self.time_limit, self.watch)
             return self._read(place.path, path)
@@ -176,7 +178,7 @@ class ExternalTable(ProcessTable):
     frame: PoseFrame = "part"
     files: list[FilePath] = []
 
-    def process(self, task: Task) -> External:
+    def process(self, task: Task) -> ExternalProgram:
         """Return the program as a process.
 
         Raises:
@@ -188,7 +190,7 @@ class ExternalTable(ProcessTable):
                 " search path, or an absolute path ({case} is the folder of the case file)"
             )
         folder = task.workspace / EVALUATIONS
-        return External(
+        return ExternalProgram(
             tuple(self.command),
             self.time_limit_s,
             task.part,

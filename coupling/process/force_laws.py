@@ -15,7 +15,7 @@ _ON_AXIS = 1e-12
 
 
 @dataclass(frozen=True)
-class Reaction:
+class ForceReaction:
     """How a process acts on the tool, and how it answers to a displacement.
 
     Attributes:
@@ -29,7 +29,7 @@ class Reaction:
 
 def elastic_wall(
     position: np.ndarray, *, point: np.ndarray, normal: np.ndarray, stiffness: float
-) -> Reaction:
+) -> ForceReaction:
     """Return the reaction of a frictionless plane wall on linear springs, nothing off the wall.
 
     Args:
@@ -46,7 +46,7 @@ def elastic_wall(
     """
     penetration = np.maximum((point - position) @ normal, 0.0)
     slope = stiffness * (penetration > 0.0)
-    return Reaction(
+    return ForceReaction(
         stiffness * np.outer(penetration, normal), slope[:, None, None] * np.outer(normal, normal)
     )
 
@@ -61,7 +61,7 @@ def sheet_forming(
     radial: float,
     penetration_stiffness: float,
     ramp_depth: float,
-) -> Reaction:
+) -> ForceReaction:
     """Return the reaction of a sheet that is formed, closed on the actual position.
 
     F = ramp max(0, F_s + k_p p) d, d the unit vector out of the sheet (+z) and towards the part's
@@ -95,10 +95,10 @@ def sheet_forming(
     size = ramp * np.maximum(steady + penetration_stiffness * beyond, 0.0)
     slope = ramp * penetration_stiffness * (size > 0.0)
     outer = direction[:, :, None] * direction[:, None, :]
-    return Reaction(size[:, None] * direction, slope[:, None, None] * outer)
+    return ForceReaction(size[:, None] * direction, slope[:, None, None] * outer)
 
 
-FORCE_LAWS: dict[str, Callable[..., Reaction]] = {
+FORCE_LAWS: dict[str, Callable[..., ForceReaction]] = {
     "elastic_wall": elastic_wall,
     "sheet_forming": sheet_forming,
 }
@@ -119,7 +119,7 @@ class ForceLaw:
     constants: Mapping[str, float | np.ndarray]
     desired: np.ndarray | None = None
 
-    def reaction(self, time: np.ndarray, position: np.ndarray) -> Reaction:
+    def reaction(self, time: np.ndarray, position: np.ndarray) -> ForceReaction:
         """Return how the tool is acted on at times (n,) and positions of the TCP, base frame (n, 3) [m].
 
         Example:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer
+from coupling.process.base import ProcessResponse
 from elastic_robot.tool_load import symmetric
 
 # Of poses; wrenches are told in the same axes.
@@ -45,7 +45,9 @@ def _turned(turn: Rotation, wrench: np.ndarray) -> np.ndarray:
     return np.hstack([turn.apply(wrench[:, :3]), turn.apply(wrench[:, 3:])])
 
 
-def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Frame) -> Answer:
+def answer_in_base(
+    frame: WrenchFrame, values: np.ndarray, path: ToolPath, part: Frame
+) -> ProcessResponse:
     """Return the answer on the only tool that is told in the axes of a frame.
 
     Args:
@@ -60,10 +62,10 @@ def answer_in_base(frame: WrenchFrame, values: np.ndarray, path: ToolPath, part:
     each = turn if turn.single else turn[np.cumsum(first) - 1]
     wrench = WrenchHistory(values[:, 0], _turned(each, values[:, 1:7]))
     if values.shape[1] == 7:
-        return Answer(wrench)
+        return ProcessResponse(wrench)
     axes = np.broadcast_to(turn.as_matrix(), (len(path.time), 3, 3))
     turned = axes @ symmetric(values[first, 7:]) @ axes.swapaxes(1, 2)
-    return Answer(wrench, stiffness=turned)
+    return ProcessResponse(wrench, stiffness=turned)
 
 
 def _base_from(frame: WrenchFrame, path: ToolPath, part: Frame) -> Rotation:

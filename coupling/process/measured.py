@@ -15,7 +15,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import arc_length, interpolated
 from coupling.path.low_pass import low_pass
-from coupling.process.base import Answer, Identified, NoisySchema
+from coupling.process.base import NoisySchema, ProcessResponse, WithIdentity
 from coupling.process.frames import WrenchFrame, wrench_in_base
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
@@ -28,7 +28,7 @@ _CLOSE = 0.5
 
 
 @dataclass(frozen=True)
-class Measured(Identified):
+class MeasuredWrench(WithIdentity):
     """A wrench that was recorded along the desired path, and does not ask where the tool is now.
 
     Attributes:
@@ -42,13 +42,15 @@ class Measured(Identified):
     wrench_along_path: np.ndarray
     frame: WrenchFrame
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the record, turned to base axes with the actual tool; it gives way to no position."""
         in_base = wrench_in_base(self.frame, self.wrench_along_path, path, self.part)
-        return Answer(WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3)))
+        return ProcessResponse(
+            WrenchHistory(path.time, in_base), stiffness=np.zeros((len(path.time), 3, 3))
+        )
 
 
-class MeasuredTable(NoisySchema):
+class MeasuredWrenchTable(NoisySchema):
     """Keys: file, a CSV; frame of its axes, "tool" unless given.
 
     Columns: `time` [s] of the path, or `distance` [m] travelled along it, rising; fx, fy, fz [N]
@@ -68,7 +70,7 @@ class MeasuredTable(NoisySchema):
             return NONE
         return stations
 
-    def process(self, task: Task) -> Measured:
+    def process(self, task: Task) -> MeasuredWrench:
         """Return the record along a task's path.
 
         Raises:
@@ -83,7 +85,7 @@ class MeasuredTable(NoisySchema):
             record = low_pass(stations, record, 0.5 / float(np.median(np.diff(time))))
         wrench = np.zeros((len(asked), len(WRENCH_COLUMNS)))
         wrench[:, : record.shape[1]] = interpolated(asked, stations, record)
-        return Measured(task.part, wrench, self.frame, identity=self.identity(task))
+        return MeasuredWrench(task.part, wrench, self.frame, identity=self.identity(task))
 
     def _record(self) -> tuple[str, np.ndarray, np.ndarray]:
         """Return the file's axis, its stations there [s] or [m], (m,), and its rows, (m, k)."""

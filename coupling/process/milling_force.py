@@ -14,19 +14,19 @@ from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
-from coupling.process.base import Answer, Identified, ProcessSchema
+from coupling.process.base import ProcessResponse, ProcessSchema, WithIdentity
 from coupling.process.corners import level_crossings
 from coupling.process.cutting_force import (
-    Cut,
     Cutter,
     CuttingCoefficients,
+    Engagement,
     mean_wrench,
     tooth_wrench,
 )
 from coupling.toolpaths.instants import Corners
 from coupling.toolpaths.task import Task
 
-# Samples that a tooth's passing needs at least; with fewer the robot would see a slower beat.
+# Samples that a tooth's passing needs at least; with fewer the robot would see a slower one.
 _SAMPLES_PER_TOOTH = 6
 # Gauss points and weights of the mean over a step.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -93,7 +93,7 @@ class Milling:
         at = np.where(last < 0, int(np.argmax(moving)), last)
         return velocity[at] / np.maximum(speed[at], _STANDING)[:, None]
 
-    def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Cut:
+    def cut(self, path: ToolPath, time: np.ndarray, feed: np.ndarray) -> Engagement:
         """Return what the cutter meets on an actual path.
 
         Args:
@@ -112,7 +112,7 @@ class Milling:
         offset = np.sum((now - interpolated(time, path.time, desired))[:, :2] * left, axis=1)
         radial = self.radial_depth + _TOWARDS_MATERIAL[self.engagement] * offset
         start, end = ARCS[self.engagement](radial, self.cutter.radius)
-        return Cut(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
+        return Engagement(chip, start, end, np.maximum(self.surface - now[:, 2], 0.0))
 
     def in_base(self, wrench: np.ndarray, feed: np.ndarray) -> np.ndarray:
         """Turn wrenches from the axes of the cut to those of the base, (n, 6)."""
@@ -152,7 +152,7 @@ FORCES = {"tooth-passing": tooth_by_tooth, "mean": mean_of_a_turn}
 
 
 @dataclass(frozen=True)
-class MillingForce(Identified):
+class MillingForce(WithIdentity):
     """Force of a milling cut.
 
     Attributes:
@@ -163,14 +163,14 @@ class MillingForce(Identified):
     milling: Milling
     force: Callable[[Milling, ToolPath, np.ndarray], np.ndarray]
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the wrench along the actual path of the tool."""
         feed = self.milling.feed_directions()
         wrench = self.force(self.milling, path, feed)
         in_base = self.milling.in_base(wrench, feed)
         # Teeth come and go within a step: their impulse over it counts.
         tell = WrenchHistory.of_means if self.force is tooth_by_tooth else WrenchHistory
-        return Answer(tell(path.time, in_base), period=self.milling.cutter.tooth_period)
+        return ProcessResponse(tell(path.time, in_base), period=self.milling.cutter.tooth_period)
 
 
 class MillingForceTable(ProcessSchema):

@@ -42,7 +42,7 @@ def own_frequency(path: ToolPath) -> float:
     return found
 
 
-class Filter(ABC):
+class ForceFilter(ABC):
     """What takes noise off a force: a low-pass of zero phase."""
 
     cutoff: float
@@ -76,7 +76,7 @@ class Filter(ABC):
 
 
 @dataclass(frozen=True)
-class LowPass(Filter):
+class LowPass(ForceFilter):
     """One cutoff along the whole path.
 
     Attributes:
@@ -94,7 +94,7 @@ class LowPass(Filter):
 
 
 @dataclass(frozen=True)
-class AdaptiveLowPass(Filter):
+class AdaptiveLowPass(ForceFilter):
     """Cutoffs that are as low as the noise explains: higher where the force changes faster.
 
     At every time it is the lowest cutoff from which on all differ by less than bands of the noise that

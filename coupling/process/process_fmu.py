@@ -15,11 +15,11 @@ from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import POSE_COLUMNS, STIFFNESS_COLUMNS, WRENCH_COLUMNS
 from coupling.files.scratch import ScratchFolder
 from coupling.files.toml_file import FilePath
-from coupling.fmu.driver import FmuError, Job
+from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Identified, ProcessTable
+from coupling.process.base import ProcessResponse, ProcessTable, WithIdentity
 from coupling.process.frames import PoseFrame, answer_in_base, poses_in
 from coupling.toolpaths.task import Task
 
@@ -28,7 +28,7 @@ AnswerColumn = Literal["fx", "fy", "fz", "mx", "my", "mz", "kxx", "kxy", "kxz", 
 
 
 @dataclass(frozen=True)
-class ProcessFmu(Identified):
+class ProcessFmu(WithIdentity):
     """A process FMU, run over the whole path in a process of its own.
 
     Attributes:
@@ -51,14 +51,14 @@ class ProcessFmu(Identified):
     frame: PoseFrame
     watch: Watch = unwatched
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Simulate the FMU along a path and return its wrenches, base axes.
 
         Raises:
             ProcessError: If it cannot be run, does not know a name or fails.
         """
         poses = poses_in(self.frame, path, self.part)
-        job = Job(
+        job = SimulationJob(
             self.parameters,
             path.time,
             tuple(self.inputs.values()),
@@ -77,7 +77,7 @@ class ProcessFmu(Identified):
             )
         return answer_in_base(self.frame, np.column_stack([path.time, told]), path, self.part)
 
-    def _run(self, job: Job) -> np.ndarray:
+    def _run(self, job: SimulationJob) -> np.ndarray:
         with ScratchFolder() as folder:
             try:
                 unpack(self.file, folder)

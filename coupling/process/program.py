@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from coupling.errors import ProcessError
-from coupling.events import Said, Watch, unwatched
+from coupling.events import ProcessMessage, Watch, unwatched
 
 OUTPUT = "output.txt"
 STATUS = "exit_status"
@@ -171,7 +171,7 @@ def _watched(folder: Path, time_limit: float, watch: Watch, ends: Callable[[floa
 
 def _tell(said: BinaryIO, watch: Watch) -> None:
     for line in said.readlines():
-        watch(Said(line.decode(errors="replace").rstrip()))
+        watch(ProcessMessage(line.decode(errors="replace").rstrip()))
 
 
 def _ends(shell: subprocess.Popen[bytes], wait: float) -> bool:

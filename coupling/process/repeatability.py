@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.process.base import Answer
+from coupling.process.base import ProcessResponse
 
 # What rounding may change, such as sums of threads in another order, over the peak force.
 _ROUNDING = 1e-6
@@ -29,14 +29,14 @@ class Repeatability:
     peak: float
 
     @classmethod
-    def of(cls, first: Answer, second: Answer) -> Repeatability:
+    def of(cls, first: ProcessResponse, second: ProcessResponse) -> Repeatability:
         """Compare two answers to one path.
 
         Example:
             >>> from coupling.path.histories import WrenchHistory
             >>> time, up = np.array([0.0, 1.0]), np.array([[0.0, 0.0, 300.0]] * 2)
             >>> other = up + [[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]]
-            >>> one, two = (Answer(WrenchHistory.of_forces(time, [f])) for f in (up, other))
+            >>> one, two = (ProcessResponse(WrenchHistory.of_forces(time, [f])) for f in (up, other))
             >>> Repeatability.of(one, two).largest
             5.0
         """

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from coupling.errors import ProcessError
-from coupling.events import Warned, Watch, unwatched
+from coupling.events import WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Around, Process
+from coupling.process.base import Around, Process, ProcessResponse
 
 
 @dataclass(frozen=True)
-class Retried(Around):
+class RetriedProcess(Around):
     """A process and how often an evaluation of it is tried.
 
     Attributes:
@@ -24,7 +24,7 @@ class Retried(Around):
     tries: int
     watch: Watch = unwatched
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, of the first try that has one.
 
         Raises:
@@ -34,7 +34,9 @@ class Retried(Around):
             try:
                 return self.process.evaluate(path)
             except ProcessError as cause:
-                self.watch(Warned(f"try {number} of {self.tries} failed, the next begins: {cause}"))
+                self.watch(
+                    WarningEvent(f"try {number} of {self.tries} failed, the next begins: {cause}")
+                )
         try:
             return self.process.evaluate(path)
         except ProcessError as cause:

@@ -10,7 +10,7 @@ import numpy as np
 from coupling.events import Progress, Watch, unwatched
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process.base import Answer, Identified
+from coupling.process.base import ProcessResponse, WithIdentity
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.compiled import with_blas_on_one_thread
 from coupling.sheet_fem.contact import Sphere
@@ -23,7 +23,7 @@ _WHAT = "evaluating the process"
 
 
 @dataclass(frozen=True)
-class SheetFem(Identified):
+class SheetFem(WithIdentity):
     """A sheet formed by hemispherical tools, computed from the flat sheet in every evaluation.
 
     One tool forms it; in a cell, a second one supports it from behind.  Both are the same to the
@@ -50,7 +50,7 @@ class SheetFem(Identified):
     watch: Watch = unwatched
 
     @with_blas_on_one_thread
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return wrenches and stiffness along the actual paths, and the formed sheet.
 
         Raises:
@@ -91,7 +91,7 @@ class SheetFem(Identified):
             felt[~np.any(force, axis=1), own] = 0.0
             wrenches.append(self._wrench(tool, center, force, moments[:, k]))
         formed = formed_sheet(self.model.mesh, loaded, state)
-        return Answer(WrenchHistory.of_tools(wrenches), formed, stiffness=felt)
+        return ProcessResponse(WrenchHistory.of_tools(wrenches), formed, stiffness=felt)
 
     def _boxes(self) -> list[Box]:
         """Return the boxes about the tools at all positions.

@@ -8,8 +8,8 @@ import numpy as np
 
 from coupling.path.histories import ToolPath
 from coupling.path.noise import noise_level
-from coupling.process.base import Answer, Around, Process
-from coupling.process.noise_filter import AdaptiveLowPass, Filter
+from coupling.process.base import Around, Process, ProcessResponse
+from coupling.process.noise_filter import AdaptiveLowPass, ForceFilter
 
 # Noise below this part of the largest force is rounding, or the unevenness of a computed one.
 _COUNTS = 1e-3
@@ -26,7 +26,7 @@ class ForceNoise:
     """
 
     level: np.ndarray
-    filter: Filter | None
+    filter: ForceFilter | None
     peak: float
 
     @property
@@ -48,21 +48,21 @@ class ForceNoise:
         return f"The forces of the process have noise {what}; they are {done}."
 
 
-class Smoothed(Around):
+class SmoothedProcess(Around):
     """A process without the noise of its answers.
 
-    Answers that beat are left as they are: what is fast in them is meant.
+    Periodic answers are left as they are: what is fast in them is meant.
 
     Args:
         process: The process.
         filter_: What takes the noise off; None leaves it.
     """
 
-    def __init__(self, process: Process, filter_: Filter | None) -> None:
+    def __init__(self, process: Process, filter_: ForceFilter | None) -> None:
         self.process, self._filter = process, filter_
         self.noise: ForceNoise | None = None
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, its wrenches without their noise."""
         answer = self.process.evaluate(path)
         if answer.period is not None:

@@ -8,13 +8,13 @@ import numpy as np
 
 from coupling.errors import ProgramError
 from coupling.files.csv_table import write_table
-from coupling.programs.program import Move, Program, ProgramFile
+from coupling.programs.program import ProgramFile, ProgramMove, RobotProgram
 from coupling.programs.text import require_name
 
 LONGEST_NAME = 64
 
 
-def write(program: Program) -> tuple[ProgramFile, ...]:
+def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     """Return the table of a program of joint angles.
 
     Raises:
@@ -34,7 +34,7 @@ def write(program: Program) -> tuple[ProgramFile, ...]:
 _DECIMALS = 9
 
 
-def read(text: str, name: str = "") -> Program:
+def read(text: str, name: str = "") -> RobotProgram:
     """Return the program of a table.
 
     Raises:
@@ -60,9 +60,9 @@ def read(text: str, name: str = "") -> Program:
     if np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 2
         raise ProgramError(f"{where}: row {row}: expected rising times, got {rows[row - 1, 0]:g} s")
-    moves = [Move("joint", joints=tuple(rows[0, 1:].tolist()))]
+    moves = [ProgramMove("joint", joints=tuple(rows[0, 1:].tolist()))]
     moves += [
-        Move("spline", joints=tuple(row), duration=float(step))
+        ProgramMove("spline", joints=tuple(row), duration=float(step))
         for row, step in zip(rows[1:, 1:].tolist(), steps, strict=True)
     ]
-    return Program(where.removesuffix(".csv"), tuple(moves))
+    return RobotProgram(where.removesuffix(".csv"), tuple(moves))

@@ -17,9 +17,9 @@ from coupling.programs.program import (
     HERE,
     MM_DECIMALS,
     Configuration,
-    Move,
-    Program,
     ProgramFile,
+    ProgramMove,
+    RobotProgram,
 )
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
@@ -56,7 +56,7 @@ CONTROL_CODE\t= 00000000 00000000;
 /MN"""
 
 
-def write(program: Program) -> tuple[ProgramFile, ...]:
+def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     """Return the .ls files of a program, the one that is started first.
 
     Its timed motions are L or J with a time in whole milliseconds and CNT100.
@@ -88,7 +88,7 @@ def write(program: Program) -> tuple[ProgramFile, ...]:
     return tuple(files)
 
 
-def _frames(program: Program) -> Iterator[str]:
+def _frames(program: RobotProgram) -> Iterator[str]:
     """Yield what sets and chooses both frames, through a position register."""
     for word, pose in (("UTOOL", program.tool or HERE), ("UFRAME", program.base or HERE)):
         row = np.array([pose])
@@ -102,7 +102,7 @@ def _frames(program: Program) -> Iterator[str]:
         yield f"{word}_NUM={FRAME}"
 
 
-def _instruction(program: Program, k: int) -> tuple[str, str]:
+def _instruction(program: RobotProgram, k: int) -> tuple[str, str]:
     """Return a motion before and after the number of its position."""
     move = program.moves[k]
     word = "L" if move.motion == "linear" else "J"
@@ -124,7 +124,7 @@ def _numbered(lines: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{before}{k}{after}" for k, (before, after) in enumerate(lines, start=1)]
 
 
-def _file(name: str, lines: Sequence[str], moves: Sequence[Move]) -> ProgramFile:
+def _file(name: str, lines: Sequence[str], moves: Sequence[ProgramMove]) -> ProgramFile:
     text = [_HEADER.format(name=name, lines=len(lines))]
     for number, line in enumerate(lines, start=1):
         motion = line[:3] in ("J P", "L P")
@@ -138,7 +138,7 @@ def _file(name: str, lines: Sequence[str], moves: Sequence[Move]) -> ProgramFile
     return ProgramFile(f"{name}.ls", "\n".join([*text, "/END", ""]))
 
 
-def _position(number: int, move: Move, angles: np.ndarray | None) -> Iterator[str]:
+def _position(number: int, move: ProgramMove, angles: np.ndarray | None) -> Iterator[str]:
     yield f"P[{number}]{{"
     yield "   GP1:"
     if move.joints is not None:

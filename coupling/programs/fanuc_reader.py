@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_wpr
-from coupling.programs.program import HERE, Motion, Move, Pose, Program, ProgramFile
+from coupling.programs.program import HERE, Motion, Pose, ProgramFile, ProgramMove, RobotProgram
 from coupling.programs.text import NUMBER, real, shortened
 
 _RADIANS = 0.017453292519943295
@@ -29,7 +29,7 @@ _TIMES = {"sec": 1.0, "msec": 1e-3}
 _DEEPEST = 4
 
 
-def read(files: Sequence[ProgramFile]) -> Program:
+def read(files: Sequence[ProgramFile]) -> RobotProgram:
     """Return the program of .ls files: the first one, and what it calls.
 
     Args:
@@ -41,7 +41,7 @@ def read(files: Sequence[ProgramFile]) -> Program:
     if not files:
         raise ProgramError("FANUC: expected a file .ls, got none")
     named = {_title(file).upper(): file for file in files}
-    reader = _Reader(files[0].name, named)
+    reader = _FanucReader(files[0].name, named)
     reader.run(files[0], 0)
     return reader.program(_title(files[0]))
 
@@ -93,7 +93,7 @@ def _positions(file: ProgramFile) -> dict[int, dict[str, float]]:
 
 
 @dataclass
-class _Reader:
+class _FanucReader:
     """State of a controller while it goes through programs."""
 
     name: str
@@ -102,7 +102,7 @@ class _Reader:
     frames: dict[tuple[str, str], Pose] = field(default_factory=dict)
     chosen: dict[str, str] = field(default_factory=dict)
     used: dict[str, set[str]] = field(default_factory=lambda: {"UFRAME": set(), "UTOOL": set()})
-    moves: list[Move] = field(default_factory=list)
+    moves: list[ProgramMove] = field(default_factory=list)
 
     def run(self, file: ProgramFile, depth: int) -> None:
         """Go through a program."""
@@ -158,7 +158,7 @@ class _Reader:
         if "J1" in values:
             angles = [values[f"J{k}"] for k in range(1, 10) if f"J{k}" in values]
             self.moves.append(
-                Move("joint", joints=tuple(_RADIANS * a for a in angles), duration=duration)
+                ProgramMove("joint", joints=tuple(_RADIANS * a for a in angles), duration=duration)
             )
             return
         missing = [key for key in "XYZWPR" if key not in values]
@@ -170,13 +170,13 @@ class _Reader:
             numbers.add(self.chosen.get(word, "0"))
         pose = pose_of_wpr([values[key] for key in "XYZWPR"])
         motion: Motion = "linear" if given[1] == "L" else "joint"
-        self.moves.append(Move(motion, pose, duration=duration, speed=speed))
+        self.moves.append(ProgramMove(motion, pose, duration=duration, speed=speed))
 
-    def program(self, title: str) -> Program:
+    def program(self, title: str) -> RobotProgram:
         """Return what was read."""
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
-        return Program(title, tuple(self.moves), self._frame("UFRAME"), self._frame("UTOOL"))
+        return RobotProgram(title, tuple(self.moves), self._frame("UFRAME"), self._frame("UTOOL"))
 
     def _frame(self, word: str) -> Pose | None:
         """Return the frame that poses are in; None where the controller holds it."""

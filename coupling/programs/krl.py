@@ -16,10 +16,10 @@ from coupling.programs.program import (
     HERE,
     MM_DECIMALS,
     Configuration,
-    Move,
     Pose,
-    Program,
     ProgramFile,
+    ProgramMove,
+    RobotProgram,
 )
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
@@ -36,7 +36,7 @@ STRUC SWITCH SWRITE SREAD THEN TIME_BLOCK TO TRIGGER TRUE UNTIL WAIT WHEN WHILE 
 RESERVED = frozenset(_RESERVED_WORDS.split())
 
 
-def write(program: Program) -> tuple[ProgramFile, ...]:
+def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     """Return the .src and .dat of a program.
 
     Its timed motions are a spline block, through poses or of the axes.
@@ -54,7 +54,7 @@ def write(program: Program) -> tuple[ProgramFile, ...]:
     return files
 
 
-def _source(program: Program) -> Iterator[str]:
+def _source(program: RobotProgram) -> Iterator[str]:
     timed = program.timed
     way = program.moves[: len(program.moves) - len(timed) + 1]
     poses = timed[0].pose is not None
@@ -89,7 +89,7 @@ def _source(program: Program) -> Iterator[str]:
     yield "END"
 
 
-def _data(program: Program) -> Iterator[str]:
+def _data(program: RobotProgram) -> Iterator[str]:
     timed = program.timed
     poses = timed[0].pose is not None
     yield f"DEFDAT {program.name}"
@@ -122,7 +122,7 @@ def _frame(position: np.ndarray, angles: np.ndarray, posture: Configuration | No
     return "{" + ",".join(fields) + "}"
 
 
-def _axes(move: Move) -> str:
+def _axes(move: ProgramMove) -> str:
     assert move.joints is not None
     angles = np.rad2deg(move.joints)
     return (
@@ -135,7 +135,7 @@ def _share(percent: float) -> str:
     return fixed(percent, max(0, 8 - math.floor(math.log10(percent))))
 
 
-def _no_limit(timed: tuple[Move, ...]) -> float:
+def _no_limit(timed: tuple[ProgramMove, ...]) -> float:
     """Return a path speed that is never reached [m/s], so that the time alone counts."""
     rows = np.array([move.pose for move in timed])
     steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)

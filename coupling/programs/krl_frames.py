@@ -18,7 +18,7 @@ _CLAUSE = re.compile(r"(\$TOOL|\$BASE)\s*=\s*(\w+\s*\([^()]*\)|[^,]+)", re.IGNOR
 
 
 @dataclass
-class Frames:
+class KrlFrames:
     """Tool and base while a program is read.
 
     Attributes:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
 from coupling.programs.angles import pose_of_abc
-from coupling.programs.krl_frames import Frames
+from coupling.programs.krl_frames import KrlFrames
 from coupling.programs.krl_values import ASSIGNED, fields_of, key_of, points, statements
-from coupling.programs.program import Motion, Move, Pose, Program
+from coupling.programs.program import Motion, Pose, ProgramMove, RobotProgram
 from coupling.programs.text import real, shortened
 
 _RADIANS = 0.017453292519943295
@@ -39,7 +39,7 @@ _REFUSED = frozenset(_REFUSED_WORDS.split())
 _FRAME_KEYS, _AXIS_KEYS = "XYZABC", tuple(f"A{i}" for i in range(1, 7))
 
 
-def read(source: str, data: str = "", name: str = "") -> Program:
+def read(source: str, data: str = "", name: str = "") -> RobotProgram:
     """Return the program of a .src and, where its points stand in one, its .dat.
 
     Components of a point that are left out stay what they were, as on the controller; status, turn and
@@ -60,7 +60,7 @@ def read(source: str, data: str = "", name: str = "") -> Program:
         >>> move.motion, [round(x, 9) for x in move.pose[:3]], move.speed
         ('linear', [0.001, 0.002, 0.003], 0.5)
     """
-    reader = _Reader(name or "KRL", points(data, f"{name or 'KRL'}: points"))
+    reader = _KrlReader(name or "KRL", points(data, f"{name or 'KRL'}: points"))
     for number, line in statements(data):
         reader.frames.take(line, False, f"{reader.name}: line {number}")
     for number, line in statements(source):
@@ -69,14 +69,14 @@ def read(source: str, data: str = "", name: str = "") -> Program:
 
 
 @dataclass
-class _Reader:
+class _KrlReader:
     """State of a controller while it goes through a program."""
 
     name: str
     points: dict[str, dict[str, float]]
     title: str = ""
-    frames: Frames = field(default_factory=Frames)
-    moves: list[Move] = field(default_factory=list)
+    frames: KrlFrames = field(default_factory=KrlFrames)
+    moves: list[ProgramMove] = field(default_factory=list)
     last: dict[str, float] = field(default_factory=dict)
     speed: float | None = None
     spline: bool = False
@@ -147,7 +147,7 @@ class _Reader:
         speed = self.speed if own is None else real(own[1], where)
         if any(key in fields for key in _AXIS_KEYS):
             angles = tuple(_RADIANS * fields[key] for key in _AXIS_KEYS if key in fields)
-            self.moves.append(Move(motion, joints=angles, speed=None))
+            self.moves.append(ProgramMove(motion, joints=angles, speed=None))
             self.last = {}
             return
         if self.left:
@@ -155,7 +155,7 @@ class _Reader:
                 f"{where}: expected no motion behind PTP {self.left}, which has no value, got one"
             )
         self.last = {**self.last, **fields}
-        self.moves.append(Move(motion, self._pose(self.last, where), speed=speed))
+        self.moves.append(ProgramMove(motion, self._pose(self.last, where), speed=speed))
         self.begun = True
 
     def _leaves(self, word: str, target: str) -> bool:
@@ -199,16 +199,16 @@ class _Reader:
         whole = sum(share for _, share in shares)
         for count, share in shares:
             move = self.moves[count - 1]
-            self.moves[count - 1] = Move(
+            self.moves[count - 1] = ProgramMove(
                 move.motion, move.pose, move.joints, duration=total * share / whole
             )
         self.block = None
 
-    def program(self) -> Program:
+    def program(self) -> RobotProgram:
         """Return what was read."""
         if self.block is not None:
             raise ProgramError(f"{self.name}: expected TIME_BLOCK END, got the end of the file")
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
         base, tool = self.frames.poses.get("$BASE"), self.frames.poses.get("$TOOL")
-        return Program(self.title or self.name, tuple(self.moves), base, tool)
+        return RobotProgram(self.title or self.name, tuple(self.moves), base, tool)

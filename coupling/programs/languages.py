@@ -9,7 +9,7 @@ from typing import Literal
 
 from coupling.errors import ProgramError, one_of
 from coupling.programs import csv_rows, fanuc, fanuc_reader, krl, krl_reader, rapid, rapid_reader
-from coupling.programs.program import Program, ProgramFile
+from coupling.programs.program import ProgramFile, RobotProgram
 
 Targets = Literal["cartesian", "joints"]
 Posture = Literal["never", "known", "always"]
@@ -35,8 +35,8 @@ class Language:
     """
 
     name: str
-    write: Callable[[Program], tuple[ProgramFile, ...]]
-    read: Callable[[Sequence[ProgramFile]], Program]
+    write: Callable[[RobotProgram], tuple[ProgramFile, ...]]
+    read: Callable[[Sequence[ProgramFile]], RobotProgram]
     ending: str
     between: Literal["straight", "spline"]
     longest_name: int
@@ -47,18 +47,18 @@ class Language:
     joints: int | None = 6
 
 
-def _read_krl(files: Sequence[ProgramFile]) -> Program:
+def _read_krl(files: Sequence[ProgramFile]) -> RobotProgram:
     source = _one(files, ".src")
     data = [file.text for file in files if file.name.lower().endswith(".dat")]
     return krl_reader.read(source.text, "\n".join(data), source.name)
 
 
-def _read_rapid(files: Sequence[ProgramFile]) -> Program:
+def _read_rapid(files: Sequence[ProgramFile]) -> RobotProgram:
     file = _one(files, ".mod")
     return rapid_reader.read(file.text, file.name)
 
 
-def _read_csv(files: Sequence[ProgramFile]) -> Program:
+def _read_csv(files: Sequence[ProgramFile]) -> RobotProgram:
     file = _one(files, ".csv")
     return csv_rows.read(file.text, file.name)
 
@@ -116,7 +116,7 @@ LANGUAGES = {
 }
 
 
-def read_program(path: Path) -> Program:
+def read_program(path: Path) -> RobotProgram:
     """Read a program in the language that its file's ending says.
 
     Args:

@@ -74,7 +74,7 @@ class Configuration:
 
 
 @dataclass(frozen=True)
-class Move:
+class ProgramMove:
     """One motion of a program, to a target.
 
     Attributes:
@@ -102,7 +102,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Program:
+class RobotProgram:
     """A robot program: frames and motions.
 
     Attributes:
@@ -113,19 +113,19 @@ class Program:
         tool: TCP in the frame of the robot's flange, likewise.
 
     Example:
-        >>> start = Move("joint", joints=(0.0, 0.1))
-        >>> program = Program("way", (start, Move("joint", joints=(0.0, 0.2), duration=0.5)))
+        >>> start = ProgramMove("joint", joints=(0.0, 0.1))
+        >>> program = RobotProgram("way", (start, ProgramMove("joint", joints=(0.0, 0.2), duration=0.5)))
         >>> len(program.timed), program.timed[0] is start
         (2, True)
     """
 
     name: str
-    moves: tuple[Move, ...]
+    moves: tuple[ProgramMove, ...]
     base: Pose | None = None
     tool: Pose | None = None
 
     @property
-    def timed(self) -> tuple[Move, ...]:
+    def timed(self) -> tuple[ProgramMove, ...]:
         """The motions whose time is set, and before them the one that leads to their start."""
         untimed = [k for k, move in enumerate(self.moves) if move.duration is None]
         return self.moves[untimed[-1] :] if untimed else self.moves

@@ -14,10 +14,10 @@ from coupling.programs.program import (
     HERE,
     MM_DECIMALS,
     Configuration,
-    Move,
     Pose,
-    Program,
     ProgramFile,
+    ProgramMove,
+    RobotProgram,
 )
 from coupling.programs.text import fixed, numbers, require_lines, require_name
 
@@ -37,7 +37,7 @@ _EXTERNAL = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 _MARK = 2
 
 
-def write(program: Program) -> tuple[ProgramFile, ...]:
+def write(program: RobotProgram) -> tuple[ProgramFile, ...]:
     r"""Return the module of a program.
 
     Its timed motions are `MoveL` or `MoveAbsJ`, their times in `\T`, through a fly-by zone of 0.3 mm.
@@ -51,7 +51,7 @@ def write(program: Program) -> tuple[ProgramFile, ...]:
     return (file,)
 
 
-def _module(program: Program) -> Iterator[str]:
+def _module(program: RobotProgram) -> Iterator[str]:
     name = program.name
     yield f"MODULE M_{name}"
     yield "  ! mm, quaternions w first; set the load of the tool before use"
@@ -77,7 +77,7 @@ def _module(program: Program) -> Iterator[str]:
     yield "ENDMODULE"
 
 
-def _move(move: Move, how: str, frames: str) -> Sequence[str]:
+def _move(move: ProgramMove, how: str, frames: str) -> Sequence[str]:
     if move.joints is not None:
         angles = numbers(np.rad2deg(move.joints), DEGREE_DECIMALS)
         target: tuple[str, ...] = (f"    MoveAbsJ [[{angles}],", f"      {_EXTERNAL}]\\NoEOffs,")

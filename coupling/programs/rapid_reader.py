@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from coupling.errors import ProgramError
-from coupling.programs.program import HERE, Configuration, Motion, Move, Pose, Program
+from coupling.programs.program import HERE, Configuration, Motion, Pose, ProgramMove, RobotProgram
 from coupling.programs.rapid_values import (
     Value,
     arguments_of,
@@ -35,7 +35,7 @@ _SPEED = re.compile(r"v(\d{1,4})", re.IGNORECASE)
 _AXES = 6
 
 
-def read(text: str, name: str = "") -> Program:
+def read(text: str, name: str = "") -> RobotProgram:
     r"""Return the program of a module with one procedure.
 
     A speed counts where no time `\T` is given.
@@ -53,7 +53,7 @@ def read(text: str, name: str = "") -> Program:
         >>> move.motion, [round(x, 9) for x in move.pose[:3]], move.duration
         ('linear', [0.001, 0.002, 0.003], 0.5)
     """
-    reader = _Reader(name or "RAPID")
+    reader = _RapidReader(name or "RAPID")
     for number, statement in _statements(text, reader.name):
         reader.take(statement, f"{reader.name}: line {number}")
     return reader.program()
@@ -90,14 +90,14 @@ def _statements(text: str, name: str) -> Iterator[tuple[int, str]]:
 
 
 @dataclass
-class _Reader:
+class _RapidReader:
     """State of a controller while it goes through a module."""
 
     name: str
     title: str = ""
     data: dict[str, tuple[str, Value]] = field(default_factory=dict)
     frames: list[tuple[str, str]] = field(default_factory=list)
-    moves: list[Move] = field(default_factory=list)
+    moves: list[ProgramMove] = field(default_factory=list)
 
     def take(self, statement: str, where: str) -> None:
         """Go on by one statement."""
@@ -162,11 +162,11 @@ class _Reader:
         self.frames.append((tool[0].strip(), _work_object(tool[1:])))
         if word == "MOVEABSJ":
             joints = self._joints(target[0].strip(), where)
-            self.moves.append(Move("joint", joints=joints, duration=duration))
+            self.moves.append(ProgramMove("joint", joints=joints, duration=duration))
             return
         pace = None if duration is not None else self._speed(speed[0].strip(), options, where)
         pose, posture = self._pose(target[0].strip(), where)
-        self.moves.append(Move(_MOTIONS[word], pose, None, duration, pace, posture))
+        self.moves.append(ProgramMove(_MOTIONS[word], pose, None, duration, pace, posture))
 
     def _joints(self, text: str, where: str) -> tuple[float, ...]:
         value = self._known(text, "jointtarget", where)
@@ -214,7 +214,7 @@ class _Reader:
                 )
         return placement(value[at], where)
 
-    def program(self) -> Program:
+    def program(self) -> RobotProgram:
         """Return what was read."""
         if not self.moves:
             raise ProgramError(f"{self.name}: expected motions, got none")
@@ -226,7 +226,7 @@ class _Reader:
                 f"{self.name}: expected one tool and work object for all targets, got {len(used)} pairs"
             )
         ((tool, work_object),) = used
-        return Program(
+        return RobotProgram(
             self.title or self.name,
             tuple(self.moves),
             self._frame(work_object, "wobjdata", 3),

@@ -1,4 +1,4 @@
-"""Figures along the path: how far the tool is off, and which gear changes its flank there."""
+"""Figures along the path: how far the tool is off, and which gear reverses there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from coupling.report.colours import AFTER, BEFORE, DESIRED, GREEN, PLANT, QUIET
 from coupling.report.shares import spike
 from coupling.report.style import FLOOR_UM, UM, curve, distance_curve, log_axis, style
 from coupling.report.tables import mode_names
-from coupling.results.run_result import FlankChangeResult
+from coupling.results.run_result import ReversalResult
 from coupling.run.stored_run import StoredRobot
 
 _STAGES = (BEFORE, AFTER)
@@ -23,7 +23,7 @@ _LABELS, _APART = 4, 0.2
 
 
 def deviation(run: StoredRobot) -> go.Figure:
-    """Distance of the actual paths to the desired one, with the gears that change their flank."""
+    """Distance of the actual paths to the desired one, with the gears that reverse."""
     changes = run.figures.changes
     gears = sorted({change.joint for change in changes})
     below = _GEAR * len(gears)
@@ -56,7 +56,7 @@ def deviation(run: StoredRobot) -> go.Figure:
 
 
 def _label(figure: go.Figure, run: StoredRobot, gears: list[int]) -> None:
-    """Name the gears at the largest spikes of their flank changes, each in a row above the curves."""
+    """Name the gears at the largest spikes of their reversals, each in a row above the curves."""
     drawn = np.log10(np.concatenate([trace.y for trace in figure.data]))
     smallest, largest = float(drawn.min()), float(drawn.max())
     span = max(largest - smallest, 1.0)
@@ -85,7 +85,7 @@ def _label(figure: go.Figure, run: StoredRobot, gears: list[int]) -> None:
 
 
 def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
-    """Return times [s] and heights [m] of the largest spikes where a gear changes its flank."""
+    """Return times [s] and heights [m] of the largest spikes where a gear reverses."""
     *_, path = run.actual.values()
     distance = path.distance_to(run.desired)
     own = [c for c in run.figures.changes if c.joint == joint]
@@ -98,14 +98,14 @@ def labelled(run: StoredRobot, joint: int) -> list[tuple[float, float]]:
     return found
 
 
-def _add_gears(figure: go.Figure, changes: Sequence[FlankChangeResult], gears: list[int]) -> None:
-    """Add when which gear is in its play, and which flank it reaches."""
+def _add_gears(figure: go.Figure, changes: Sequence[ReversalResult], gears: list[int]) -> None:
+    """Add when which gear is in its backlash, and which flank it reaches."""
     rows = {joint: number for number, joint in enumerate(gears)}
     figure.add_scatter(
         x=[time for c in changes for time in (c.begins_s, c.ends_s, None)],
         y=[rows[c.joint] for c in changes for _ in range(3)],
         mode="lines",
-        name="gear in its play",
+        name="gear in its backlash",
         line={"color": QUIET, "width": 6},
         hoverinfo="skip",
         row=2,
@@ -134,7 +134,7 @@ def _add_gears(figure: go.Figure, changes: Sequence[FlankChangeResult], gears: l
     )
 
 
-def _hint(change: FlankChangeResult) -> str:
+def _hint(change: ReversalResult) -> str:
     return f"joint {change.joint}, {change.begins_s:.4f} to {change.ends_s:.4f} s"
 
 

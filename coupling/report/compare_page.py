@@ -22,7 +22,7 @@ from coupling.report.document import Section, document
 from coupling.report.style import UM, curve, distance_curve, log_axis, style
 from coupling.report.tables import table
 from coupling.report.verdict import verdict
-from coupling.report.views import View, from_above
+from coupling.report.views import PathView, from_above
 from coupling.results.run_result import RunResult
 from coupling.run.stored_run import StoredRobot
 
@@ -144,7 +144,7 @@ def _sections(
     for name, run, own in pairs:
         *_, (stage, path) = own.actual.items()
         part = real_part(run.figures, case_of(run))
-        views.append(View(f"{name}: {stage}", own.desired, path, part))
+        views.append(PathView(f"{name}: {stage}", own.desired, path, part))
     difference = command_difference(first, second)
     sections: list[Section] = [
         (f"Deviation along the path{whose}", f"deviation{mark}", _deviations(pairs), _ALONG_TEXT),

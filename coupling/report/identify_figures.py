@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
-from coupling.report.intervals import Interval, interval_figure
+from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.style import style
 
 _MM = 1e3
@@ -128,7 +128,7 @@ def intervals(found: dict[str, Any]) -> go.Figure:
     for entry in entries:
         value = entry["value"] or _far(entry)
         low, high = entry["low"] or 0.1 * value, entry["high"] or _far(entry)
-        rows.append(Interval(label(entry), value, low, high, entry["identified"]))
+        rows.append(ShownInterval(label(entry), value, low, high, entry["identified"]))
     figure = interval_figure(rows, "identified, 95 % interval", "not identified", 34)
     figure.add_scatter(
         x=[entry["start"] for entry in entries if not entry["added"]],

@@ -12,7 +12,7 @@ from coupling.report.style import style
 
 
 @dataclass(frozen=True)
-class Interval:
+class ShownInterval:
     """A value with its interval.
 
     Attributes:
@@ -29,7 +29,9 @@ class Interval:
     sure: bool
 
 
-def interval_figure(rows: Sequence[Interval], sure: str, unsure: str, height: int) -> go.Figure:
+def interval_figure(
+    rows: Sequence[ShownInterval], sure: str, unsure: str, height: int
+) -> go.Figure:
     """Draw intervals over a logarithmic axis, the first row at the top.
 
     Args:

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.report.document import document
-from coupling.report.intervals import Interval, interval_figure
+from coupling.report.intervals import ShownInterval, interval_figure
 from coupling.report.style import style
 from coupling.report.tables import gear_loads, table
 from coupling.results.learned_result import LearnedPassResult, LearnedResult
@@ -45,7 +45,7 @@ def learn_page(title: str, found: LearnedResult) -> str:
 
 def _verdict(found: LearnedResult) -> str:
     state = "no" if found.refusal else "yes"
-    told = sum(own.told for own in found.parameters)
+    told = sum(own.identifiable for own in found.parameters)
     words = (
         f"Not written: {found.refusal}"
         if found.refusal
@@ -118,7 +118,7 @@ def _left(one: LearnedPassResult) -> go.Figure:
 
 def _intervals(found: LearnedResult) -> go.Figure:
     rows = [
-        Interval(own.name, own.factor, own.factor_low, own.factor_high, own.told)
+        ShownInterval(own.name, own.factor, own.factor_low, own.factor_high, own.identifiable)
         for own in found.parameters
     ]
     figure = interval_figure(rows, "told, 95 % interval", "not told", 24)

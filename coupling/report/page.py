@@ -15,7 +15,7 @@ from coupling.report.document import Section, document
 from coupling.report.drives import DRIVES_TEXT, drives, drives_table
 from coupling.report.thinning import PARTS
 from coupling.report.verdict import verdict
-from coupling.report.views import View, from_above, robot_views
+from coupling.report.views import PathView, from_above, robot_views
 from coupling.results.run_result import RunResult
 from coupling.results.run_state import RunCase
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
@@ -56,7 +56,7 @@ def robot_page(run: StoredRun, robot: StoredRobot) -> str:
     gears = f"{_FLANKS_TEXT}{tables.gears(own.changes)}" if own.changes else ""
     process = process_text(own, case, run.answers)
     part = real_part(own, case)
-    views = [View(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
+    views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     drive_text = f"{DRIVES_TEXT}{drives_table(own)}"
     sections: list[Section] = [
         ("The part from above", "above", from_above(views), _ABOVE_TEXT),
@@ -140,8 +140,8 @@ _ABOVE_TEXT = (
     " all on one logarithmic scale.</p>"
 )
 _FLANKS_TEXT = (
-    "<p>Below the curves: a bar while a gear is in its play, a mark where it reaches a flank. The"
-    " command leads it through the play as the model says: a wrong backlash would show there. The"
+    "<p>Below the curves: a bar while a gear is in its backlash, a mark where it reaches a flank. The"
+    " command leads it through the backlash as the model says: a wrong backlash would show there. The"
     " largest spikes of each gear are named.</p>"
 )
 _ROBOT_TEXT = (

@@ -121,7 +121,7 @@ def _hint(own: PartMap, i: int, j: int) -> str:
         return f"{place}: not possible"
     return (
         f"{place}: displacement {_UM * own.moved[i, j]:.0f} um, backlash {_UM * own.exposure[i, j]:.1f}"
-        f" um, {own.changing[i, j]:.0f} gears change flank"
+        f" um, {own.changing[i, j]:.0f} gears reverse"
     )
 
 
@@ -144,7 +144,7 @@ def _settings(figures: PlacementResult) -> str:
         )
     moved = "process [um]" if figures.forced else "100 N [um]"
     header = (
-        *("setting", moved, "backlash 20 % off [um]", "changes of flank (gear: times)"),
+        *("setting", moved, "backlash 20 % off [um]", "backlash reversals (gear: times)"),
         *("regularity", "from joint limits [deg]", "what is free"),
     )
     lost = (
@@ -159,8 +159,8 @@ def _gears(figures: PlacementResult) -> str:
     rows = [
         (
             html.escape(f"{name}, joint {gear.joint}"),
-            f"{gear.flank_changes}",
-            f"{gear.floats_s:.1f}",
+            f"{gear.backlash_reversals}",
+            f"{gear.in_backlash_s:.1f}",
             f"{gear.margin_Nm:.0f}",
             f"{gear.swing_Nm:.0f}",
             f"{_UM * gear.backlash_20_percent_m:.0f}",
@@ -169,7 +169,7 @@ def _gears(figures: PlacementResult) -> str:
         for gear in own.gears
     ]
     header = (
-        *("gear", "changes of flank", "floats [s]", "clear of zero by [N m]", "swing [N m]"),
+        *("gear", "backlash reversals", "in backlash [s]", "clear of zero by [N m]", "swing [N m]"),
         "backlash 20 % off [um]",
     )
     return f"<h2>Gears</h2><p>{_GEARS_TEXT}</p>{table(header, rows)}"
@@ -187,7 +187,7 @@ def _map_text(figures: PlacementResult) -> str:
 
 _TABLE_TEXT = (
     "Largest displacement of the tool by the process's wrench; what backlashes that are 20 % off do at"
-    " rest at gears that may change flank, summed (in motion several times as much); changes of flank"
+    " rest at gears that may reverse, summed (in motion several times as much); backlash reversals"
     " along the whole path; distance from singular postures (1 over the norm of the inverse Jacobian,"
     " lengths in units of the reach)."
 )

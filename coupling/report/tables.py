@@ -8,8 +8,8 @@ from math import degrees, isnan
 from typing import Any
 
 from coupling.path.deviation import Deviation
-from coupling.report.shares import BEHIND, Share, shares_of
-from coupling.results.run_result import FlankChangeResult, GearResult, RunResult
+from coupling.report.shares import BEHIND, DeviationShare, shares_of
+from coupling.results.run_result import GearResult, ReversalResult, RunResult
 from coupling.run.stored_run import StoredRobot
 from coupling.solve.correction import HOW
 
@@ -71,7 +71,7 @@ def deviations(run: StoredRobot) -> str:
         ("&nbsp; process (loaded minus unloaded)", process[: len(parts)]),
         ("&nbsp; motion (moving minus quasi-static)", [part.motion for part in parts]),
         (
-            f"&nbsp; while gears are in their play, and {BEHIND:g} s behind",
+            f"&nbsp; while gears are in their backlash, and {BEHIND:g} s behind",
             [part.flanks for part in parts],
         ),
         ("&nbsp; at all other times", [part.elsewhere for part in parts]),
@@ -98,7 +98,7 @@ def deviations(run: StoredRobot) -> str:
             groups,
         )
         + how
-        + _of_beat(figures)
+        + _of_tooth_passing(figures)
     )
 
 
@@ -109,13 +109,13 @@ def _less_constant(found: Deviation | None) -> tuple[str, ...] | None:
     return f"{_UM * found.maximum_less_constant:.2f}", f"{_UM * found.rms_less_constant:.2f}", ""
 
 
-def _figures_of(found: Deviation | Share | tuple[str, ...] | None) -> tuple[str, ...]:
+def _figures_of(found: Deviation | DeviationShare | tuple[str, ...] | None) -> tuple[str, ...]:
     """Return largest, rms and instant of a deviation [um], [s]."""
     if found is None:
         return ("", "", "")
     if isinstance(found, tuple):
         return found
-    time = found.time if isinstance(found, Share) else found.time_of_maximum
+    time = found.time if isinstance(found, DeviationShare) else found.time_of_maximum
     return (f"{_UM * found.maximum:.2f}", f"{_UM * found.rms:.2f}", f"{time:.3f}")
 
 
@@ -123,19 +123,21 @@ def _is_told(cells: tuple[str, ...]) -> bool:
     return any(cells)
 
 
-def _of_beat(figures: RunResult) -> str:
-    """Return what a process that beats leaves, in parts."""
-    beat = figures.beat
-    if beat is None:
+def _of_tooth_passing(figures: RunResult) -> str:
+    """Return what a periodic process leaves, in parts."""
+    tooth_passing = figures.tooth_passing
+    if tooth_passing is None:
         return ""
     walls = ", ".join(
         f"{axis} {1e6 * low:.2f} to {1e6 * high:.2f}"
-        for axis, (low, high) in beat.envelope_m.items()
+        for axis, (low, high) in tooth_passing.envelope_m.items()
     )
     return (
-        f"<p>The process beats every {1e3 * beat.period_s:.3g} ms. Of the last deviation the slow"
-        f" part, its mean over a beat, is at most {1e6 * beat.slow_m:.2f} um, the ripple around it"
-        f" {1e6 * beat.ripple_m:.2f} um; a surface cut at the extremes of every beat lies off by"
+        f"<p>A tooth passes every {1e3 * tooth_passing.period_s:.3g} ms. Of the last deviation the slow"
+        f" part, its mean over a tooth passing, is at most {1e6 * tooth_passing.slow_m:.2f} um, the"
+        " ripple around it"
+        f" {1e6 * tooth_passing.ripple_m:.2f} um; a surface cut at the extremes of every tooth passing"
+        " lies off by"
         f" {walls} um, base axes.</p>"
     )
 
@@ -177,11 +179,11 @@ def plant(figures: RunResult) -> str:
     )
 
 
-def gears(changes: Sequence[FlankChangeResult]) -> str:
-    """Return how often which gear passes through its play.
+def gears(changes: Sequence[ReversalResult]) -> str:
+    """Return how often which gear passes through its backlash.
 
     Args:
-        changes: `flank_changes` of result.json.
+        changes: `backlash_reversals` of result.json.
     """
     rows = []
     for joint in sorted({change.joint for change in changes}):
@@ -189,7 +191,7 @@ def gears(changes: Sequence[FlankChangeResult]) -> str:
         other = sum(change.before * change.after < 0 for change in own)
         within = sum(change.ends_s - change.begins_s for change in own)
         rows.append((f"joint {joint}", str(len(own)), str(other), f"{within:.2f}"))
-    return table(("gear", "times in its play", "to the other flank", "time in it [s]"), rows)
+    return table(("gear", "times in its backlash", "to the other flank", "time in it [s]"), rows)
 
 
 def gear_loads(gears: Sequence[GearResult]) -> str:
@@ -199,8 +201,8 @@ def gear_loads(gears: Sequence[GearResult]) -> str:
     rows = [
         (
             f"joint {gear.joint}",
-            str(gear.flank_changes),
-            f"{gear.floats_s:.2f}",
+            str(gear.backlash_reversals),
+            f"{gear.in_backlash_s:.2f}",
             f"{_UM * gear.backlash_20_percent_m:.0f}",
             f"{max(gear.margin_Nm, 0.0):.0f}",
             f"{-gear.margin_Nm:.0f}" if gear.margin_Nm < 0.0 else "-",
@@ -210,16 +212,16 @@ def gear_loads(gears: Sequence[GearResult]) -> str:
     ]
     header = (
         "gear",
-        "flank changes",
-        "floats [s]",
+        "backlash reversals",
+        "in backlash [s]",
         "backlash 20 % off, at rest [um]",
         "clear of zero by [N m]",
-        "kept by a bias of [N m]",
+        "preload that avoids reversals [N m]",
         "or a base tilted by [deg]",
     )
     return (
         "<h2>What the gears go through</h2><p>From the torque that the links need along the path. Where"
-        " a gear changes its flank, or floats in its play for want of a torque at rest, a wrong backlash"
+        " a gear reverses, or is in its backlash for want of a torque at rest, a wrong backlash"
         " shows: at rest by what it is off, in motion by several times as much, as the link drifts with"
         " what it was given; the replays on robots with another backlash tell that for all gears"
         " together. A gear that stays clear of zero does not ask for its backlash.</p>"

@@ -59,17 +59,17 @@ def _of_backlash(figures: RunResult) -> str:
     if rows:
         worst = max(rows, key=lambda row: row.deviation_m.maximum)
         return f"{worst.name} in all gears would leave {_um(worst.deviation_m.maximum)}"
-    with_play = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
-    if figures.gears and not with_play:
+    with_backlash = [gear for gear in figures.gears if gear.backlash_20_percent_m > 0.0]
+    if figures.gears and not with_backlash:
         return "no gear has backlash in this model"
-    gears = [gear for gear in with_play if gear.flank_changes or gear.floats_s]
+    gears = [gear for gear in with_backlash if gear.backlash_reversals or gear.in_backlash_s]
     if gears:
         names = ", ".join(dict.fromkeys(f"joint {gear.joint}" for gear in gears))
         return (
-            f"a wrong backlash would show, by how much a compensation tells: gears change their flank or"
-            f" float ({names})"
+            f"a wrong backlash would show, by how much a compensation tells: gears reverse or"
+            f" are unloaded in their backlash ({names})"
         )
-    return "a wrong backlash would show as little but a constant: no gear changes its flank"
+    return "a wrong backlash would show as little but a constant: no gear reverses"
 
 
 def _um(length: float) -> str:

@@ -36,7 +36,7 @@ def rows_in_space(time: np.ndarray, *peaks: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class View:
+class PathView:
     """A path to be seen from above.
 
     Attributes:
@@ -64,7 +64,7 @@ class View:
         return found
 
 
-def from_above(views: Sequence[View]) -> tuple[go.Figure, ...]:
+def from_above(views: Sequence[PathView]) -> tuple[go.Figure, ...]:
     """Draw paths along their part's z axis, coloured by deviation, all on one scale."""
     logs = [view.logarithms for view in views]
     high = max(float(values.max()) for values in logs)
@@ -73,7 +73,7 @@ def from_above(views: Sequence[View]) -> tuple[go.Figure, ...]:
     return tuple(_coloured(view, values, scale) for view, values in zip(views, logs, strict=True))
 
 
-def _coloured(view: View, values: np.ndarray, scale: tuple[float, float]) -> go.Figure:
+def _coloured(view: PathView, values: np.ndarray, scale: tuple[float, float]) -> go.Figure:
     """Draw one path from above, coloured by the decimal logarithms of its deviation in um."""
     figure = go.Figure()
     rows = rows_in_space(view.desired.time, values)

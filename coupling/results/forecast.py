@@ -10,7 +10,7 @@ from coupling.results.result_file import ResultPart
 _QUARTILE = 0.6745 / 1.6449
 
 
-class Forecast(ResultPart):
+class PassForecast(ResultPart):
     """What the next pass is expected to leave [m], noise of the measurement taken off.
 
     Attributes:

@@ -25,8 +25,8 @@ class LearnedParameterResult(ResultPart):
     factor: float
     factor_low: float
     factor_high: float
-    told: bool
-    matters: bool
+    identifiable: bool
+    significant: bool
     effect_m: float
     reason: str
 

@@ -26,7 +26,7 @@ class Replay:
     tools: tuple[Deviation, ...]
 
 
-class Outlook(ResultPart):
+class WorstReplay(ResultPart):
     """The worst of all replays of a command, beside what the uncorrected one leaves.
 
     Attributes:
@@ -44,7 +44,7 @@ class Outlook(ResultPart):
     nothing_less_constant: float
 
     @classmethod
-    def of(cls, before: Deviation, replays: Sequence[Replay]) -> Outlook | None:
+    def of(cls, before: Deviation, replays: Sequence[Replay]) -> WorstReplay | None:
         """Return the outlook; None where nothing was replayed.
 
         Args:
@@ -87,7 +87,7 @@ class Outlook(ResultPart):
         return (
             f"This command may be WORSE THAN NONE: on robots and under forces that hardly differ it"
             f" leaves {figures}. Measure the force and the gears' backlash more exactly, or place the"
-            " part where gears keep their flank (elastic-robot place)."
+            " part where no gear reverses (elastic-robot place)."
         )
 
 

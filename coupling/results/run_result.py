@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from coupling.path.deviation import Deviation, ToolGap
-from coupling.results.forecast import Forecast
-from coupling.results.outlook import Outlook
+from coupling.results.forecast import PassForecast
+from coupling.results.outlook import WorstReplay
 from coupling.results.result_file import ResultFile, ResultPart
 
 Kind = Literal["couple", "compensate"]
@@ -72,8 +72,8 @@ class PlantResult(ResultPart):
     coupling: PlantCouplingResult | None
 
 
-class FlankChangeResult(ResultPart):
-    """Passage of a gear through its play."""
+class ReversalResult(ResultPart):
+    """Passage of a gear through its backlash."""
 
     robot: str
     joint: int
@@ -91,8 +91,8 @@ class GearResult(ResultPart):
     robot: str | None = None
     joint: int
     backlash_rad: float
-    flank_changes: int
-    floats_s: float
+    backlash_reversals: int
+    in_backlash_s: float
     margin_Nm: float
     backlash_20_percent_m: float
     torque_Nm: float
@@ -144,7 +144,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-class BeatResult(ResultPart):
+class ToothPassingResult(ResultPart):
     """What a process that beats leaves, slow part and ripple apart."""
 
     period_s: float
@@ -165,7 +165,7 @@ class EvaluationResult(ResultPart):
     worst_time_s: float
 
 
-class PassResult(ResultPart):
+class IterationResult(ResultPart):
     """One pass of a correction; the steps are of one that corrects sample by sample."""
 
     sparse: ClassVar = (
@@ -236,15 +236,15 @@ class RunResult(ResultFile):
     peak_force_N: float
     shares_m: SharesResult
     robustness: tuple[ReplayResult, ...]
-    outlook: Outlook | None = None
-    forecast: Forecast | None = None
+    outlook: WorstReplay | None = None
+    forecast: PassForecast | None = None
     plant: PlantResult | None
-    flank_changes: tuple[FlankChangeResult, ...] | None
+    backlash_reversals: tuple[ReversalResult, ...] | None
     gears: tuple[GearResult, ...]
     command: CommandResult
     pinch_gap_m: GapResult | None = None
-    beat: BeatResult | None
-    passes: tuple[PassResult, ...]
+    tooth_passing: ToothPassingResult | None
+    passes: tuple[IterationResult, ...]
     warnings: tuple[WarningResult, ...] = ()
     rate_warnings: tuple[str, ...]
     remarks: tuple[str, ...] = ()
@@ -266,6 +266,6 @@ class RunResult(ResultFile):
         return (self.deviation_before_m, self.deviation_after_m)[: len(self.stages)]
 
     @property
-    def changes(self) -> tuple[FlankChangeResult, ...]:
-        """Passages of gears through their play; none where the method does not know them."""
-        return self.flank_changes or ()
+    def changes(self) -> tuple[ReversalResult, ...]:
+        """Passages of gears through their backlash; none where the method does not know them."""
+        return self.backlash_reversals or ()

@@ -8,14 +8,14 @@ from typing import Protocol
 import numpy as np
 
 from coupling.events import Watch, unwatched
-from coupling.inverse.inversion import Wanted
+from coupling.inverse.inversion import DesiredMotion
 from coupling.path.controller import Controller
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.robot.moving import Inverter
-from coupling.robot.robot import Inverse, LimitWarning, SimulatedRobot
+from coupling.robot.robot import InverseCommand, LimitWarning, SimulatedRobot
 from coupling.robot.touch_off import TouchOff
 from elastic_robot.fmi.interface import Mode
 
@@ -149,7 +149,7 @@ class Cell:
         controller: Controller,
         goal: float,
         watch: Watch = unwatched,
-    ) -> Inverse:
+    ) -> InverseCommand:
         """Return the commands that keep the moving robots' tools on their paths.
 
         Raises:
@@ -163,14 +163,16 @@ class Cell:
         ):
             assert member.inverter is not None
             loads = load.transformed(member.world_from_base.inverse())
-            wanted = Wanted(member.model_path(tool), own, loads)
+            wanted = DesiredMotion(member.model_path(tool), own, loads)
             found.append(member.inverter.invert(wanted, controller, goal, watch))
         changes = [
             replace(change, robot=self._name(member))
             for member, inverse in zip(self.members, found, strict=True)
-            for change in inverse.flank_changes
+            for change in inverse.backlash_reversals
         ]
-        return Inverse(JointPath.of_robots([inverse.joints for inverse in found]), tuple(changes))
+        return InverseCommand(
+            JointPath.of_robots([inverse.joints for inverse in found]), tuple(changes)
+        )
 
     def _name(self, member: Member) -> str:
         """Return the name of a robot where there are several."""

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.events import Progress, Watch
-from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
+from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.polish import Polish
-from coupling.inverse.polish_step import Seen, View, Watched
+from coupling.inverse.polish_step import Observation, ObservedTimes, RobotResponse
 from coupling.inverse.response import AlongMotion
 from coupling.inverse.spline import UniformSpline
 from coupling.path.controller import Controller
 from coupling.path.interpolation import SampledPath
 from coupling.path.linear import interpolated
-from coupling.robot.robot import FlankChange, Inverse
+from coupling.robot.robot import BacklashReversal, InverseCommand
 from coupling.robot.robot_fmu import RobotFmu
 
 # Longest distance of the times at which the simulated tool is watched [s].
@@ -37,7 +37,9 @@ class Inverter:
     simulated: RobotFmu
     simulations: int = 300
 
-    def invert(self, wanted: Wanted, controller: Controller, goal: float, watch: Watch) -> Inverse:
+    def invert(
+        self, wanted: DesiredMotion, controller: Controller, goal: float, watch: Watch
+    ) -> InverseCommand:
         """Return the command that keeps the tool on its path, in the base frame of the robot.
 
         Args:
@@ -60,23 +62,23 @@ class Inverter:
         loads = wanted.wrench.refined(fine.time)
         coordinates = self.moving.model.chain.elastic_count
         start, end = float(fine.time[0]), float(fine.time[-1])
-        watched = Watched(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
+        watched = ObservedTimes(start, _WATCHED, int((end - start) / _WATCHED + 1e-9) + 1)
         times = watched.times(range(watched.count))
 
         def even(rows: np.ndarray) -> np.ndarray:
             return interpolated(times, fine.time, rows)
 
-        def seen(command: UniformSpline) -> Seen:
+        def seen(command: UniformSpline) -> RobotResponse:
             joints = joint_path(command)
             path, deflection = self.simulated.deflected(joints, loads, coordinates)
-            return Seen(even(path.deviation_from(fine)[0]), even(deflection))
+            return RobotResponse(even(path.deviation_from(fine)[0]), even(deflection))
 
         motion = AlongMotion(self.moving.model, self.moving.curve, found.links.theta, found.wrench)
-        view = View(motion, limits, watched)
+        view = Observation(motion, limits, watched)
         command = Polish(view, seen, goal, self.simulations).run(found.command)
         joints = self.moving.model.gear_joint
         changes = [
-            FlankChange(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
+            BacklashReversal(int(joints[c.gear]) + 1, c.begins, c.ends, c.side_before, c.side_after)
             for c in found.crossings
         ]
-        return Inverse(joint_path(command), tuple(changes))
+        return InverseCommand(joint_path(command), tuple(changes))

@@ -58,13 +58,14 @@ class LimitWarning:
 
 
 @dataclass(frozen=True)
-class FlankChange:
-    """A gear passes through its play: a wrong backlash would show here.
+class BacklashReversal:
+    """A gear passes through its backlash: a wrong backlash would show here.
 
     Attributes:
         joint: Number, from 1.
         begins, ends: Time at which it leaves one flank and reaches the next [s].
-        before, after: These flanks, -1 or 1; 0 at the ends of a path that begins or ends in the play.
+        before, after: These flanks, -1 or 1; 0 at the ends of a path that begins or ends in the
+            backlash.
         robot: Name of the robot in a cell of several.
     """
 
@@ -77,16 +78,16 @@ class FlankChange:
 
 
 @dataclass(frozen=True)
-class Inverse:
+class InverseCommand:
     """Commands that keep the moving robots' tools on their paths.
 
     Attributes:
         joints: Motion of the drives, in the rows to send to the robots.
-        flank_changes: Passages of gears through their play, by robot, joint and time.
+        backlash_reversals: Passages of gears through their backlash, by robot, joint and time.
     """
 
     joints: JointPath
-    flank_changes: tuple[FlankChange, ...] = ()
+    backlash_reversals: tuple[BacklashReversal, ...] = ()
 
 
 class SimulatedRobot(Protocol):
@@ -128,7 +129,7 @@ class Robot(SimulatedRobot, Protocol):
         controller: Controller,
         goal: float,
         watch: Watch = unwatched,
-    ) -> Inverse:
+    ) -> InverseCommand:
         """Return the commands that keep the moving robot's tools on their paths.
 
         Args:

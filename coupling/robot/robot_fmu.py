@@ -17,7 +17,7 @@ from coupling.errors import HostError, SimulationError
 from coupling.events import Progress, Watch, unwatched
 from coupling.files.csv_table import STIFFNESS_COLUMNS
 from coupling.files.scratch import ScratchFolder
-from coupling.fmu.driver import FmuError, Job
+from coupling.fmu.driver import FmuError, SimulationJob
 from coupling.fmu.worker import WorkerEndedError, WorkerProcess, unpack
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from elastic_robot.fingerprint import fingerprint
@@ -181,7 +181,7 @@ class RobotFmu:
         outputs = (*signals.pose, *signals.deflection(coordinates))
         width = len(POSE) + coordinates
         jobs = [
-            Job(
+            SimulationJob(
                 parameters,
                 instants[part],
                 inputs,

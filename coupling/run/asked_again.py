@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.errors import CaseError, ProcessError
-from coupling.events import Said, Warned, Watch
+from coupling.events import ProcessMessage, WarningEvent, Watch
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
-from coupling.process import Answer, Process, ProcessTable
+from coupling.process import Process, ProcessResponse, ProcessTable
 from coupling.process.base import Around
 from coupling.process.repeatability import Repeatability
 from coupling.run.kept_process import checked_process
@@ -26,7 +26,7 @@ _WITHOUT_END = (Outcome.STAGNATED, Outcome.LIMIT_CYCLE, Outcome.DIVERGED, Outcom
 
 
 @dataclass(frozen=True)
-class Asked:
+class ProcessRequest:
     """What a process was asked.
 
     Attributes:
@@ -36,11 +36,11 @@ class Asked:
     """
 
     path: ToolPath
-    answer: Answer
+    answer: ProcessResponse
     seconds: float
 
 
-class LastAsked(Around):
+class RememberedProcess(Around):
     """A process that remembers what it was asked last.
 
     Args:
@@ -49,21 +49,21 @@ class LastAsked(Around):
 
     def __init__(self, process: Process) -> None:
         self.process = process
-        self.last: Asked | None = None
+        self.last: ProcessRequest | None = None
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, and remember both."""
         begin = time.perf_counter()
         answer = self.process.evaluate(path)
         seconds = time.perf_counter() - begin
         if isinstance(self.process, StoredProcess):
             seconds = max(seconds, self.process.seconds(path))
-        self.last = Asked(path, answer, seconds)
+        self.last = ProcessRequest(path, answer, seconds)
         return answer
 
 
 def asked_again(
-    case: Case, asked: Asked | None, found: Correction, watch: Watch
+    case: Case, asked: ProcessRequest | None, found: Correction, watch: Watch
 ) -> Repeatability | None:
     """Return how a second answer to the last path differs, where the method came to no end.
 
@@ -83,11 +83,11 @@ def asked_again(
     process = _anew(case, watch)
     if process is None:
         return None
-    watch(Said("the last path is evaluated again: does the process answer alike?"))
+    watch(ProcessMessage("the last path is evaluated again: does the process answer alike?"))
     try:
         return Repeatability.of(asked.answer, process.evaluate(asked.path))
     except ProcessError as error:
-        watch(Warned(f"asked for the last path again, the process failed: {error}"))
+        watch(WarningEvent(f"asked for the last path again, the process failed: {error}"))
         return None
 
 

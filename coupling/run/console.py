@@ -12,22 +12,22 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from coupling import events
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.events import Event
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.path.deviation import Deviation, ToolGap, measure
 from coupling.path.histories import ToolPath
 from coupling.results.outlook import Replay
 from coupling.results.run_result import GapResult
-from coupling.robot.robot import FlankChange
-from coupling.run.beat import beat_parts
+from coupling.robot.robot import BacklashReversal
 from coupling.run.deviations import Deviations
+from coupling.run.execute import Run, RunBegins
 from coupling.run.figures import outlook_of
-from coupling.run.plant import OnPlant
-from coupling.run.study import Run, RunBegins
-from coupling.solve.correction import HOW, Pass, Refined
+from coupling.run.plant import PlantReplay
+from coupling.run.tooth_passing import tooth_passing_parts
+from coupling.solve.correction import HOW, CorrectionIteration, RefinedTimes
 from coupling.solve.fixed_point import Evaluated, Evaluation
-from coupling.store import Waits
+from coupling.store import WaitingForOther
 
 _HEADER = (
     f"{'eval':>5} {'path change max':>16} {'rms':>10} {'force change':>13} {'deviation':>11}\n"
@@ -73,20 +73,20 @@ class RunView:
         match event:
             case events.Progress():
                 self._working(event)
-            case events.Said(line):
+            case events.ProcessMessage(line):
                 self._said(f"process: {line}")
-            case Waits(text):
+            case WaitingForOther(text):
                 self._print(text)
-            case events.Warned(text):
+            case events.WarningEvent(text):
                 self._print(f"Warning: {text}", "yellow")
             case RunBegins(desired):
                 self._desired = desired
                 self._print(_HEADER, "bold")
-            case Refined(desired):
+            case RefinedTimes(desired):
                 self._desired = desired
             case Evaluated(evaluation, path):
                 self._evaluated(evaluation, path)
-            case Pass():
+            case CorrectionIteration():
                 self._passed(event)
 
     def _working(self, work: events.Progress) -> None:
@@ -113,7 +113,7 @@ class RunView:
             f" {1e6 * evaluation.path_change_rms:>10.4f} {force:>13} {1e6 * deviation:>11.3f}"
         )
 
-    def _passed(self, finished: Pass) -> None:
+    def _passed(self, finished: CorrectionIteration) -> None:
         text = f"      pass {finished.number}: deviation max {_um(finished.deviation.maximum)}"
         text += f", rms {_um(finished.deviation.rms)}"
         correction = finished.correction
@@ -172,8 +172,8 @@ def print_summary(
         lines.insert(0, f"{run.forecast.sentence}.")
     if run.plant is not None:
         lines += _of_plant(run.plant)
-    if found.flank_changes:
-        lines.append(_of_gears(found.flank_changes, run.robustness))
+    if found.backlash_reversals:
+        lines.append(_of_gears(found.backlash_reversals, run.robustness))
     lines += [
         line
         for name, gears in zip(run.robots, run.gears, strict=True)
@@ -181,12 +181,13 @@ def print_summary(
     ]
     if run.gap is not None:
         lines += _of_cell(run, run.gap, compensated)
-    parts = beat_parts(run)
+    parts = tooth_passing_parts(run)
     if parts is not None:
         slow = max(part.largest_slow for part in parts)
         ripple = max(part.largest_ripple for part in parts)
         lines.append(
-            f"The process beats: the slow part of the deviation is at most {_um(slow)}, the ripple"
+            f"The force repeats with every tooth: the slow part of the deviation is at most"
+            f" {_um(slow)}, the ripple"
             f" around it {_um(ripple)}."
         )
     taken = f", {from_store} of them from the store" if from_store else ""
@@ -218,7 +219,7 @@ def _of_other_robots(replays: Sequence[Replay]) -> list[str]:
     ]
 
 
-def _of_plant(plant: OnPlant) -> list[str]:
+def _of_plant(plant: PlantReplay) -> list[str]:
     """Return what the command leaves on the plant."""
     what = ", ".join(plant.differences) or "no difference"
     if plant.coupling is None:
@@ -230,8 +231,8 @@ def _of_plant(plant: OnPlant) -> list[str]:
     return lines + ([f"  Warning: {plant.remark}"] if plant.remark else [])
 
 
-def _of_gears(changes: Sequence[FlankChange], replays: Sequence[Replay]) -> str:
-    """Return how often which gear passes through its play, and what a wrong one leaves."""
+def _of_gears(changes: Sequence[BacklashReversal], replays: Sequence[Replay]) -> str:
+    """Return how often which gear passes through its backlash, and what a wrong one leaves."""
     counts = Counter((change.robot, change.joint) for change in changes)
     each = ", ".join(
         f"{f'{robot} ' if robot else ''}joint {joint}: {count}"
@@ -240,7 +241,7 @@ def _of_gears(changes: Sequence[FlankChange], replays: Sequence[Replay]) -> str:
     left = [own.deviation.maximum for own in replays if own.name.startswith("backlash")]
     much = f", by up to {_um(max(left))} where all are 20 % off" if left else ""
     return (
-        f"Gears pass through their play {len(changes)} times ({each}): a wrong backlash would show"
+        f"Gears pass through their backlash {len(changes)} times ({each}): a wrong backlash would show"
         f" there{much}."
     )
 
@@ -258,13 +259,15 @@ def gear_lines(gears: Sequence[GearDiagnosis], robot: str = "") -> list[str]:
     for gear in gears:
         if not gear.at_risk:
             continue
-        kept = f"; {gear.bias:.0f} N m would keep it" if gear.bias else ""
+        kept = f"; {gear.bias:.0f} N m of preload would avoid them" if gear.bias else ""
         if gear.base_tilt is not None:
             kept += f", or a base tilted by {np.rad2deg(gear.base_tilt.angle):.1f} deg"
-        floats = f", floats for {gear.floats:.1f} s" if gear.floats else ""
+        unloaded = (
+            f", {gear.in_backlash:.1f} s unloaded in its backlash" if gear.in_backlash else ""
+        )
         lines.append(
-            f"  {f'{robot} ' if robot else ''}joint {gear.joint}: {gear.changes} changes of its flank"
-            f"{floats}; a backlash 20 % off would be {_um(gear.miss)} at the tool at rest{kept}"
+            f"  {f'{robot} ' if robot else ''}joint {gear.joint}: {gear.changes} backlash reversals"
+            f"{unloaded}; a backlash 20 % off would be {_um(gear.miss)} at the tool at rest{kept}"
         )
     return lines
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import ToolPath
-from coupling.run.study import Run
+from coupling.run.execute import Run
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.path.histories import WrenchHistory
 from coupling.process.milling_force import MillingForceTable
 
 
 @dataclass(frozen=True)
-class Expected:
+class UsualRange:
     """Range in which a value usually is.
 
     Attributes:
@@ -39,55 +39,55 @@ _EDGE = "of an edge: sharp in plastics at the lower end, worn in steel at the up
 # What is usual, by the table of the resolved case and its key; "joint" is the robots' files, "milling"
 # and "answer" are what follows from a case.
 EXPECTED = {
-    "process.tensile_strength_Pa": Expected(
+    "process.tensile_strength_Pa": UsualRange(
         3e7, 2.5e9, "Pa", "metal sheet, from soft aluminium to press-hardened steel"
     ),
-    "process.strength_Pa": Expected(2e7, 3e9, "Pa", "factor of the hardening laws of metals"),
-    "process.youngs_modulus_Pa": Expected(1e9, 4.2e11, "Pa", "from plastics to tungsten"),
-    "process.sheet_thickness_m": Expected(5e-5, 1e-2, "m", _SHEET),
-    "process.tool_diameter_m": Expected(1e-3, 0.1, "m", _TOOL),
-    "support.tool_diameter_m": Expected(1e-3, 0.1, "m", _TOOL),
-    "support.gap_m": Expected(5e-5, 2e-2, "m", "one or two thicknesses of a sheet"),
-    "process.step_down_m": Expected(2e-5, 5e-3, "m", _STEP),
-    "process.penetration_stiffness_N_m": Expected(
+    "process.strength_Pa": UsualRange(2e7, 3e9, "Pa", "factor of the hardening laws of metals"),
+    "process.youngs_modulus_Pa": UsualRange(1e9, 4.2e11, "Pa", "from plastics to tungsten"),
+    "process.sheet_thickness_m": UsualRange(5e-5, 1e-2, "m", _SHEET),
+    "process.tool_diameter_m": UsualRange(1e-3, 0.1, "m", _TOOL),
+    "support.tool_diameter_m": UsualRange(1e-3, 0.1, "m", _TOOL),
+    "support.gap_m": UsualRange(5e-5, 2e-2, "m", "one or two thicknesses of a sheet"),
+    "process.step_down_m": UsualRange(2e-5, 5e-3, "m", _STEP),
+    "process.penetration_stiffness_N_m": UsualRange(
         1e3, 1e8, "N/m", "sheet under a tool; 1.2e5 is 1 mm of soft aluminium", or_none=True
     ),
-    "process.pinch_stiffness_N_m": Expected(
+    "process.pinch_stiffness_N_m": UsualRange(
         1e3, 1e9, "N/m", "sheet between two tools", or_none=True
     ),
-    "process.stiffness_N_m": Expected(
+    "process.stiffness_N_m": UsualRange(
         1e2, 1e10, "N/m", "from a foam to a block of steel", or_none=True
     ),
-    "process.cutter_diameter_m": Expected(1e-4, 0.3, "m", "end mills and face mills"),
-    "process.spindle_speed_rpm": Expected(100.0, 2e5, "1/min", "spindles for milling"),
-    "process.K_tc_Pa": Expected(2e7, 1e10, "Pa", f"coefficients {_CUTTING}"),
-    "process.K_rc_Pa": Expected(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
-    "process.K_ac_Pa": Expected(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
-    "process.K_te_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
-    "process.K_re_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
-    "process.K_ae_N_m": Expected(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
-    "tool_path.feed_m_s": Expected(
+    "process.cutter_diameter_m": UsualRange(1e-4, 0.3, "m", "end mills and face mills"),
+    "process.spindle_speed_rpm": UsualRange(100.0, 2e5, "1/min", "spindles for milling"),
+    "process.K_tc_Pa": UsualRange(2e7, 1e10, "Pa", f"coefficients {_CUTTING}"),
+    "process.K_rc_Pa": UsualRange(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
+    "process.K_ac_Pa": UsualRange(1e6, 1e10, "Pa", f"coefficients {_CUTTING}", or_none=True),
+    "process.K_te_N_m": UsualRange(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "process.K_re_N_m": UsualRange(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "process.K_ae_N_m": UsualRange(1e2, 1e6, "N/m", f"coefficients {_EDGE}", or_none=True),
+    "tool_path.feed_m_s": UsualRange(
         2e-4, 2.0, "m/s", "feeds of forming, milling and measuring with robots"
     ),
-    "tool_path.rapid_m_s": Expected(1e-3, 4.0, "m/s", "what robots reach between cuts"),
-    "tool_path.step_down_m": Expected(2e-5, 5e-3, "m", _STEP),
-    "tool_path.depth_m": Expected(1e-4, 0.5, "m", "depth of formed parts"),
-    "joint.stiffness": Expected(
+    "tool_path.rapid_m_s": UsualRange(1e-3, 4.0, "m/s", "what robots reach between cuts"),
+    "tool_path.step_down_m": UsualRange(2e-5, 5e-3, "m", _STEP),
+    "tool_path.depth_m": UsualRange(1e-4, 0.5, "m", "depth of formed parts"),
+    "joint.stiffness": UsualRange(
         1e3, 2e8, "N m/rad", "from gears of small arms to those of the heaviest robots"
     ),
-    "joint.tilt.stiffness": Expected(
+    "joint.tilt.stiffness": UsualRange(
         1e3, 1e9, "N m/rad", "bearings and links, from small arms to the heaviest robots"
     ),
-    "joint.backlash": Expected(
+    "joint.backlash": UsualRange(
         1e-6, 3e-3, "rad", "half a backlash of up to 20 arc minutes", or_none=True
     ),
-    "milling.axial_depth": Expected(
+    "milling.axial_depth": UsualRange(
         0.0, 2.0, "diameters of the cutter", "slots to about one deep, walls to two"
     ),
-    "milling.feed_per_tooth": Expected(
+    "milling.feed_per_tooth": UsualRange(
         2e-6, 1.5e-3, "m", "less than the radius of an edge rubs, more breaks it"
     ),
-    "answer.peak_force": Expected(
+    "answer.peak_force": UsualRange(
         0.5, 5e4, "N", "forces on a robot's tool; the heaviest robots carry 23 kN", or_none=True
     ),
 }

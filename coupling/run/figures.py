@@ -12,31 +12,31 @@ from coupling.path.deviation import Deviation
 from coupling.process.noise_filter import AdaptiveLowPass
 from coupling.process.repeatability import Repeatability
 from coupling.process.smoothing import ForceNoise
-from coupling.results.outlook import Outlook
+from coupling.results.outlook import WorstReplay
 from coupling.results.run_result import (
-    BeatResult,
     CommandResult,
     DriveResult,
     EvaluationResult,
-    FlankChangeResult,
     GapResult,
     GearResult,
+    IterationResult,
     NoiseResult,
-    PassResult,
     PlantCouplingResult,
     PlantResult,
     RepeatabilityResult,
     ReplayResult,
+    ReversalResult,
     RobotResult,
     RunResult,
     SharesResult,
+    ToothPassingResult,
     WarningResult,
 )
-from coupling.run.beat import beat_parts
 from coupling.run.deviations import Deviations
-from coupling.run.plant import OnPlant
-from coupling.run.study import Run
-from coupling.solve.correction import Pass
+from coupling.run.execute import Run
+from coupling.run.plant import PlantReplay
+from coupling.run.tooth_passing import tooth_passing_parts
+from coupling.solve.correction import CorrectionIteration
 from coupling.solve.fixed_point import Evaluation
 
 _PACKAGES = ("elastic-robot-fmu", "fmpy", "numpy", "pin", "pythonfmu", "scipy")
@@ -94,11 +94,11 @@ def figures_of(
         outlook=outlook_of(run, deviations.before),
         forecast=run.forecast,
         plant=_plant(run.plant, tool),
-        flank_changes=_flank_changes(run, tool),
+        backlash_reversals=_backlash_reversals(run, tool),
         gears=_gears(run, tool),
         command=_command(run, tool),
         pinch_gap_m=None if run.gap is None or tool is not None else GapResult.of(run.gap),
-        beat=_beat(run, tool),
+        tooth_passing=_tooth_passing(run, tool),
         passes=tuple(_pass_figures(entry) for entry in found.passes),
         warnings=tuple(
             WarningResult(**asdict(own) | {"robot": own.robot or run.robots[0]}, text=str(own))
@@ -113,7 +113,7 @@ def figures_of(
     )
 
 
-def outlook_of(run: Run, before: Deviation) -> Outlook | None:
+def outlook_of(run: Run, before: Deviation) -> WorstReplay | None:
     """Return what to expect on a robot that is none of the model's own.
 
     Args:
@@ -123,7 +123,7 @@ def outlook_of(run: Run, before: Deviation) -> Outlook | None:
     Returns:
         None where nothing was replayed, and of a robot that was measured, of which the forecast tells.
     """
-    return None if run.forecast is not None else Outlook.of(before, run.robustness)
+    return None if run.forecast is not None else WorstReplay.of(before, run.robustness)
 
 
 def _repeatability(found: Repeatability | None) -> RepeatabilityResult | None:
@@ -144,14 +144,14 @@ def _noise(noise: ForceNoise | None) -> NoiseResult | None:
     )
 
 
-def _beat(run: Run, tool: int | None) -> BeatResult | None:
-    """Return what a process that beats leaves, slow part and ripple apart; None where none does."""
-    parts, period = beat_parts(run), run.correction.answer.period
+def _tooth_passing(run: Run, tool: int | None) -> ToothPassingResult | None:
+    """Return what a periodic process leaves, slow part and ripple apart; None where none does."""
+    parts, period = tooth_passing_parts(run), run.correction.answer.period
     if parts is None or period is None:
         return None
     own = parts if tool is None else [parts[tool]]
     walls = np.array([[part.lowest.min(axis=0), part.highest.max(axis=0)] for part in own])
-    return BeatResult(
+    return ToothPassingResult(
         period_s=period,
         slow_m=max(part.largest_slow for part in own),
         ripple_m=max(part.largest_ripple for part in own),
@@ -162,7 +162,7 @@ def _beat(run: Run, tool: int | None) -> BeatResult | None:
     )
 
 
-def _plant(plant: OnPlant | None, tool: int | None) -> PlantResult | None:
+def _plant(plant: PlantReplay | None, tool: int | None) -> PlantResult | None:
     """Return what the command leaves on the plant; None where the case has none."""
     if plant is None:
         return None
@@ -185,13 +185,13 @@ def _plant(plant: OnPlant | None, tool: int | None) -> PlantResult | None:
     )
 
 
-def _flank_changes(run: Run, tool: int | None) -> tuple[FlankChangeResult, ...] | None:
-    """Return the passages of gears through their play; None where the method does not know them."""
-    changes = run.correction.flank_changes
+def _backlash_reversals(run: Run, tool: int | None) -> tuple[ReversalResult, ...] | None:
+    """Return the passages of gears through their backlash; None where the method does not know them."""
+    changes = run.correction.backlash_reversals
     if changes is None:
         return None
     return tuple(
-        FlankChangeResult(
+        ReversalResult(
             robot=change.robot or run.robots[0],
             joint=change.joint,
             begins_s=change.begins,
@@ -229,8 +229,8 @@ def gear_figures(
         robot=robot,
         joint=gear.joint,
         backlash_rad=gear.backlash,
-        flank_changes=gear.changes,
-        floats_s=gear.floats,
+        backlash_reversals=gear.changes,
+        in_backlash_s=gear.in_backlash,
         margin_Nm=gear.margin,
         backlash_20_percent_m=gear.miss,
         torque_Nm=gear.torque,
@@ -263,9 +263,9 @@ def _command(run: Run, tool: int | None) -> CommandResult:
     return CommandResult(rows=len(run.correction.joints.time), drives=drives)
 
 
-def _pass_figures(entry: Pass) -> PassResult:
+def _pass_figures(entry: CorrectionIteration) -> IterationResult:
     own = entry.correction
-    return PassResult(
+    return IterationResult(
         number=entry.number,
         deviation_m=entry.deviation,
         largest_correction_step_m=None if own is None else own.largest_step,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.errors import ResultError
 from coupling.files.csv_table import (
     ANCHOR_COLUMNS,
@@ -17,10 +17,10 @@ from coupling.files.csv_table import (
     write_table,
 )
 from coupling.results.run_result import RunResult
+from coupling.run.execute import Run, other_mode
 from coupling.run.figures import figures_of
 from coupling.run.robots import drawn_robots
 from coupling.run.stored_run import ANCHOR, GAP, GAP_COLUMNS, PLANT, RESULT, workpiece_file
-from coupling.run.study import Run, other_mode
 
 
 def write_run(folder: Path, case: Case, run: Run) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from coupling.case import PlacedRobot
+from coupling.case.file import PlacedRobot
 from coupling.inverse.diagnosis import GearDiagnosis, diagnose
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 
@@ -35,13 +35,13 @@ def diagnose_robots(
 
 def wanted_of(
     robots: Sequence[PlacedRobot], desired: ToolPath, wrench: WrenchHistory
-) -> tuple[Wanted, ...]:
+) -> tuple[DesiredMotion, ...]:
     """Return path, joint angles and wrench of every robot, axes of its base; as `diagnose_robots`."""
     found = []
     for placed, path, load in zip(robots, desired.tools, wrench.tools, strict=True):
         own = path.transformed(placed.world_from_base.inverse())
         rigid = InverseKinematics(placed.description, placed.home).plan(own)
-        found.append(Wanted(own, rigid, load.transformed(placed.world_from_base.inverse())))
+        found.append(DesiredMotion(own, rigid, load.transformed(placed.world_from_base.inverse())))
     return tuple(found)
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.events import Watch, unwatched
 from coupling.process import Process, ProcessTable
 from coupling.process.checked import CheckedProcess
-from coupling.process.retried import Retried
+from coupling.process.retried import RetriedProcess
 from coupling.store import Store, StoredProcess
 
 
@@ -21,7 +21,7 @@ def checked_process(case: Case, watch: Watch = unwatched) -> Process:
     """
     table = case.process_table
     retries = table.retries if isinstance(table, ProcessTable) else 0
-    return Retried(CheckedProcess(case.process, _name(case)), 1 + retries, watch)
+    return RetriedProcess(CheckedProcess(case.process, _name(case)), 1 + retries, watch)
 
 
 def kept_process(case: Case, store: Path | None, watch: Watch = unwatched) -> StoredProcess:

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case import Case, PlacedRobot
+from coupling.case.file import Case, PlacedRobot
 from coupling.errors import ProcessError, SimulationError
 from coupling.events import Watch
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process.base import Answer, Process
+from coupling.process.base import Process, ProcessResponse
 from coupling.robot.cell import Cell
-from coupling.robot.difference import Difference, Plant
+from coupling.robot.mismatch import ModelMismatch, Plant
 from coupling.run.models import Models
 from coupling.run.robustness import differing
 from coupling.solve.correction import Correction
@@ -22,7 +22,7 @@ from coupling.solve.fixed_point import Coupling, Loop, couple
 
 
 @dataclass(frozen=True)
-class Forced:
+class ScaledProcess:
     """A process whose wrench is another one's, times a factor.
 
     Attributes:
@@ -39,7 +39,7 @@ class Forced:
         own = self.process.identity
         return own and f"{own} times {self.factor!r}"
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return its answer to a path, times the factor."""
         answer = self.process.evaluate(path)
         stiffness = None if answer.stiffness is None else self.factor * answer.stiffness
@@ -47,7 +47,7 @@ class Forced:
 
 
 @dataclass(frozen=True)
-class OnPlant:
+class PlantReplay:
     """What a command leaves on the plant.
 
     Attributes:
@@ -81,7 +81,7 @@ def plant_cell(cell: Cell, plant: Plant, models: Models) -> Cell:
     return differing(cell, simulated, differences, "the plant's parameters")
 
 
-def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnPlant:
+def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> PlantReplay:
     """Run a command as written on moving robots and under a load that differ from the model.
 
     Args:
@@ -108,7 +108,7 @@ def run_on_plant(case: Case, cell: Cell, found: Correction, watch: Watch) -> OnP
     except SimulationError as error:
         raise SimulationError(f"plant: {error}") from error
     said = in_words(case.plant, case.robots)
-    return OnPlant(said, found.desired, path, loads.on(path), coupling, remark)
+    return PlantReplay(said, found.desired, path, loads.on(path), coupling, remark)
 
 
 def coupled_on(
@@ -130,7 +130,7 @@ def coupled_on(
     """
     loop = Loop(
         cell,
-        Forced(case.process, force),
+        ScaledProcess(case.process, force),
         "dynamic",
         case.coupling.new_scheme(),
         case.coupling.tolerance(),
@@ -163,7 +163,7 @@ def in_words(plant: Plant, robots: Sequence[PlacedRobot]) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _of_difference(difference: Difference) -> list[str]:
+def _of_difference(difference: ModelMismatch) -> list[str]:
     phrases = []
     for name in ("stiffness", "damping", "backlash"):
         factors = getattr(difference, name)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import Case, PlacedRobot
+from coupling.case.file import Case, PlacedRobot
 from coupling.files.robot_file import find_robot, robot_numbers
 from coupling.files.sources import Number, by_source
 from coupling.results.run_result import RobotResult, TouchOffResult
 from coupling.robot.links import link_points
-from coupling.run.study import Run
+from coupling.run.execute import Run
 from elastic_robot.errors import ElasticRobotError
 
 

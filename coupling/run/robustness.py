@@ -10,14 +10,14 @@ import numpy as np
 from coupling.path.deviation import measure
 from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
-from coupling.robot.difference import AS_THE_MODEL, Difference
+from coupling.robot.mismatch import AS_THE_MODEL, ModelMismatch
 from coupling.robot.robot_fmu import ChangedRobot, RobotFmu
 from coupling.solve.correction import Correction
 from elastic_robot.description import Robot
 
 
 @dataclass(frozen=True)
-class Variation:
+class RobotVariation:
     """Robots and a load that differ from the model, all robots alike.
 
     Attributes:
@@ -26,22 +26,22 @@ class Variation:
         force: Factor of the wrench.
 
     Example:
-        >>> Variation("force +5 %", force=1.05).difference is AS_THE_MODEL
+        >>> RobotVariation("force +5 %", force=1.05).difference is AS_THE_MODEL
         True
     """
 
     name: str
-    difference: Difference = AS_THE_MODEL
+    difference: ModelMismatch = AS_THE_MODEL
     force: float = 1.0
 
 
 VARIATIONS = (
-    Variation("stiffness +2 %", Difference(stiffness=(1.02,))),
-    Variation("stiffness -2 %", Difference(stiffness=(0.98,))),
-    Variation("damping -20 %", Difference(damping=(0.8,))),
-    Variation("backlash +20 %", Difference(backlash=(1.2,))),
-    Variation("backlash -20 %", Difference(backlash=(0.8,))),
-    Variation("force +5 %", force=1.05),
+    RobotVariation("stiffness +2 %", ModelMismatch(stiffness=(1.02,))),
+    RobotVariation("stiffness -2 %", ModelMismatch(stiffness=(0.98,))),
+    RobotVariation("damping -20 %", ModelMismatch(damping=(0.8,))),
+    RobotVariation("backlash +20 %", ModelMismatch(backlash=(1.2,))),
+    RobotVariation("backlash -20 %", ModelMismatch(backlash=(0.8,))),
+    RobotVariation("force +5 %", force=1.05),
 )
 
 
@@ -90,7 +90,7 @@ def replayed(cell: Cell, models: Sequence[SimulatedModel], found: Correction) ->
     return tuple(replays)
 
 
-def changes(models: Sequence[SimulatedModel], differences: Sequence[Difference]) -> bool:
+def changes(models: Sequence[SimulatedModel], differences: Sequence[ModelMismatch]) -> bool:
     """Return whether differences change anything in the models' parameters."""
     pairs = zip(models, differences, strict=True)
     return any(own.parameters(model.robot, model.torque_curve) for model, own in pairs)
@@ -99,7 +99,7 @@ def changes(models: Sequence[SimulatedModel], differences: Sequence[Difference])
 def differing(
     cell: Cell,
     models: Sequence[SimulatedModel],
-    differences: Sequence[Difference],
+    differences: Sequence[ModelMismatch],
     what: str,
 ) -> Cell:
     """Return the cell with robots whose parameters differ from the models'.

@@ -14,14 +14,14 @@ from datetime import datetime
 from pathlib import Path
 
 from coupling.errors import ResultError
-from coupling.events import Event, Warned
+from coupling.events import Event, WarningEvent
 from coupling.files.whole_file import WholeFile
 from coupling.process.base import EVALUATIONS
 from coupling.results.run_state import AnswerResult, RunState
 from coupling.run.figures import evaluation_figures
 from coupling.run.stored_run import RESULT, RUN
 from coupling.solve.fixed_point import Evaluated
-from coupling.store import Answered, Waits
+from coupling.store import StoredAnswer, WaitingForOther
 
 
 def _now() -> str:
@@ -71,15 +71,15 @@ class RunLog:
         content = self._content
         with suppress(OSError):  # a disk that is full meanwhile does not end the run
             match event:
-                case Answered(key, origin, seconds):
+                case StoredAnswer(key, origin, seconds):
                     told = AnswerResult(key=key, origin=origin, seconds=round(seconds, 3))
                     self._write(answers=(*content.answers, told), waiting=None)
                 case Evaluated(evaluation):
                     own = evaluation_figures(evaluation)
                     self._write(evaluations=(*content.evaluations, own))
-                case Waits(text):
+                case WaitingForOther(text):
                     self._write(waiting=text)
-                case Warned(text):
+                case WarningEvent(text):
                     self._write(warnings=(*content.warnings, text))
 
     def finish(self, durations: Mapping[str, float]) -> None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.errors import CaseError, ProcessError, SimulationError
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
 from coupling.path.linear import interpolated
-from coupling.process import Answer, NoisySchema, Process
+from coupling.process import NoisySchema, Process, ProcessResponse
 from coupling.results.outlook import Replay
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
@@ -29,7 +29,7 @@ _PIECES = 4
 
 
 @dataclass(frozen=True)
-class Sampling:
+class SamplingCheck:
     """What the samples of a process leave out.
 
     Attributes:
@@ -50,7 +50,7 @@ class Sampling:
         return [LimitWarning("sampling", self.error, tolerance, self.time)]
 
 
-def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
+def sampling_of(case: Case, cell: Cell, found: Correction) -> SamplingCheck | None:
     """Return what the samples of a process cost a command.
 
     None where nothing acts on the tools, or the path cannot be simulated.
@@ -89,7 +89,7 @@ def sampling_of(case: Case, cell: Cell, found: Correction) -> Sampling | None:
         tuple(measure(own, desired) for own, desired in pairs),
     )
     off = path.distance_to(found.achieved)
-    return Sampling(float(off.max()), float(path.time[off.argmax()]), replay)
+    return SamplingCheck(float(off.max()), float(path.time[off.argmax()]), replay)
 
 
 # Bends of the parabolas through a step and the row before or behind it -> bend of the step.
@@ -158,17 +158,17 @@ def _finer(case: Case, found: Correction, samples: np.ndarray) -> tuple[Process,
     stiffness = found.answer.stiffness
     if stiffness is not None:
         stiffness = interpolated(time, samples, stiffness[None], axis=1)[0]
-    return _Answered(replace(found.answer, wrench=wrench, stiffness=stiffness)), time, 1.0
+    return _RecordedProcess(replace(found.answer, wrench=wrench, stiffness=stiffness)), time, 1.0
 
 
 @dataclass(frozen=True)
-class _Answered:
+class _RecordedProcess:
     """What a process has answered already, as one that answers it to any path."""
 
-    answer: Answer
+    answer: ProcessResponse
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the answer."""
         return self.answer
 

@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 import elastic_robot
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.errors import BuildError, one_of
 from coupling.fmu_export.archive import build_date, write_archive
 from coupling.fmu_export.build import BuildOptions, build_fmu
@@ -22,7 +22,7 @@ from coupling.process.base import MemorylessProcess
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import save_trajectory
 from coupling.run.step_limit import SHORTEST, StepLimit, postures_in_contact
-from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, Structure
+from coupling.run.system_structure import SPRING_UNITS, WRENCH_UNITS, SystemStructure
 from coupling.toolpaths.task import Task
 from elastic_robot.fmi.interface import STEP_SIZE
 
@@ -32,7 +32,7 @@ _TRAJECTORY = "command.npz"
 
 
 @dataclass(frozen=True)
-class System:
+class SspSystem:
     """A case's robot, commanded along the desired path, and its process, ready to be packed.
 
     Attributes:
@@ -52,7 +52,7 @@ class System:
     asked_step: float | None = None
 
     @classmethod
-    def of(cls, case: Case, answer: str = "spring", step: float | None = None) -> System:
+    def of(cls, case: Case, answer: str = "spring", step: float | None = None) -> SspSystem:
         """Prepare a case whose process is memoryless.
 
         Raises:
@@ -168,7 +168,7 @@ class System:
             )
             entries = {f"resources/{f.name}": f.read_bytes() for f in (robot_fmu, process_fmu)}
         first, last = case.desired.time[0], case.desired.time[-1]
-        structure = Structure(
+        structure = SystemStructure(
             case.name,
             robot_fmu.name,
             process_fmu.name,

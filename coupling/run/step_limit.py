@@ -25,7 +25,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from coupling.path.histories import JointPath
-from coupling.process.force_laws import Reaction
+from coupling.process.force_laws import ForceReaction
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
 from elastic_robot.robot import ElasticRobot
@@ -51,7 +51,7 @@ _ROUND = (1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True)
-class Posture:
+class LinearisedPosture:
     """Robot and process at one time of the path, for small deviations.
 
     Attributes:
@@ -88,7 +88,7 @@ class Posture:
 
         Example:
             >>> a, b, c = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))  # a quasi-static robot
-            >>> soft = Posture(0.0, a, b, c, np.array([[1e-4]]), stiffness=np.array([[2e4]]))
+            >>> soft = LinearisedPosture(0.0, a, b, c, np.array([[1e-4]]), stiffness=np.array([[2e4]]))
             >>> round(soft.growth(0.01) ** 2, 3)
             2.0
         """
@@ -115,12 +115,12 @@ class StepLimit:
         touch: Step up to which a late touch adds little energy [s].
     """
 
-    postures: tuple[Posture, ...]
+    postures: tuple[LinearisedPosture, ...]
     lasting: float
     touch: float
 
     @classmethod
-    def of(cls, postures: Sequence[Posture]) -> StepLimit:
+    def of(cls, postures: Sequence[LinearisedPosture]) -> StepLimit:
         """Look for the limits."""
         tries = np.geomspace(SHORTEST, LONGEST, _TRIES)
         lasting = np.inf
@@ -151,7 +151,7 @@ class StepLimit:
         return max((step for step in steps if step <= bound * (1.0 + 1e-9)), default=0.0)
 
 
-def _first_growth(posture: Posture, stable: float, grown: float) -> float:
+def _first_growth(posture: LinearisedPosture, stable: float, grown: float) -> float:
     """Return the step between two at which deviations begin to grow [s]."""
     for _ in range(_BISECTIONS):
         middle = float(np.sqrt(stable * grown))
@@ -163,11 +163,11 @@ def _first_growth(posture: Posture, stable: float, grown: float) -> float:
 
 
 def postures_in_contact(
-    robot: Robot, motion: JointPath, desired: np.ndarray, reaction: Reaction, quasistatic: bool
-) -> tuple[Posture, ...]:
+    robot: Robot, motion: JointPath, desired: np.ndarray, reaction: ForceReaction, quasistatic: bool
+) -> tuple[LinearisedPosture, ...]:
     """Return robot and process around samples of a path at which the process has a stiffness.
 
-    Gears count as engaged: in their play a robot is softer, and what grows there ends at the flanks.
+    Gears count as engaged: in their backlash a robot is softer, and what grows there ends at the flanks.
 
     Args:
         robot: The robot.
@@ -193,7 +193,9 @@ def postures_in_contact(
         if quasistatic:
             a, b, c = np.zeros((0, 0)), np.zeros((0, 6)), np.zeros((3, 0))
         compliance = model.compliance()[:3, :3]
-        found.append(Posture(float(motion.time[k]), a, b[:, :3], c[:3], compliance, stiffness))
+        found.append(
+            LinearisedPosture(float(motion.time[k]), a, b[:, :3], c[:3], compliance, stiffness)
+        )
     return tuple(found)
 
 

@@ -29,7 +29,7 @@ SPRING_UNITS = {
 
 
 @dataclass(frozen=True)
-class Structure:
+class SystemStructure:
     """What a master is told of a system of robot and process.
 
     Attributes:

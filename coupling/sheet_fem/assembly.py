@@ -9,16 +9,16 @@ import numpy as np
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
-from coupling.sheet_fem.cells import Cells, fill_cells
 from coupling.sheet_fem.coarse import CoarseSplines
 from coupling.sheet_fem.compiled import compiled
 from coupling.sheet_fem.contact import Sphere, Surface, press
 from coupling.sheet_fem.edge_elements import add_edge
 from coupling.sheet_fem.element import fill_elements
-from coupling.sheet_fem.rim import Rim
+from coupling.sheet_fem.far_field import CondensedFarField
+from coupling.sheet_fem.interface import Interface
+from coupling.sheet_fem.macro_elements import MacroElements, fill_cells
 from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
-from coupling.sheet_fem.surroundings import Surroundings
 from coupling.sheet_fem.threads import in_threads
 
 
@@ -46,7 +46,7 @@ def _unknowns(
                     residual[row] += force[e, 3 * A + k]
 
 
-class Inside(NamedTuple):
+class BoxForces(NamedTuple):
     """What elements and contact do in a box.
 
     Attributes:
@@ -137,7 +137,7 @@ class Assembler:
 
     def inside(
         self, box: Box, before: SheetState, spheres: tuple[Sphere, ...], after: SheetState
-    ) -> Inside:
+    ) -> BoxForces:
         """Return what elements and contact do in a box that has moved.
 
         Args:
@@ -168,9 +168,9 @@ class Assembler:
         rubs = any(sphere.friction > 0.0 for sphere in spheres)
         band = GeneralBanded if rubs else SymmetricBanded
         tangent = band.of(index, stiffness, unknowns, 3 * (2 * width + 2) + 2)
-        return Inside(index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
+        return BoxForces(index, force, stiffness, residual, tangent, on_tools.sum(axis=1))
 
-    def joined(self, inside: Inside, state: SheetState) -> Assembled:
+    def joined(self, inside: BoxForces, state: SheetState) -> Assembled:
         """Return what acts on a box and, if the state has surroundings, on its rim."""
         unknowns = len(inside.residual)
         if state.around is None:
@@ -180,11 +180,13 @@ class Assembler:
         residual = np.concatenate([inside.residual, at_rim])
         return Assembled(residual, Bordered(inside.tangent, across, among), inside.wrenches)
 
-    def rim(self, box: Box) -> Rim | None:
+    def rim(self, box: Box) -> Interface | None:
         """Return the rim of a box; None for the box of all control points."""
-        return None if box == self.everywhere else Rim.of(self._splines, box, self.free)
+        return None if box == self.everywhere else Interface.of(self._splines, box, self.free)
 
-    def linear(self, rim: Rim, before: SheetState, after: SheetState, limit: float) -> Surroundings:
+    def linear(
+        self, rim: Interface, before: SheetState, after: SheetState, limit: float
+    ) -> CondensedFarField:
         """Return what is outside of a box, made linear where a state has it.
 
         What the state's own surroundings know, and what has hardly bent since, is taken from them.
@@ -201,7 +203,7 @@ class Assembler:
         outside[near[:, 0], near[:, 1]] = False
         nx, ny = self._splines.elements
         whole = outside.reshape(nx, factor, ny, factor).all(axis=(1, 3))
-        cells = Cells.none(nx * ny)
+        cells = MacroElements.none(nx * ny)
         if after.around is not None:
             known = after.around.cells_at(after.at_rim)
             # About another box other elements of a cell lie outside of it.
@@ -217,9 +219,11 @@ class Assembler:
             fill_cells(*given, places[share], *moved, after.plastic, after.stretch)
 
         in_threads(act, len(places))
-        return Surroundings.of(rim, after.points.copy(), cells, whole.ravel())
+        return CondensedFarField.of(rim, after.points.copy(), cells, whole.ravel())
 
-    def _rim(self, state: SheetState, inside: Inside) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _rim(
+        self, state: SheetState, inside: BoxForces
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the residual at the rim and its border of the stiffness."""
         around = state.around
         assert around is not None

@@ -10,7 +10,7 @@ from coupling.sheet_fem.assembly import Assembler
 from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
-from coupling.sheet_fem.rim import Rim
+from coupling.sheet_fem.interface import Interface
 from coupling.sheet_fem.state import SheetState
 
 
@@ -148,7 +148,7 @@ def find_equilibrium(
 
 
 def _made_linear(
-    assemble: Assembler, rim: Rim, before: SheetState, state: SheetState, limit: float
+    assemble: Assembler, rim: Interface, before: SheetState, state: SheetState, limit: float
 ) -> SheetState:
     """Return a state with what is outside of the box made linear there."""
     around = assemble.linear(rim, before, state, limit)

@@ -21,7 +21,7 @@ from coupling.sheet_fem.return_mapping import Metal
 from coupling.sheet_fem.section import CrossSection
 from coupling.sheet_fem.shell import Shell
 from coupling.sheet_fem.state import SheetState
-from coupling.sheet_fem.travel import Travel
+from coupling.sheet_fem.travel import Increment
 
 # Integration points of an element in each direction: the splines are C1, more would only stiffen.
 _POINTS = 2
@@ -219,7 +219,7 @@ class SheetModel:
             moved = found.state.points - state.points
             guess, state, done = None, found.state, target
             if done >= 1.0:
-                return replace(found, state=replace(state, travel=Travel.of(tools, moved)))
+                return replace(found, state=replace(state, travel=Increment.of(tools, moved)))
 
     def reaction(self, found: Equilibrium) -> np.ndarray:
         """Return how the forces answer in an equilibrium [N/m], (3 spheres, 3 spheres)."""

@@ -55,7 +55,7 @@ class Yld91(NamedTuple):
         return cls(*material, (c1, c2, c3, c4, c5, c6), effective_terms(yield_exponent))
 
 
-class Axes(NamedTuple):
+class OrthotropicAxes(NamedTuple):
     """The linear map of stresses to z, and its inverse; `shear` is c6."""
 
     px: float
@@ -70,17 +70,17 @@ class Axes(NamedTuple):
 
 
 @compiled
-def axes_of(metal: Yld91) -> Axes:
+def axes_of(metal: Yld91) -> OrthotropicAxes:
     """Return the map of a metal."""
     c1, c2, c3, _, _, c6 = metal.anisotropy
     px, py = 0.5 * c2, 0.5 * c1
     dx, dy = (2.0 * c3 + c2) / 6.0, -(2.0 * c3 + c1) / 6.0
     over = 1.0 / (px * dy - py * dx)
-    return Axes(px, py, dx, dy, over * dy, -over * py, -over * dx, over * px, c6)
+    return OrthotropicAxes(px, py, dx, dy, over * dy, -over * py, -over * dx, over * px, c6)
 
 
 @compiled
-def compliance(metal: Yld91, axes: Axes) -> Symmetric:
+def compliance(metal: Yld91, axes: OrthotropicAxes) -> Symmetric:
     """Return Hooke's law in z, strain over stress, times Young's modulus."""
     nu = metal.poisson_ratio
     xp, xd, yp, yd = axes.xp, axes.xd, axes.yp, axes.yd
@@ -95,7 +95,7 @@ def compliance(metal: Yld91, axes: Axes) -> Symmetric:
 
 
 @compiled
-def into_axes(axes: Axes, stress: np.ndarray) -> Triple:
+def into_axes(axes: OrthotropicAxes, stress: np.ndarray) -> Triple:
     """Return z of a stress (11, 22, 12)."""
     return Triple(
         axes.px * stress[0] + axes.py * stress[1],
@@ -105,7 +105,7 @@ def into_axes(axes: Axes, stress: np.ndarray) -> Triple:
 
 
 @compiled
-def fill_stress(axes: Axes, z: Triple, stress: np.ndarray) -> None:
+def fill_stress(axes: OrthotropicAxes, z: Triple, stress: np.ndarray) -> None:
     """Fill the stress whose z is given."""
     stress[0] = axes.xp * z.p + axes.xd * z.d
     stress[1] = axes.yp * z.p + axes.yd * z.d
@@ -113,7 +113,7 @@ def fill_stress(axes: Axes, z: Triple, stress: np.ndarray) -> None:
 
 
 @compiled
-def add_strain(axes: Axes, factor: float, strain: Triple, total: np.ndarray) -> None:
+def add_strain(axes: OrthotropicAxes, factor: float, strain: Triple, total: np.ndarray) -> None:
     """Add a strain, given as the conjugate of z, times a factor to one with engineering shear."""
     total[0] += factor * (axes.px * strain.p + axes.dx * strain.d)
     total[1] += factor * (axes.py * strain.p + axes.dy * strain.d)
@@ -121,7 +121,7 @@ def add_strain(axes: Axes, factor: float, strain: Triple, total: np.ndarray) -> 
 
 
 @compiled
-def fill_modulus(axes: Axes, E: float, m: Symmetric, modulus: np.ndarray) -> None:
+def fill_modulus(axes: OrthotropicAxes, E: float, m: Symmetric, modulus: np.ndarray) -> None:
     """Fill the modulus of stress over strain, E m in z."""
     xp, xd, yp, yd = axes.xp, axes.xd, axes.yp, axes.yd
     shear = E / axes.shear

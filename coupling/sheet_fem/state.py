@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from coupling.sheet_fem.surroundings import Surroundings
-from coupling.sheet_fem.travel import Travel
+from coupling.sheet_fem.far_field import CondensedFarField
+from coupling.sheet_fem.travel import Increment
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,6 @@ class SheetState:
     plastic: np.ndarray
     stretch: np.ndarray
     slip: tuple[np.ndarray, ...] = ()
-    around: Surroundings | None = None
+    around: CondensedFarField | None = None
     at_rim: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    travel: Travel | None = None
+    travel: Increment | None = None

@@ -22,7 +22,7 @@ _ASTRAY = 0.2
 _PLUNGE = 0.1
 
 
-class Travel(NamedTuple):
+class Increment(NamedTuple):
     """How a sheet and the tools on it came from one equilibrium to the next.
 
     Attributes:
@@ -36,7 +36,7 @@ class Travel(NamedTuple):
     moved: np.ndarray
 
     @classmethod
-    def of(cls, tools: tuple[Sphere, ...], moved: np.ndarray) -> Travel:
+    def of(cls, tools: tuple[Sphere, ...], moved: np.ndarray) -> Increment:
         """Return how tools came where they are with a sheet whose control points moved [m]."""
         end = _centers(tools)
         return cls(end - np.array([tool.moved for tool in tools]).reshape(-1, 3), end, moved)

@@ -1,9 +1,9 @@
 """The weak coupling, and methods of compensation: tables of the case file that answer `correct`."""
 
 from coupling.files.toml_file import Schema
-from coupling.solve.inverse import Inverse
+from coupling.solve.inverse import InverseCorrection
 from coupling.solve.mirror import Mirror
 
-METHODS: dict[str, type[Schema]] = {"inverse": Inverse, "mirror": Mirror}
+METHODS: dict[str, type[Schema]] = {"inverse": InverseCorrection, "mirror": Mirror}
 
-__all__ = ["METHODS", "Inverse", "Mirror"]
+__all__ = ["METHODS", "InverseCorrection", "Mirror"]

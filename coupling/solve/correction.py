@@ -12,8 +12,8 @@ from coupling.path.controller import on_cycle
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.process.base import Answer
-from coupling.robot.robot import FlankChange, Robot
+from coupling.process.base import ProcessResponse
+from coupling.robot.robot import BacklashReversal, Robot
 from coupling.solve.fixed_point import Evaluation, Loop, couple, told_at, unloaded_path
 from coupling.solve.outcome import Outcome
 
@@ -34,7 +34,7 @@ class SampledCorrection:
 
 
 @dataclass(frozen=True)
-class Pass(Event):
+class CorrectionIteration(Event):
     """One pass of a correction.
 
     Attributes:
@@ -51,7 +51,7 @@ class Pass(Event):
 
 
 @dataclass(frozen=True)
-class Refined(Event):
+class RefinedTimes(Event):
     """The paths that follow are on other times than those of the case.
 
     Attributes:
@@ -70,7 +70,7 @@ HOW: dict[How, str] = {
 
 
 @dataclass(frozen=True)
-class Before:
+class UncorrectedRun:
     """What the robots do where the desired paths are commanded.
 
     Attributes:
@@ -85,7 +85,7 @@ class Before:
     path: ToolPath
     joints: JointPath
     wrench: WrenchHistory
-    answer: Answer | None
+    answer: ProcessResponse | None
     how: How = "coupled"
 
 
@@ -109,23 +109,24 @@ class Correction:
         consistency: Largest distance between the path that the process saw and `achieved` [m].
         passes: The way there.
         evaluations: Number of evaluations of the process, in all.
-        flank_changes: Passages of gears through their play; None where the method does not know them.
+        backlash_reversals: Passages of gears through their backlash; None where the method does not know
+            them.
     """
 
     outcome: Outcome
     reason: str
     desired: ToolPath
     unloaded: ToolPath
-    before: Before
+    before: UncorrectedRun
     joints: JointPath
     command: ToolPath
     correction: np.ndarray
     achieved: ToolPath
-    answer: Answer
+    answer: ProcessResponse
     consistency: float
-    passes: tuple[Pass, ...]
+    passes: tuple[CorrectionIteration, ...]
     evaluations: int
-    flank_changes: tuple[FlankChange, ...] | None = None
+    backlash_reversals: tuple[BacklashReversal, ...] | None = None
 
     @property
     def converged(self) -> bool:
@@ -164,7 +165,7 @@ class Uncorrected:
         times = told_at(desired, loop.mode)
         path = times.path
         joints = on_cycle(loop.robot.plan(path), loop.controller)
-        loop.watch(Refined(path))
+        loop.watch(RefinedTimes(path))
         unloaded = unloaded_path(loop, joints, path.time)
         coupling = couple(loop, joints, unloaded, times.asked)
         return Correction(
@@ -172,13 +173,13 @@ class Uncorrected:
             reason=coupling.reason,
             desired=path,
             unloaded=unloaded,
-            before=Before(coupling.path, joints, coupling.answer.wrench, coupling.answer),
+            before=UncorrectedRun(coupling.path, joints, coupling.answer.wrench, coupling.answer),
             joints=joints,
             command=loop.robot.forward(joints, joints.time),
             correction=loop.robot.forward(joints, path.time).deviation_from(path),
             achieved=coupling.path,
             answer=coupling.answer,
             consistency=coupling.evaluations[-1].path_change,
-            passes=(Pass(0, measure(coupling.path, path), coupling.evaluations),),
+            passes=(CorrectionIteration(0, measure(coupling.path, path), coupling.evaluations),),
             evaluations=len(coupling.evaluations),
         )

@@ -12,10 +12,10 @@ from coupling.events import Event, Watch, unwatched
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.process.base import Answer, Process
+from coupling.process.base import Process, ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.outcome import Outcome
-from coupling.solve.scheme import Scheme, Seen
+from coupling.solve.scheme import Iterate, Scheme
 from coupling.solve.schemes import SCHEMES
 from elastic_robot.fmi.interface import Mode
 
@@ -146,7 +146,7 @@ class Coupling:
     outcome: Outcome
     reason: str
     path: ToolPath
-    answer: Answer
+    answer: ProcessResponse
     evaluations: tuple[Evaluation, ...]
 
     @property
@@ -167,7 +167,7 @@ _ADVICE = "; use another scheme (docs/robin.md), or a smaller relaxation"
 _STEP = 0.004
 # Largest contraction of a path change that is believed: what is left is then 9 changes.
 _SLOWEST = 0.9
-# What springs may carry, over the force tolerance: a gear that hangs in its play is held where the
+# What springs may carry, over the force tolerance: a gear that hangs in its backlash is held where the
 # process hardly says where it should be.
 _CARRIED = 20.0
 
@@ -208,7 +208,7 @@ def couple(
     loop.scheme.reset()
     x = origin = start or unloaded_path(loop, command, command.time)
     rows = np.arange(len(x.time)) if rows is None else rows
-    found: tuple[ToolPath, Answer] | None = None
+    found: tuple[ToolPath, ProcessResponse] | None = None
     last: WrenchHistory | None = None
     evaluations: list[Evaluation] = []
 
@@ -219,7 +219,7 @@ def couple(
     for number in range(1, loop.max_evaluations + 1):
         try:
             answer = loop.process.evaluate(x.at_rows(rows))
-            seen = Seen(x, rows, answer)
+            seen = Iterate(x, rows, answer)
             moved = loop.scheme.moved(loop.robot, command, seen, loop.mode)
         except (ProcessError, SimulationError) as error:
             if found is None:

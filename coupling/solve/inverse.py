@@ -14,10 +14,16 @@ from coupling.path.controller import on_cycle
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath
 from coupling.path.interpolation import SampledPath
-from coupling.process.base import Answer
-from coupling.robot.robot import Inverse as RobotInverse
+from coupling.process.base import ProcessResponse
+from coupling.robot.robot import InverseCommand as RobotInverse
 from coupling.robot.robot import Robot
-from coupling.solve.correction import Before, Correction, How, Pass, Refined
+from coupling.solve.correction import (
+    Correction,
+    CorrectionIteration,
+    How,
+    RefinedTimes,
+    UncorrectedRun,
+)
 from coupling.solve.fixed_point import Evaluated, Evaluation, Loop, couple, unloaded_path
 from coupling.solve.outcome import Outcome
 from elastic_robot.fmi.interface import Mode
@@ -30,7 +36,7 @@ _IMPROVED = 0.9
 
 
 @dataclass(frozen=True)
-class _Round:
+class _Iteration:
     """A command, and what it leads to.
 
     Attributes:
@@ -44,13 +50,13 @@ class _Round:
 
     inverse: RobotInverse
     achieved: ToolPath
-    answer: Answer
+    answer: ProcessResponse
     consistency: float
-    report: Pass
+    report: CorrectionIteration
     failure: ProcessError | SimulationError | None = None
 
 
-class Inverse(Schema):
+class InverseCorrection(Schema):
     """The moving robot inverted along the whole path; docs/inverse.md tells how.
 
     If the tool reaches its path, the wrench is that on the desired path: the process is evaluated once
@@ -79,12 +85,12 @@ class Inverse(Schema):
             ProcessError: If the process has no answer to the desired path.
         """
         times = desired.refined(loop.controller.cycle)
-        loop.watch(Refined(times.path))
+        loop.watch(RefinedTimes(times.path))
         plain = on_cycle(loop.robot.plan(desired.path), loop.controller)
         unloaded = unloaded_path(loop, plain, times.path.time)
         answer = loop.process.evaluate(desired.samples)
         before, spent = self._before(loop, plain, unloaded, times, answer)
-        rounds: list[_Round] = []
+        rounds: list[_Iteration] = []
         verdict: tuple[Outcome, str] | None = None
         while verdict is None:
             rounds.append(self._round(loop, desired, times, answer, rounds))
@@ -108,7 +114,7 @@ class Inverse(Schema):
             consistency=best.consistency,
             passes=tuple(entry.report for entry in rounds),
             evaluations=1 + spent + sum(entry.failure is None for entry in rounds),
-            flank_changes=best.inverse.flank_changes,
+            backlash_reversals=best.inverse.backlash_reversals,
         )
 
     def _before(
@@ -117,15 +123,17 @@ class Inverse(Schema):
         plain: JointPath,
         unloaded: ToolPath,
         times: SampledPath,
-        answer: Answer,
-    ) -> tuple[Before, int]:
+        answer: ProcessResponse,
+    ) -> tuple[UncorrectedRun, int]:
         """Return what the uncorrected command leads to, and the evaluations that it took."""
         if self.before == "one-way":
             loads = answer.wrench.refined(times.path.time)
             path = loop.robot.simulate(plain, loads, loop.mode)
-            return Before(path, plain, loads, None, "one-way"), 0
+            return UncorrectedRun(path, plain, loads, None, "one-way"), 0
         coupling = couple(loop, plain, unloaded, times.asked)
-        before = Before(coupling.path, plain, coupling.answer.wrench, coupling.answer, "coupled")
+        before = UncorrectedRun(
+            coupling.path, plain, coupling.answer.wrench, coupling.answer, "coupled"
+        )
         return before, len(coupling.evaluations)
 
     def _round(
@@ -133,9 +141,9 @@ class Inverse(Schema):
         loop: Loop[Robot],
         desired: SampledPath,
         times: SampledPath,
-        answer: Answer,
-        rounds: list[_Round],
-    ) -> _Round:
+        answer: ProcessResponse,
+        rounds: list[_Iteration],
+    ) -> _Iteration:
         """Invert the robots under a wrench and validate the command."""
         goal = _SHARE_OF_ROBOT * self.tolerance_m
         inverse = loop.robot.inverse(desired, answer.wrench, loop.controller, goal, loop.watch)
@@ -148,17 +156,17 @@ class Inverse(Schema):
             checked = loop.process.evaluate(seen.at_rows(times.asked))
             achieved = loop.robot.simulate(inverse.joints, checked.wrench.refined(time), loop.mode)
         except (ProcessError, SimulationError) as error:
-            report = Pass(len(rounds) + 1, measure(seen, times.path), first)
+            report = CorrectionIteration(len(rounds) + 1, measure(seen, times.path), first)
             loop.watch(report)
-            return _Round(inverse, seen, answer, 0.0, report, error)
+            return _Iteration(inverse, seen, answer, 0.0, report, error)
         number = len(rounds) + 2
         last = Evaluation.of(number, seen, achieved, checked.wrench, answer.wrench)
         loop.watch(Evaluated(last, achieved))
-        report = Pass(len(rounds) + 1, measure(achieved, times.path), (*first, last))
+        report = CorrectionIteration(len(rounds) + 1, measure(achieved, times.path), (*first, last))
         loop.watch(report)
-        return _Round(inverse, achieved, checked, last.path_change, report)
+        return _Iteration(inverse, achieved, checked, last.path_change, report)
 
-    def _verdict(self, rounds: list[_Round], mode: Mode) -> tuple[Outcome, str] | None:
+    def _verdict(self, rounds: list[_Iteration], mode: Mode) -> tuple[Outcome, str] | None:
         """Return how and why the rounds end, if they do."""
         failure = rounds[-1].failure
         if failure is not None:

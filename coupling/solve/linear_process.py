@@ -10,7 +10,7 @@ from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import ToolPath
 from coupling.path.linear import interpolated
 from coupling.process.base import joined
-from coupling.solve.scheme import Seen
+from coupling.solve.scheme import Iterate
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class LinearProcess:
         stiffness: K at the samples [N/m], (n, 3 tools, 3 tools).
     """
 
-    seen: Seen
+    seen: Iterate
     stiffness: np.ndarray
 
     def change(self, path: ToolPath) -> np.ndarray:

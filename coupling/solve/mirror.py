@@ -16,11 +16,16 @@ from coupling.path.histories import JointPath, ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.low_pass import low_pass
 from coupling.robot.robot import Robot
-from coupling.solve.correction import Correction, Pass, SampledCorrection, Uncorrected
+from coupling.solve.correction import (
+    Correction,
+    CorrectionIteration,
+    SampledCorrection,
+    Uncorrected,
+)
 from coupling.solve.filters import limit_rate
 from coupling.solve.fixed_point import Coupling, Loop, couple, told_at
 from coupling.solve.outcome import Outcome
-from coupling.solve.scheme import Seen
+from coupling.solve.scheme import Iterate
 
 # A deviation above this multiple of the smallest one so far ends the iteration as diverging.
 _DIVERGED = 2.0
@@ -51,7 +56,7 @@ class Mirror(Schema):
         tolerance_m: Largest deviation from the desired path that ends the iteration.
         gain: Share of the deviation subtracted in each pass.
         cutoff_Hz: Frequency below which is corrected; None: all of it.
-        max_correction_rate_m_s: Fastest change of the correction; at a gear's change of flank the
+        max_correction_rate_m_s: Fastest change of the correction; at a gear's reversal the
             exact correction would jump.
         max_passes: Corrections at most.
     """
@@ -96,7 +101,7 @@ class Mirror(Schema):
                 break
             deviation = measure(last.coupling.path, path)
             evaluations = last.coupling.evaluations
-            passes.append(Pass(len(passes), deviation, evaluations, correction))
+            passes.append(CorrectionIteration(len(passes), deviation, evaluations, correction))
             loop.watch(passes[-1])
             if deviation.maximum <= min(p.deviation.maximum for p in passes):
                 best = last
@@ -133,7 +138,9 @@ class Mirror(Schema):
         figures = SampledCorrection(float(steps[worst]), float(desired.time[worst]), count)
         return corrected, figures
 
-    def _verdict(self, passes: list[Pass], coupling: Coupling) -> tuple[Outcome, str] | None:
+    def _verdict(
+        self, passes: list[CorrectionIteration], coupling: Coupling
+    ) -> tuple[Outcome, str] | None:
         """Return how and why the iteration ends, if it does."""
         if not coupling.converged:
             reason = f"in pass {passes[-1].number} the coupling {coupling.reason}"
@@ -155,14 +162,14 @@ class Mirror(Schema):
             return Outcome.EXHAUSTED, f"not converged within {self.max_passes} corrections"
         return None
 
-    def _held_back(self, last: Pass) -> str:
+    def _held_back(self, last: CorrectionIteration) -> str:
         """Return what kept the correction from being complete."""
         if self.cutoff_Hz is not None:
             return f"; what is left lies above cutoff_Hz = {self.cutoff_Hz:g}"
         limited = last.correction.limited_samples if last.correction is not None else 0
         if limited:
             return f"; {limited} samples are held back by max_correction_rate_m_s"
-        return "; the robot's answer jumps there, as at a gear that changes its flank"
+        return "; the robot's answer jumps there, as at a gear that reverses"
 
     def _validated(
         self,
@@ -180,7 +187,7 @@ class Mirror(Schema):
         evaluations = sum(len(entry.coupling) for entry in found.passes)
         try:
             answer = loop.process.evaluate(coupling.path.at_rows(rows))
-            seen = Seen(coupling.path, rows, answer)
+            seen = Iterate(coupling.path, rows, answer)
             moved = loop.scheme.moved(loop.robot, best.joints, seen, loop.mode)
             achieved = moved.path
             answer = replace(answer, wrench=moved.loads.on(achieved))

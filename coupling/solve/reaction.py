@@ -18,7 +18,7 @@ _LEAST_COSINE = 1e-3
 
 
 @dataclass(frozen=True)
-class Reaction:
+class ProcessStiffness:
     """What evaluations of a process have told of its stiffness along the path of all tools.
 
     Attributes:
@@ -32,7 +32,7 @@ class Reaction:
     own: np.ndarray
 
     @classmethod
-    def first(cls, position: np.ndarray, force: np.ndarray) -> Reaction:
+    def first(cls, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
         """Return a guess from one evaluation: a stiffness along the force, of equal size everywhere."""
         size = np.linalg.norm(force, axis=-1, keepdims=True)
         direction = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
@@ -50,7 +50,7 @@ class Reaction:
 
     def then(
         self, position: np.ndarray, force: np.ndarray, stated: np.ndarray | None = None
-    ) -> Reaction:
+    ) -> ProcessStiffness:
         """Return what is known after one more evaluation, which may state the stiffness.
 
         Otherwise that of a sample is the symmetric one of rank one that explains the change of the
@@ -64,7 +64,7 @@ class Reaction:
         falls = (moved > _LEAST_MOVE) & (work > _LEAST_COSINE * moved * strong)
         found = _square(changed) / np.where(falls, work, 1.0)[..., None, None]
         own = np.where(falls[..., None, None], found, self.own) if stated is None else stated
-        return Reaction(position, force, own)
+        return ProcessStiffness(position, force, own)
 
 
 def _square(vectors: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from coupling.solve.scheme import Scheme, SchemeBuilder
 
 
-class Constant(Scheme):
+class ConstantRelaxation(Scheme):
     """x + factor (g - x); plain iteration for factor 1.
 
     Converges where |1 - factor (1 + loop gain)| < 1, the loop gain being process stiffness times

@@ -13,10 +13,10 @@ from coupling.path.linear import interpolated
 from coupling.process.base import own_blocks
 from coupling.robot.robot import SimulatedRobot
 from coupling.solve.linear_process import LinearProcess
-from coupling.solve.reaction import Reaction
-from coupling.solve.relaxation import Anderson, Constant
-from coupling.solve.scheme import Moved, Seen
-from coupling.solve.settling import Settling
+from coupling.solve.local_stabilisation import LocalStabilisation
+from coupling.solve.reaction import ProcessStiffness
+from coupling.solve.relaxation import Anderson, ConstantRelaxation
+from coupling.solve.scheme import Iterate, RobotAnswer
 from elastic_robot.fmi.interface import Mode
 
 # Part of its stiffness that a process keeps, from evaluation to evaluation, where contact is lost: the
@@ -28,13 +28,13 @@ _KEPT = 0.25
 _AGREED, _STILL, _MOST = 0.01, 1e-7, 25
 
 
-class Robin(Constant):
+class Robin(ConstantRelaxation):
     """The robot under F(x_k) + K (x_k - x), K about the process's stiffness -dF/dx.
 
     At the fixed point nothing is added to F, so that K changes no answer; on the way there it holds a
-    gear that a given force would leave without a place in its play, and with the right K the iteration
-    is Newton's.  K is that of the process's answer where it tells, else estimated from evaluation to
-    evaluation (docs/robin.md).
+    gear that a given force would leave without a place in its backlash, and with the right K the
+    iteration is Newton's.  K is that of the process's answer where it tells, else estimated from
+    evaluation to evaluation (docs/robin.md).
 
     What a tool feels of its own displacement acts as a spring within each robot.  What springs cannot
     give, such as forces between two tools, follows by simulating the robots again.
@@ -45,12 +45,14 @@ class Robin(Constant):
 
     def __init__(self, first: float = 1.0) -> None:
         super().__init__(first)
-        self._seen: Reaction | None = None
+        self._seen: ProcessStiffness | None = None
         self._own: np.ndarray | None = None
-        self._settling: Settling | None = None
+        self._stabilisation: LocalStabilisation | None = None
         self._rows = np.arange(0)
 
-    def moved(self, robot: SimulatedRobot, command: JointPath, seen: Seen, mode: Mode) -> Moved:
+    def moved(
+        self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
+    ) -> RobotAnswer:
         """Return how robots move against a process that goes on as it has answered.
 
         Raises:
@@ -65,7 +67,7 @@ class Robin(Constant):
         for _ in range(_MOST):
             loads = answered.plus(beyond)
             try:
-                found = Moved(loads, robot.simulate(command, loads, mode))
+                found = RobotAnswer(loads, robot.simulate(command, loads, mode))
             except SimulationError:
                 if best is None:
                     raise
@@ -84,16 +86,16 @@ class Robin(Constant):
 
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the relaxed iterate, with tools that creep carried on."""
-        if self._settling is None:
+        if self._stabilisation is None:
             return super().update(x, g)
         assert self._seen is not None
         move = (g - x)[:, self._rows, :3]
-        self._settling = self._settling.after(move, self._seen.usual)
+        self._stabilisation = self._stabilisation.after(move, self._seen.usual)
         factor = np.ones((*x.shape[:2], 1))
-        factor[:, self._rows, 0] = self._settling.factor
+        factor[:, self._rows, 0] = self._stabilisation.factor
         return super().update(x, x + factor * (g - x))
 
-    def _react(self, seen: Seen, mode: Mode) -> np.ndarray:
+    def _react(self, seen: Iterate, mode: Mode) -> np.ndarray:
         """Return the stiffness at the process's samples, (n, 3 tools, 3 tools)."""
         position, force = seen.path.position[:, seen.rows], seen.force
         stated = seen.answer.stiffness
@@ -102,24 +104,24 @@ class Robin(Constant):
                 stated = self._kept(force, stated)
             self._seen = self._seen.then(position, force, stated)
         elif stated is not None:
-            self._seen = Reaction(position, force, stated)
+            self._seen = ProcessStiffness(position, force, stated)
         else:
             self._seen = self._guess(position, force)
         self._own, self._rows = self._seen.own, seen.rows
         if mode == "dynamic":  # a moving robot cannot jump from sample to sample
             return self._own
-        if self._settling is None or self._settling.hold.shape != force.shape[:2]:
-            self._settling = Settling.begun(np.zeros(force.shape[:2]))
-        held = np.repeat(self._settling.hold, 3, axis=0).T[..., None]
+        if self._stabilisation is None or self._stabilisation.hold.shape != force.shape[:2]:
+            self._stabilisation = LocalStabilisation.begun(np.zeros(force.shape[:2]))
+        held = np.repeat(self._stabilisation.hold, 3, axis=0).T[..., None]
         stiffness: np.ndarray = self._own + held * np.eye(held.shape[1])
         return stiffness
 
-    def _guess(self, position: np.ndarray, force: np.ndarray) -> Reaction:
+    def _guess(self, position: np.ndarray, force: np.ndarray) -> ProcessStiffness:
         """Return the stiffness that the coupling before this one found, or a first guess."""
         size = 3 * len(force)
         if self._own is not None and self._own.shape == (force.shape[1], size, size):
-            return Reaction(position, force, self._own)
-        return Reaction.first(position, force)
+            return ProcessStiffness(position, force, self._own)
+        return ProcessStiffness.first(position, force)
 
     def _kept(self, force: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """Return a stated stiffness; a tool that has lost contact keeps part of what held it."""
@@ -134,5 +136,5 @@ class Robin(Constant):
     def reset(self) -> None:
         """Forget earlier evaluations, but how stiff the process was and what did not settle."""
         self._seen = None
-        if self._settling is not None:
-            self._settling = self._settling.again()
+        if self._stabilisation is not None:
+            self._stabilisation = self._stabilisation.again()

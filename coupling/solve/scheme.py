@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process.base import Answer
+from coupling.process.base import ProcessResponse
 from coupling.robot.robot import SimulatedRobot
 from elastic_robot.fmi.interface import Mode
 
 
 @dataclass(frozen=True)
-class Seen:
+class Iterate:
     """What a process saw, and its answer.
 
     Attributes:
@@ -26,7 +26,7 @@ class Seen:
 
     path: ToolPath
     rows: np.ndarray
-    answer: Answer
+    answer: ProcessResponse
 
     @property
     def loads(self) -> WrenchHistory:
@@ -40,7 +40,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Moved:
+class RobotAnswer:
     """How robots have answered to a process.
 
     Attributes:
@@ -55,14 +55,16 @@ class Moved:
 class Scheme(ABC):
     """How robots answer to a process, and the next path follows from the last ones."""
 
-    def moved(self, robot: SimulatedRobot, command: JointPath, seen: Seen, mode: Mode) -> Moved:
+    def moved(
+        self, robot: SimulatedRobot, command: JointPath, seen: Iterate, mode: Mode
+    ) -> RobotAnswer:
         """Return how robots move after the process has answered.
 
         Raises:
             SimulationError: If a robot cannot be simulated.
         """
         loads = seen.loads
-        return Moved(loads, robot.simulate(command, loads, mode))
+        return RobotAnswer(loads, robot.simulate(command, loads, mode))
 
     @abstractmethod
     def update(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:

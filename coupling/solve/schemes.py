@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from coupling.solve.relaxation import Aitken, Anderson, Constant, Restarting
+from coupling.solve.relaxation import Aitken, Anderson, ConstantRelaxation, Restarting
 from coupling.solve.robin import Robin
 from coupling.solve.scheme import SchemeBuilder
 
 SCHEMES: dict[str, SchemeBuilder] = {
     "robin": Robin,
-    "constant": Constant,
+    "constant": ConstantRelaxation,
     "aitken": partial(Restarting, Aitken),
     "anderson": partial(Restarting, Anderson),
 }

@@ -10,7 +10,7 @@ import numpy as np
 import tomlkit
 from tomlkit import TOMLDocument
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.errors import CaseError, PlanningError, one_of
 from coupling.files.examples import example
 from coupling.files.robot_file import find_robot, load_robot, shipped_robots

@@ -3,7 +3,7 @@
 `StoredProcess` stands before a process and looks like it, so that the loops know nothing of a store.
 """
 
-from coupling.store.store import Entry, Store, Waits
-from coupling.store.stored_process import Answered, StoredProcess
+from coupling.store.store import Entry, Store, WaitingForOther
+from coupling.store.stored_process import StoredAnswer, StoredProcess
 
-__all__ = ["Answered", "Entry", "Store", "StoredProcess", "Waits"]
+__all__ = ["Entry", "Store", "StoredAnswer", "StoredProcess", "WaitingForOther"]

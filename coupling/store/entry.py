@@ -15,7 +15,7 @@ import numpy as np
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
-from coupling.process.base import PHYSICS, Answer
+from coupling.process.base import PHYSICS, ProcessResponse
 
 _FORMAT = "elastic-robot answer 1"
 # First line: the format, the checksum in hexadecimal, the end of the line.
@@ -29,7 +29,7 @@ class DamagedError(Exception):
 
 
 @dataclass(frozen=True)
-class About:
+class EntryInfo:
     """What is told of an answer beside it.
 
     Attributes:
@@ -71,7 +71,7 @@ def answer_key(identity: str, path: ToolPath) -> str:
     return digest.hexdigest()
 
 
-def plain(answer: Answer) -> Answer:
+def plain(answer: ProcessResponse) -> ProcessResponse:
     """Return an answer as it would come out of the store, whose arrays are in C order.
 
     Sums of the same numbers in another order differ in their last digits.
@@ -83,7 +83,7 @@ def plain(answer: Answer) -> Answer:
             for own in (piece.point_fields, piece.cell_fields)
         )
         piece = Workpiece(_plain(piece.points), _plain(piece.cells), *fields)
-    return Answer(
+    return ProcessResponse(
         WrenchHistory(_plain(wrench.time), _plain(wrench.wrench)),
         piece,
         None if answer.period is None else float(answer.period),
@@ -94,7 +94,7 @@ def plain(answer: Answer) -> Answer:
 _plain = np.ascontiguousarray
 
 
-def encoded(answer: Answer, about: About) -> list[bytes | memoryview]:
+def encoded(answer: ProcessResponse, about: EntryInfo) -> list[bytes | memoryview]:
     """Return the content of an entry in parts.
 
     Args:
@@ -121,7 +121,7 @@ def encoded(answer: Answer, about: About) -> list[bytes | memoryview]:
     return [f"{_FORMAT} {digest.hexdigest()}\n".encode(), *parts]
 
 
-def decoded(content: bytes, key: str) -> Answer:
+def decoded(content: bytes, key: str) -> ProcessResponse:
     """Return the answer of an entry.
 
     Raises:
@@ -145,7 +145,7 @@ def decoded(content: bytes, key: str) -> Answer:
         }
         workpiece = Workpiece(arrays["points"], arrays["cells"], *fields.values())
     wrench = WrenchHistory(arrays["time"], arrays["wrench"])
-    return Answer(wrench, workpiece, header["period"], arrays.get("stiffness"))
+    return ProcessResponse(wrench, workpiece, header["period"], arrays.get("stiffness"))
 
 
 def checked(content: bytes, key: str) -> None:
@@ -163,7 +163,7 @@ def checked(content: bytes, key: str) -> None:
         raise DamagedError("is the entry of another evaluation under this name")
 
 
-def read_about(begin: bytes) -> About:
+def read_about(begin: bytes) -> EntryInfo:
     """Return what an entry says about itself.
 
     Args:
@@ -175,7 +175,7 @@ def read_about(begin: bytes) -> About:
     try:
         line = begin[FIRST_LINE : begin.index(b"\n", FIRST_LINE)]
         about: dict[str, Any] = json.loads(line)["about"]
-        return About(**about)
+        return EntryInfo(**about)
     except (ValueError, TypeError, KeyError) as cause:
         raise DamagedError("says nothing about itself") from cause
 
@@ -190,7 +190,7 @@ def size_of(path: ToolPath) -> int:
 _OF_WORKPIECE = 2_000_000
 
 
-def _arrays(answer: Answer) -> Iterator[tuple[str, np.ndarray]]:
+def _arrays(answer: ProcessResponse) -> Iterator[tuple[str, np.ndarray]]:
     yield "time", answer.wrench.time
     yield "wrench", answer.wrench.wrench
     if answer.stiffness is not None:

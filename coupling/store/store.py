@@ -16,10 +16,10 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from coupling.errors import StoreError
-from coupling.events import Event, Warned, Watch, unwatched
+from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.files.whole_file import PARTIAL, WholeFile
-from coupling.process.base import Answer
-from coupling.store.entry import About, DamagedError, checked, decoded, encoded, read_about
+from coupling.process.base import ProcessResponse
+from coupling.store.entry import DamagedError, EntryInfo, checked, decoded, encoded, read_about
 
 ENTRY, DAMAGED = ".answer", ".damaged"
 # Folder in the store for the locks of keys, and for who holds them.
@@ -32,7 +32,7 @@ _LOOK = 0.1
 
 
 @dataclass(frozen=True)
-class Waits(Event):
+class WaitingForOther(Event):
     """Another process computes the same evaluation; this one waits for its answer.
 
     Attributes:
@@ -56,7 +56,7 @@ class Entry:
     file: Path
     size: int
     used: float
-    about: About | None
+    about: EntryInfo | None
 
     @property
     def key(self) -> str:
@@ -100,7 +100,7 @@ class Store:
                         found.append(_entry(file))
         return sorted(found, key=lambda entry: entry.used)
 
-    def read(self, key: str) -> Answer | None:
+    def read(self, key: str) -> ProcessResponse | None:
         """Return the answer that is kept under a key, or None where there is none that is sound.
 
         Raises:
@@ -110,14 +110,14 @@ class Store:
             return self._read(key)
         return None
 
-    def about(self, key: str) -> About | None:
+    def about(self, key: str) -> EntryInfo | None:
         """Return what the answer that is kept under a key says about itself, if there is one."""
         with suppress(OSError):
             return _entry(self._file(key)).about
         return None
 
     @contextmanager
-    def claimed(self, key: str) -> Iterator[Answer | None]:
+    def claimed(self, key: str) -> Iterator[ProcessResponse | None]:
         """Hold a key while its answer is computed; another process that needs it waits meanwhile.
 
         Gives the answer where it has come in the meantime.  An entry that is damaged is set aside.
@@ -154,7 +154,7 @@ class Store:
                 left.unlink(missing_ok=True)  # of a process that was killed
             return WholeFile(self._file(key), size)
 
-    def write(self, file: WholeFile, answer: Answer, about: About) -> None:
+    def write(self, file: WholeFile, answer: ProcessResponse, about: EntryInfo) -> None:
         """Keep an answer, in the room that was taken for it.
 
         Raises:
@@ -167,7 +167,7 @@ class Store:
                 file.discard()
                 raise StoreError(f"the answer cannot be kept: {cause}") from cause
 
-    def _read(self, key: str) -> Answer | None:
+    def _read(self, key: str) -> ProcessResponse | None:
         try:
             answer = decoded(self._file(key).read_bytes(), key)
         except FileNotFoundError:
@@ -184,7 +184,7 @@ class Store:
             os.utime(self._file(key))
         return answer
 
-    def _found(self, key: str) -> Answer | None:
+    def _found(self, key: str) -> ProcessResponse | None:
         """Return the answer that is kept, and set a damaged entry aside."""
         try:
             return self._read(key)
@@ -194,7 +194,7 @@ class Store:
             with self._errors("written"):
                 os.replace(file, aside)
             text = f"{file}: {cause}: it is set aside as {aside.name}, and computed anew"
-            self.watch(Warned(text))
+            self.watch(WarningEvent(text))
         return None
 
     def _acquire(self, lock: FileLock, owner: Path) -> None:
@@ -202,7 +202,9 @@ class Store:
             lock.acquire(timeout=0)
             return
         except Timeout:
-            self.watch(Waits(f"waiting for {_owner(owner)}, which computes the same evaluation"))
+            self.watch(
+                WaitingForOther(f"waiting for {_owner(owner)}, which computes the same evaluation")
+            )
         lock.acquire(timeout=-1, poll_interval=_LOOK)
 
     def _file(self, key: str) -> Path:

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 from coupling.errors import StoreError
-from coupling.events import Event, Warned, Watch, unwatched
+from coupling.events import Event, WarningEvent, Watch, unwatched
 from coupling.path.histories import ToolPath
-from coupling.process.base import Answer, Around, Process
-from coupling.store.entry import About, answer_key, plain, size_of
+from coupling.process.base import Around, Process, ProcessResponse
+from coupling.store.entry import EntryInfo, answer_key, plain, size_of
 from coupling.store.store import Store
 
 
 @dataclass(frozen=True)
-class Answered(Event):
+class StoredAnswer(Event):
     """A process has answered, or the store has in its place.
 
     Attributes:
@@ -63,14 +63,14 @@ class StoredProcess(Around):
         self.process, self._store, self._watch = process, store, watch
         self._identify = identify or (lambda: process.identity)
         self._name = name or type(process).__name__
-        self._pending: dict[str, tuple[Answer, About]] = {}
+        self._pending: dict[str, tuple[ProcessResponse, EntryInfo]] = {}
 
     @property
     def unkept(self) -> int:
         """Number of answers that could not be kept so far."""
         return len(self._pending)
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         """Return the process's answer to a path, computed only where it is not kept.
 
         Raises:
@@ -86,7 +86,7 @@ class StoredProcess(Around):
                 answer = plain(self.process.evaluate(path))
             else:
                 answer, origin = self._claimed(self._store, key, path)
-        self._watch(Answered(key, origin, time.perf_counter() - start))
+        self._watch(StoredAnswer(key, origin, time.perf_counter() - start))
         return answer
 
     def seconds(self, path: ToolPath) -> float:
@@ -108,12 +108,12 @@ class StoredProcess(Around):
                 continue
             del self._pending[key]
 
-    def _kept(self, store: Store, key: str) -> Answer | None:
+    def _kept(self, store: Store, key: str) -> ProcessResponse | None:
         return self._pending[key][0] if key in self._pending else store.read(key)
 
     def _claimed(
         self, store: Store, key: str, path: ToolPath
-    ) -> tuple[Answer, Literal["computed", "store"]]:
+    ) -> tuple[ProcessResponse, Literal["computed", "store"]]:
         """Return the answer, computed by this process or by another one that was quicker."""
         with store.claimed(key) as answer:
             if answer is not None:
@@ -128,15 +128,17 @@ class StoredProcess(Around):
                 raise
             if changed:
                 file.discard()
-                self._watch(Warned(_CHANGED))
+                self._watch(WarningEvent(_CHANGED))
                 return answer, "computed"
             tools, samples = path.pose.shape[:2]
             seconds = time.perf_counter() - start
             host, now = platform.node(), time.time()
-            about = About(key, self._name, samples, tools, seconds, host, now)
+            about = EntryInfo(key, self._name, samples, tools, seconds, host, now)
             try:
                 store.write(file, answer, about)
             except StoreError as cause:
                 self._pending[key] = answer, about
-                self._watch(Warned(f"{cause}; the answer is used, and kept as soon as it can be"))
+                self._watch(
+                    WarningEvent(f"{cause}; the answer is used, and kept as soon as it can be")
+                )
             return answer, "computed"

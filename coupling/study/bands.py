@@ -46,7 +46,7 @@ def samples_for(coverage: float) -> int:
 
 
 @dataclass(frozen=True)
-class Band:
+class DeviationBand:
     """Where the deviation of a further robot lies along the path.
 
     Attributes:
@@ -63,7 +63,7 @@ class Band:
     everywhere: np.ndarray
 
     @classmethod
-    def of(cls, distance: np.ndarray, coverage: float) -> Band:
+    def of(cls, distance: np.ndarray, coverage: float) -> DeviationBand:
         """Return the band of sampled deviations.
 
         Args:
@@ -91,7 +91,7 @@ def _limit(distance: np.ndarray, share: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Influence:
+class ParameterInfluence:
     """How much one parameter matters for a figure.
 
     Attributes:
@@ -104,7 +104,7 @@ class Influence:
     rank_correlation: float
 
 
-def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] | None:
+def influences(points: np.ndarray, figure: np.ndarray) -> tuple[ParameterInfluence, ...] | None:
     """Return how much each parameter matters for a figure, out of samples as they are.
 
     The figure is fitted by a sum of a polynomial of each parameter, Legendre's to degree 4 or, with
@@ -132,7 +132,7 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] 
     degree = enough[0]
     variance = float(np.var(figure))
     if variance == 0.0:
-        return (Influence(0.0, 0.0),) * width
+        return (ParameterInfluence(0.0, 0.0),) * width
     parts = [np.polynomial.legendre.legvander(2.0 * x - 1.0, degree)[:, 1:] for x in points.T]
     terms = np.column_stack([np.ones(count), *parts])
     weights, *_ = np.linalg.lstsq(terms, figure, rcond=None)
@@ -140,7 +140,7 @@ def influences(points: np.ndarray, figure: np.ndarray) -> tuple[Influence, ...] 
     squares = weights[1:].reshape(width, degree) ** 2 / (2.0 * np.arange(1, degree + 1) + 1.0)
     shares = np.clip(squares.sum(axis=1) / variance, 0.0, 1.0)
     ranks = [float(spearmanr(x, figure).statistic) for x in points.T]
-    return tuple(Influence(float(s), r) for s, r in zip(shares, ranks, strict=True))
+    return tuple(ParameterInfluence(float(s), r) for s, r in zip(shares, ranks, strict=True))
 
 
 def parts_of_path(time: np.ndarray, parts: int) -> np.ndarray:

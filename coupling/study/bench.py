@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from coupling.case import Case, PlacedRobot, load_case
+from coupling.case.file import Case, PlacedRobot, load_case
 from coupling.errors import HostError, ProcessError, SimulationError
 from coupling.events import unwatched
 from coupling.files.scratch import ScratchFolder
@@ -20,15 +20,15 @@ from coupling.run.plant import coupled_on
 from coupling.run.robustness import differing
 from coupling.solve.fixed_point import Coupling
 from coupling.study.bands import largest_in_parts, parts_of_path
-from coupling.study.parameters import Parameters, Sampled
-from coupling.study.rows import Sample
+from coupling.study.parameters import SampledRobots, StudyParameters
+from coupling.study.rows import StudySample
 
 # Parts of the path's time of which a sample keeps the largest deviation.
 PARTS = 400
 
 
 @dataclass(frozen=True)
-class Work:
+class StudyJob:
     """What every worker needs to know of a study; it goes to other machines as a pickle.
 
     Attributes:
@@ -47,7 +47,7 @@ class Work:
     kind: str
     robots: tuple[PlacedRobot, ...]
     fmus: tuple[bytes, ...]
-    parameters: Parameters
+    parameters: StudyParameters
     desired: ToolPath
     achieved: ToolPath
     joints: JointPath
@@ -56,14 +56,14 @@ class Work:
     store: Path | None = None
 
 
-class Bench:
+class RobotPool:
     """Robots that stay loaded from sample to sample; a context manager that ends them.
 
     Args:
         work: The study.
     """
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: StudyJob) -> None:
         self._work = work
         self._stack = ExitStack()
         self._models = self._stack.enter_context(Models(work.kind))
@@ -76,7 +76,7 @@ class Bench:
             case = load_case(work.process, self._stack.enter_context(ScratchFolder()))
             self._case = replace(case, process=kept_process(case, work.store))
 
-    def __enter__(self) -> Bench:
+    def __enter__(self) -> RobotPool:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -86,7 +86,7 @@ class Bench:
         """End the robots."""
         self._stack.close()
 
-    def sample(self, number: int, values: Sequence[float]) -> Sample:
+    def sample(self, number: int, values: Sequence[float]) -> StudySample:
         """Return what the command leaves on the robots of a sample.
 
         Raises:
@@ -100,9 +100,9 @@ class Bench:
         except HostError:
             raise
         except (SimulationError, ProcessError) as error:
-            return Sample(number, None, (), str(error))
+            return StudySample(number, None, (), str(error))
         distance = largest_in_parts(path.distance_to(self._work.desired), self._first)
-        return Sample(
+        return StudySample(
             number,
             measure(path, self._work.desired),
             tuple(distance.tolist()),
@@ -110,7 +110,7 @@ class Bench:
             converged=coupling is None or coupling.converged,
         )
 
-    def _run(self, sampled: Sampled, own: Models) -> tuple[ToolPath, Coupling | None]:
+    def _run(self, sampled: SampledRobots, own: Models) -> tuple[ToolPath, Coupling | None]:
         """Return the path of the sampled robots, and how they came together with the process."""
         work, cell = self._work, self._sampled_cell(sampled, own)
         if self._case is not None:
@@ -121,7 +121,7 @@ class Bench:
         loads = work.wrench.scaled(sampled.force)
         return cell.simulate(work.joints, loads, "dynamic"), None
 
-    def _sampled_cell(self, sampled: Sampled, own: Models) -> Cell:
+    def _sampled_cell(self, sampled: SampledRobots, own: Models) -> Cell:
         simulated = []
         for robot, difference in zip(self._work.robots, sampled.differences, strict=True):
             description = difference.description(robot.description)

@@ -13,8 +13,8 @@ from typing import Any
 from uuid import uuid4
 
 from coupling.errors import HostError, StudyError
-from coupling.study.bench import Bench, Work
-from coupling.study.rows import Sample
+from coupling.study.bench import RobotPool, StudyJob
+from coupling.study.rows import StudySample
 from coupling.study.workers import Workers
 
 try:
@@ -46,18 +46,18 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
         work: What it is about.
     """
 
-    def __init__(self, name: str, work: Work) -> None:
+    def __init__(self, name: str, work: StudyJob) -> None:
         self.name, self._work = name, work
-        self._bench: Bench | None = None
+        self._bench: RobotPool | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_bench": None}
 
     @property
-    def bench(self) -> Bench:
+    def bench(self) -> RobotPool:
         """The bench."""
         if self._bench is None:
-            self._bench = Bench(self._work)
+            self._bench = RobotPool(self._work)
         return self._bench
 
     def teardown(self, worker: object) -> None:
@@ -67,15 +67,15 @@ class _Keeper(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
             self._bench = None
 
 
-def _simulated(name: str, number: int, values: Sequence[float]) -> Sample:
+def _simulated(name: str, number: int, values: Sequence[float]) -> StudySample:
     """Return a sample; runs in a worker."""
     keeper: _Keeper = get_worker().plugins[name]
     return keeper.bench.sample(number, values)
 
 
 def simulate(
-    work: Work, points: Mapping[int, Sequence[float]], workers: Workers, place: Path
-) -> Iterator[Sample]:
+    work: StudyJob, points: Mapping[int, Sequence[float]], workers: Workers, place: Path
+) -> Iterator[StudySample]:
     """Give every sample as soon as it is done, in any order.
 
     A worker that ends costs its task, which another one takes.

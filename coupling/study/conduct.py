@@ -12,8 +12,8 @@ import numpy as np
 import tomlkit
 
 import elastic_robot
-from coupling.case import Case
-from coupling.case_plant import StudyTable
+from coupling.case.file import Case
+from coupling.case.plant import StudyTable
 from coupling.errors import CaseError, StudyError
 from coupling.events import Progress, Watch
 from coupling.files.scratch import ScratchFolder
@@ -22,11 +22,11 @@ from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.run.stored_run import StoredRun, read_run
 from coupling.study.bands import samples_for
-from coupling.study.bench import Work
+from coupling.study.bench import StudyJob
 from coupling.study.design import GROWS
 from coupling.study.folder import ROWS, begin, different, drawn, points_of, require_same, some
-from coupling.study.parameters import Parameters
-from coupling.study.rows import Rows, Sample
+from coupling.study.parameters import StudyParameters
+from coupling.study.rows import SampleTable, StudySample
 from coupling.study.workers import Workers
 
 
@@ -47,10 +47,10 @@ class Study:
     folder: Path
     case: str
     table: StudyTable
-    parameters: Parameters
+    parameters: StudyParameters
     points: np.ndarray
     run: StoredRun
-    work: Work
+    work: StudyJob
 
 
 def changed_table(table: StudyTable, **options: int | None) -> StudyTable:
@@ -126,14 +126,14 @@ def opened(
     return Study(folder, case.name, table, parameters, points, stored, work)
 
 
-def simulated(study: Study, workers: Workers, watch: Watch) -> list[Sample]:
+def simulated(study: Study, workers: Workers, watch: Watch) -> list[StudySample]:
     """Return all samples of a study in their order; what is missing in its table is simulated.
 
     Raises:
         StudyError: If the workers fail or the table cannot be written; what is finished is kept.
     """
     count = len(study.points)
-    with Rows(study.folder / ROWS) as rows:
+    with SampleTable(study.folder / ROWS) as rows:
         todo = {k: study.points[k].tolist() for k in range(count) if not rows.has(k)}
         if todo:
             _fill(rows, study, todo, workers, watch)
@@ -141,7 +141,7 @@ def simulated(study: Study, workers: Workers, watch: Watch) -> list[Sample]:
 
 
 def _fill(
-    rows: Rows, study: Study, todo: dict[int, list[float]], workers: Workers, watch: Watch
+    rows: SampleTable, study: Study, todo: dict[int, list[float]], workers: Workers, watch: Watch
 ) -> None:
     # Here, because Dask is needed nowhere else and may be missing.
     from coupling.study.cluster import simulate
@@ -157,13 +157,13 @@ def _fill(
             watch(Progress(what, count - missing, count))
     except KeyboardInterrupt as stop:
         # Of the last one it may be on the disk already and not yet among the rows.
-        with Rows(study.folder / ROWS) as written:
+        with SampleTable(study.folder / ROWS) as written:
             kept = len(written.samples)
         stop.add_note(f"{kept} of {count} samples are kept: the same command goes on")
         raise
 
 
-def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> Work:
+def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> StudyJob:
     """Return what workers need to know."""
     robots = [run.robots[robot.name] for robot in case.robots]
     fmus = []
@@ -173,11 +173,11 @@ def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> Work:
             build_fmu(robot.description, file, BuildOptions(case.fmu))
             fmus.append(file.read_bytes())
     wrench = WrenchHistory.of_tools([own.wrench for own in robots])
-    return Work(
+    return StudyJob(
         kind=case.fmu,
         robots=case.robots,
         fmus=tuple(fmus),
-        parameters=Parameters.of(case, loaded=bool(np.any(wrench.wrench))),
+        parameters=StudyParameters.of(case, loaded=bool(np.any(wrench.wrench))),
         desired=ToolPath.of_tools([own.desired for own in robots]),
         achieved=ToolPath.of_tools([own.achieved for own in robots]),
         joints=JointPath.of_robots([own.joints for own in robots]),
@@ -186,7 +186,7 @@ def _work(case: Case, run: StoredRun, folder: Path, couple: bool) -> Work:
     )
 
 
-def _identity(case: Case, table: StudyTable, work: Work) -> dict[str, Any]:
+def _identity(case: Case, table: StudyTable, work: StudyJob) -> dict[str, Any]:
     """Return what must be the same for a study to go on."""
     digest = sha256()
     for values in (work.joints.time, *work.joints.q, *work.joints.qd, *work.joints.qdd):

@@ -16,11 +16,11 @@ from coupling.results.study_result import (
     UncertainResult,
 )
 from coupling.run.figures import versions
-from coupling.study.bands import Band, influences, parts_of_path, quantile, samples_for
+from coupling.study.bands import DeviationBand, influences, parts_of_path, quantile, samples_for
 from coupling.study.bench import PARTS
 from coupling.study.conduct import Study
 from coupling.study.folder import BANDS, FIGURES, SAMPLES, replaced, replaced_table
-from coupling.study.rows import Sample
+from coupling.study.rows import StudySample
 
 MEASURES = (
     "maximum",
@@ -33,7 +33,7 @@ MEASURES = (
 BAND_COLUMNS = ("time", "low", "median", "high", "everywhere")
 
 
-def write_findings(study: Study, samples: Sequence[Sample]) -> None:
+def write_findings(study: Study, samples: Sequence[StudySample]) -> None:
     """Write samples.csv, bands.csv and study.json into a study's folder.
 
     Raises:
@@ -52,7 +52,7 @@ def write_findings(study: Study, samples: Sequence[Sample]) -> None:
     figures = {name: np.array([getattr(s.deviation, name) for s in good]) for name in MEASURES}
     when = np.array([s.deviation.time_of_maximum for s in good if s.deviation is not None])
     distance = np.array([sample.distance for sample in good])
-    band = Band.of(distance, study.table.coverage)
+    band = DeviationBand.of(distance, study.table.coverage)
     time = study.run.first.desired.time
     first = parts_of_path(time, PARTS)
     try:
@@ -76,7 +76,7 @@ def write_findings(study: Study, samples: Sequence[Sample]) -> None:
 
 
 def _figures(
-    study: Study, samples: Sequence[Sample], points: np.ndarray, figures: dict[str, np.ndarray]
+    study: Study, samples: Sequence[StudySample], points: np.ndarray, figures: dict[str, np.ndarray]
 ) -> StudyResult:
     """Return the content of study.json."""
     table, run = study.table, study.run.figures

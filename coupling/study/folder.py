@@ -18,7 +18,7 @@ from coupling.errors import StudyError, one_of
 from coupling.files.csv_table import read_header, read_table, write_table
 from coupling.files.toml_file import load_toml
 from coupling.study.design import DESIGNS, GROWS
-from coupling.study.parameters import Parameters
+from coupling.study.parameters import StudyParameters
 
 IDENTITY, POINTS, ROWS = "study.toml", "points.csv", "rows.jsonl"
 SAMPLES, BANDS, FIGURES, REPORT = "samples.csv", "bands.csv", "study.json", "report.html"
@@ -134,14 +134,16 @@ def different(one: Mapping[str, Any], two: Mapping[str, Any], above: str = "") -
     return found
 
 
-def begin(folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: Parameters) -> None:
+def begin(
+    folder: Path, identity: Mapping[str, Any], points: np.ndarray, names: StudyParameters
+) -> None:
     """Begin a study: what is left of one that never began is removed."""
     (folder / ROWS).unlink(missing_ok=True)
     write_points(folder, points, names)
     replaced(folder / IDENTITY, tomlkit.dumps(dict(identity)))
 
 
-def write_points(folder: Path, points: np.ndarray, parameters: Parameters) -> None:
+def write_points(folder: Path, points: np.ndarray, parameters: StudyParameters) -> None:
     """Write the values of all samples' parameters, (n, k)."""
     table = np.column_stack([np.arange(len(points)), points])
     replaced_table(folder / POINTS, ("sample", *parameters.names), table)
@@ -157,13 +159,13 @@ def read_points(folder: Path) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(names), read_table(folder / POINTS, ("sample", *names), StudyError)[:, 1:]
 
 
-def drawn(design: str, count: int, seed: int, parameters: Parameters) -> np.ndarray:
+def drawn(design: str, count: int, seed: int, parameters: StudyParameters) -> np.ndarray:
     """Return the values of the parameters of a design's samples, (count, k)."""
     return parameters.at(DESIGNS[design](count, len(parameters.entries), seed))
 
 
 def points_of(
-    folder: Path, design: str, count: int, seed: int, parameters: Parameters
+    folder: Path, design: str, count: int, seed: int, parameters: StudyParameters
 ) -> np.ndarray:
     """Return the values of the parameters of a begun study's first samples, which may be more now.
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import truncnorm
 
-from coupling.case import Case, PlacedRobot
-from coupling.case_plant import CUT_OFF, Spread, StudyTable
-from coupling.robot.difference import Difference
+from coupling.case.file import Case, PlacedRobot
+from coupling.case.plant import CUT_OFF, Distribution, StudyTable
+from coupling.robot.mismatch import ModelMismatch
 
 _FACTORS = ("stiffness", "damping", "backlash")
 
 
 @dataclass(frozen=True)
-class Parameter:
+class StudyParameter:
     """An uncertain parameter.
 
     Attributes:
@@ -25,12 +25,13 @@ class Parameter:
         spread: Its distribution.
 
     Example:
-        >>> Parameter("stiffness_factor", Spread(low=0.98, high=1.02)).at(np.array([0.0, 0.5, 1.0]))
+        >>> StudyParameter("stiffness_factor", Distribution(low=0.98, high=1.02)).at(np.array([0.0, 0.5,
+        ...     1.0]))
         array([0.98, 1.  , 1.02])
     """
 
     name: str
-    spread: Spread
+    spread: Distribution
 
     @property
     def range(self) -> tuple[float, float]:
@@ -56,7 +57,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledRobots:
     """Robots and a load that a sample's values make.
 
     Attributes:
@@ -64,12 +65,12 @@ class Sampled:
         force: Factor of the process's wrench.
     """
 
-    differences: tuple[Difference, ...]
+    differences: tuple[ModelMismatch, ...]
     force: float
 
 
 @dataclass(frozen=True)
-class Parameters:
+class StudyParameters:
     """The uncertain parameters of a study.
 
     Attributes:
@@ -81,14 +82,14 @@ class Parameters:
         silent: Keys that are not among the entries, as they change nothing in this case.
     """
 
-    entries: tuple[Parameter, ...]
+    entries: tuple[StudyParameter, ...]
     robots: tuple[str, ...]
     joints: tuple[int, ...]
     payload_position: tuple[float, ...] | None = None
     silent: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, case: Case, loaded: bool) -> Parameters:
+    def of(cls, case: Case, loaded: bool) -> StudyParameters:
         """Return the uncertain parameters of a case.
 
         Args:
@@ -96,13 +97,13 @@ class Parameters:
             loaded: Whether its command works against any wrench.
         """
         table, robots = case.study, tuple(robot.name for robot in case.robots)
-        entries: list[Parameter] = []
+        entries: list[StudyParameter] = []
         silent = []
         for key, spread in table.spreads().items():
             names = _names(key, table, case) if _shows(key, case, loaded) else ()
             if not names:
                 silent.append(key)
-            entries += [Parameter(name, spread) for name in names]
+            entries += [StudyParameter(name, spread) for name in names]
         place = table.payload_position_m
         return cls(
             tuple(entries),
@@ -122,7 +123,7 @@ class Parameters:
         columns = [entry.at(shares[:, k]) for k, entry in enumerate(self.entries)]
         return np.column_stack(columns) if columns else np.empty((len(shares), 0))
 
-    def sampled(self, values: Sequence[float]) -> Sampled:
+    def sampled(self, values: Sequence[float]) -> SampledRobots:
         """Return the robots and the load of a sample.
 
         Args:
@@ -136,9 +137,9 @@ class Parameters:
             )
             payload = by_name.get("payload_kg", 0.0) if number == 0 else 0.0
             differences.append(
-                Difference(stiffness, damping, backlash, payload, self.payload_position)
+                ModelMismatch(stiffness, damping, backlash, payload, self.payload_position)
             )
-        return Sampled(tuple(differences), by_name.get("force_factor", 1.0))
+        return SampledRobots(tuple(differences), by_name.get("force_factor", 1.0))
 
     def _factors(
         self, by_name: Mapping[str, float], key: str, robot: str, joints: int
@@ -184,9 +185,9 @@ def _changes(robot: PlacedRobot, key: str, joint: int) -> bool:
     """Return whether a factor at one joint changes a parameter of the robot."""
     factors = tuple(2.0 if i == joint else 1.0 for i in range(len(robot.description.joints)))
     by_key = {
-        "stiffness_factor": Difference(stiffness=factors),
-        "damping_factor": Difference(damping=factors),
-        "backlash_factor": Difference(backlash=factors),
+        "stiffness_factor": ModelMismatch(stiffness=factors),
+        "damping_factor": ModelMismatch(damping=factors),
+        "backlash_factor": ModelMismatch(backlash=factors),
     }
     other = by_key[key]
     return bool(other.parameters(robot.description, robot.torque_curve))

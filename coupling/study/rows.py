@@ -20,7 +20,7 @@ from coupling.path.deviation import Deviation
 
 
 @dataclass(frozen=True)
-class Sample:
+class StudySample:
     """What the command leaves on one sampled robot.
 
     Attributes:
@@ -46,7 +46,7 @@ class Sample:
         return b"%08x %s\n" % (zlib.crc32(text), text)
 
     @classmethod
-    def of(cls, line: bytes) -> Sample:
+    def of(cls, line: bytes) -> StudySample:
         """Return the sample of a line.
 
         Raises:
@@ -61,7 +61,7 @@ class Sample:
         return cls(**{**data, "distance": tuple(data["distance"])})
 
 
-class Rows:
+class SampleTable:
     """The table of finished samples, open for more; a context manager that closes it.
 
     Args:
@@ -86,17 +86,17 @@ class Rows:
             self._stream.truncate(whole)
         except OSError as cause:
             raise StudyError(f"{file}: cannot be opened: {cause.strerror or cause}") from cause
-        self.samples: dict[int, Sample] = {}
+        self.samples: dict[int, StudySample] = {}
         self.damaged = 0
         for line in lines:
             try:
-                sample = Sample.of(line)
+                sample = StudySample.of(line)
             except (ValueError, KeyError, TypeError):
                 self.damaged += 1
             else:
                 self.samples[sample.number] = sample
 
-    def __enter__(self) -> Rows:
+    def __enter__(self) -> SampleTable:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -106,7 +106,7 @@ class Rows:
         """Return whether a sample is there; one that failed is worth another try."""
         return number in self.samples and not self.samples[number].failure
 
-    def add(self, sample: Sample) -> None:
+    def add(self, sample: StudySample) -> None:
         """Write a sample to the disk; one that is there already is left as it is, unless it failed.
 
         Raises:

@@ -13,11 +13,11 @@ from pydantic import Field, model_validator
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.instants import NONE, Corners
-from coupling.toolpaths.motion import Driven, Segment, circle, link, polyline
+from coupling.toolpaths.motion import Segment, SegmentedPath, circle, link, polyline
 from coupling.toolpaths.task import Task
 
 
-class _Contours(Driven):
+class _Contours(SegmentedPath):
     """Contours inside a wall of constant angle; depths of the TCP below the sheet's plane."""
 
     radius_m: Positive

@@ -13,7 +13,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.toolpaths.instants import NONE, Corners, inserted
 from coupling.toolpaths.table import ToolPathTable
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 # A quaternion written with few digits is normalised; beyond this it is a mistake.
 _UNIT_TOLERANCE = 1e-3
@@ -30,7 +30,7 @@ class CsvPath(ToolPathTable):
     kind: Literal["csv"]
     file: FilePath
 
-    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:

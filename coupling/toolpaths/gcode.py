@@ -13,13 +13,13 @@ from pydantic import Field
 
 from coupling.files.toml_file import FilePath, Positive
 from coupling.path.frame import Frame
-from coupling.toolpaths.gcode_program import Dwell, Move, Program, read_program
-from coupling.toolpaths.instants import NONE, Corners, Instants
+from coupling.toolpaths.gcode_program import Dwell, GcodeMove, GcodeProgram, read_program
+from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import Leg, Motion, chain, drive, require_few, waiting
 from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 
 class GcodePath(ToolPathTable):
@@ -37,7 +37,7 @@ class GcodePath(ToolPathTable):
     sample_s: Positive = 0.02
 
     @cached_property
-    def _program(self) -> Program:
+    def _program(self) -> GcodeProgram:
         return read_program(self.file)
 
     def task(self, part: Frame, corners: Corners = NONE) -> Task:
@@ -70,14 +70,14 @@ class GcodePath(ToolPathTable):
             default=0.0,
         )
 
-    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
             CaseError: If the file is unreadable or not such a program, or takes too long.
         """
         motion = Motion(list(self._driven()))
-        instants = Instants.of(motion.ends, self.sample_s, corners)
+        instants = PathTimes.of(motion.ends, self.sample_s, corners)
         path = tool_path(part, instants.time, motion.at(instants.time))
         return self._of_file(part, path, instants.asked)
 
@@ -98,10 +98,10 @@ class GcodePath(ToolPathTable):
             here = curve.point(np.array([curve.length]))[0]
             yield drive(curve, feed, self.blend_s)
 
-    def _stretches(self) -> Iterator[list[Move] | Dwell]:
+    def _stretches(self) -> Iterator[list[GcodeMove] | Dwell]:
         """Yield waits, and moves that are driven without a rest: at one feed, without a corner."""
         smooth = np.cos(np.deg2rad(self.corner_deg))
-        moves: list[Move] = []
+        moves: list[GcodeMove] = []
         for step in self._program.steps:
             if isinstance(step, Dwell):
                 if moves:

@@ -29,7 +29,7 @@ _STRAIGHT = np.zeros(3)
 
 
 @dataclass(frozen=True)
-class Move:
+class GcodeMove:
     """A move of the tool's tip.
 
     Attributes:
@@ -54,7 +54,7 @@ class Dwell:
 
 
 @dataclass(frozen=True)
-class Program:
+class GcodeProgram:
     """What a program does.
 
     Attributes:
@@ -62,18 +62,18 @@ class Program:
         ignored: Words that were read and change nothing, by how often they stand there.
     """
 
-    steps: tuple[Move | Dwell, ...]
+    steps: tuple[GcodeMove | Dwell, ...]
     ignored: dict[str, int]
 
 
-def read_program(file: Path) -> Program:
+def read_program(file: Path) -> GcodeProgram:
     """Read a G-code file.
 
     Raises:
         CaseError: With the number of the line that is not read, or if nothing moves.
     """
     machine = _Machine()
-    steps: list[Move | Dwell] = []
+    steps: list[GcodeMove | Dwell] = []
     for block in read_blocks(file):
         try:
             steps += machine.steps(block)
@@ -81,11 +81,11 @@ def read_program(file: Path) -> Program:
             raise CaseError(f"{file}: line {block.line}: {cause}") from cause
         if any(m in _ENDS for m in block.m):
             break
-    if not any(isinstance(step, Move) for step in steps):
+    if not any(isinstance(step, GcodeMove) for step in steps):
         unknown = machine.unknown
         never = f": {', '.join(unknown)} never told" if 0 < len(unknown) < len(_AXES) else ""
         raise CaseError(f"{file}: expected moves from one point to another, got none{never}")
-    return Program(tuple(steps), dict(machine.ignored))
+    return GcodeProgram(tuple(steps), dict(machine.ignored))
 
 
 @dataclass
@@ -106,7 +106,7 @@ class _Machine:
         """Letters of the coordinates that are not yet told."""
         return [letter for letter, value in zip(_AXES, self.place, strict=True) if np.isnan(value)]
 
-    def steps(self, block: Block) -> Iterator[Move | Dwell]:
+    def steps(self, block: Block) -> Iterator[GcodeMove | Dwell]:
         values = dict(block.values)
         wait = self._modes(block)
         for letter in _IDLE:
@@ -152,7 +152,7 @@ class _Machine:
             raise ValueError("expected G20 or G21 before, got neither: the unit is not known")
         return value * self.unit
 
-    def _moved(self, values: dict[str, float]) -> Iterator[Move]:
+    def _moved(self, values: dict[str, float]) -> Iterator[GcodeMove]:
         if self.motion is None:
             raise ValueError("expected G0, G1, G2 or G3 before the first coordinates, got none")
         start, end, unknown = self.place, self.place.copy(), self.unknown
@@ -168,13 +168,13 @@ class _Machine:
             if unknown:
                 raise ValueError(f"expected a place to begin an arc at, got none for {unknown[0]}")
             arc = self._arc(values, start, end)
-            yield Move(arc.segment(), self._speed(), *arc.directions(), arc.curvatures())
+            yield GcodeMove(arc.segment(), self._speed(), *arc.directions(), arc.curvatures())
         elif unknown:
             if self.motion == 1.0:
                 self.ignored[f"G1 from an unknown {', '.join(unknown)}"] += 1
         elif not np.array_equal(start, end):
             along = (end - start) / np.linalg.norm(end - start)
-            yield Move(straight(start, end), self._speed(), along, along)
+            yield GcodeMove(straight(start, end), self._speed(), along, along)
 
     def _speed(self) -> float | None:
         if self.motion != 0.0 and self.feed is None:

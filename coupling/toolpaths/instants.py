@@ -22,7 +22,7 @@ NONE: Corners = np.zeros(0)
 
 
 @dataclass(frozen=True)
-class Instants:
+class PathTimes:
     """Times of a path.
 
     Attributes:
@@ -34,7 +34,7 @@ class Instants:
     asked: np.ndarray
 
     @classmethod
-    def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> Instants:
+    def of(cls, rests: np.ndarray, period: float, corners: Corners = NONE) -> PathTimes:
         """Return the times of a motion.
 
         Between rests and corners, which are instants themselves, the process is asked in equal steps.
@@ -46,7 +46,7 @@ class Instants:
                 other are one with it [s].
 
         Example:
-            >>> instants = Instants.of(np.array([0.03]), 0.012)
+            >>> instants = PathTimes.of(np.array([0.03]), 0.012)
             >>> len(instants.time), instants.time[instants.asked].round(9)
             (10, array([0.  , 0.01, 0.02, 0.03]))
         """

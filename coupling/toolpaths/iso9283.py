@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from coupling.files.toml_file import Positive
-from coupling.toolpaths.motion import Driven, Segment, circle, polyline
+from coupling.toolpaths.motion import Segment, SegmentedPath, circle, polyline
 
 # Sizes relative to the side of the large square.  The standard asks for a small circle of a tenth
 # and a large one of eight tenths of the test cube's side; the small square encloses the small circle.
@@ -16,7 +16,7 @@ _LARGE_CIRCLE = 0.8
 _SMALL = 0.1
 
 
-class Iso9283(Driven):
+class Iso9283(SegmentedPath):
     """Squares, their diagonal and two circles, centred on the part frame, in its x-y plane.
 
     Keys: size_m, side of the large square; feed_m_s, blend_s of starts and stops, sample_s.  The

@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from coupling.files.toml_file import Vector3
-from coupling.toolpaths.motion import Driven, Segment, polyline
+from coupling.toolpaths.motion import Segment, SegmentedPath, polyline
 
 
-class Line(Driven):
+class Line(SegmentedPath):
     """Lines from point to point, at rest in each.
 
     Keys: points_m, at least two in the part frame; feed_m_s, blend_s, sample_s as for the cone.

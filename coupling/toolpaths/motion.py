@@ -13,10 +13,10 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import Positive
 from coupling.path.frame import Frame
 from coupling.toolpaths.feed import NO_FEED, turned_to
-from coupling.toolpaths.instants import NONE, Corners, Instants
+from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.part import tool_path
 from coupling.toolpaths.table import ToolPathTable
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 # A straight segment that goes less far than this across the part's z axis is along it [m].
 _ALONG = 1e-9
@@ -76,7 +76,7 @@ def circle(center: np.ndarray, radius: float) -> Segment:
     return Segment(2.0 * np.pi * radius, point, lambda s: 0.5 * np.pi + s / radius)
 
 
-class Driven(ToolPathTable):
+class SegmentedPath(ToolPathTable):
     """A tool path along segments.
 
     Keys: feed_m_s between the corners, blend_s of starts and stops, sample_s; turn_s, for which the
@@ -88,7 +88,7 @@ class Driven(ToolPathTable):
     turn_s: Positive = 1.0
     sample_s: Positive = 0.02
 
-    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -100,10 +100,10 @@ class Driven(ToolPathTable):
             raise CaseError(NO_FEED)
         motion = follow(segments, self.feed_m_s, self.blend_s, self.turn_s if follows else 0.0)
         require_few(float(motion.ends[-1]) / self.sample_s, "tool_path")
-        instants = Instants.of(motion.ends, self.sample_s, corners)
+        instants = PathTimes.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         path = tool_path(part, instants.time, moved[:, :3])
-        upright = UprightPath(part, path, instants.asked)
+        upright = UntiltedPath(part, path, instants.asked)
         return upright.headed(moved[:, 3]) if follows else upright
 
     @abstractmethod

@@ -16,11 +16,11 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
 from coupling.path.linear import arc_length, interpolated
 from coupling.programs.languages import read_program
-from coupling.programs.program import Move, Pose
-from coupling.toolpaths.instants import NONE, Corners, Instants
+from coupling.programs.program import Pose, ProgramMove
+from coupling.toolpaths.instants import NONE, Corners, PathTimes
 from coupling.toolpaths.motion import Motion, Segment, drive, require_few
 from coupling.toolpaths.table import ToolPathTable
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 # Points this close are one [m].
 _ONE = 1e-9
@@ -40,7 +40,7 @@ class ProgramPath(ToolPathTable):
     blend_s: Positive = 0.2
     sample_s: Annotated[float, Field(ge=1e-5)] = 0.02
 
-    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Raises:
@@ -54,7 +54,7 @@ class ProgramPath(ToolPathTable):
         count = sum(own.length / own.feed + 2.0 * self.blend_s for own in stretches)
         require_few(count / self.sample_s, self.file)
         motion = Motion([drive(own.segment(), own.feed, self.blend_s) for own in stretches])
-        instants = Instants.of(motion.ends, self.sample_s, corners)
+        instants = PathTimes.of(motion.ends, self.sample_s, corners)
         moved = motion.at(instants.time)
         stretch = np.searchsorted(motion.ends, instants.time).clip(max=len(stretches) - 1)
         turned = Rotation.concatenate(
@@ -128,7 +128,7 @@ class _Stretch:
         return found
 
 
-def _points(file: Path, moves: tuple[Move, ...], feed: float | None) -> list[_Point]:
+def _points(file: Path, moves: tuple[ProgramMove, ...], feed: float | None) -> list[_Point]:
     """Return start and targets of the linear moves; a way to the start by joints is left out."""
     points: list[_Point] = []
     for number, move in enumerate(moves, start=1):

@@ -15,7 +15,7 @@ from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
 
 
 @dataclass(frozen=True)
-class Support:
+class SupportingTool:
     """What the supporting tool is to do.
 
     Attributes:
@@ -45,12 +45,12 @@ class Support:
         drift = (supporting - own.desired.position[0]) - (forming - own.forming.position[0])
         return np.sum(drift * own.direction, axis=1)
 
-    def at_rows(self, rows: np.ndarray) -> Support:
+    def at_rows(self, rows: np.ndarray) -> SupportingTool:
         """Return the same at some of its times, by their row numbers."""
         forming, desired = self.forming.at_rows(rows), self.desired.at_rows(rows)
         return replace(self, forming=forming, desired=desired, direction=self.direction[rows])
 
-    def at(self, time: np.ndarray) -> Support:
+    def at(self, time: np.ndarray) -> SupportingTool:
         """Return the same at other times between the first and the last [s], (k,)."""
         if np.array_equal(time, self.forming.time):
             return self
@@ -113,7 +113,7 @@ STRATEGIES: dict[str, Strategy] = {"following": following, "fixed-height": fixed
 
 def support_along(
     strategy: str, part: Frame, forming: ToolPath, height: float, pinch: Pinch
-) -> Support:
+) -> SupportingTool:
     """Return what a supporting tool is to do along a forming path.
 
     Args:
@@ -129,7 +129,7 @@ def support_along(
     tips, direction = STRATEGIES[strategy](points, depth, pinch)
     path = tool_path(part, forming.time, tips, PART_FROM_SUPPORT)
     across = part.turned(direction)
-    return Support(forming, path, across, pinch.gap, pinch.support_diameter)
+    return SupportingTool(forming, path, across, pinch.gap, pinch.support_diameter)
 
 
 def _outward(points: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from coupling.toolpaths.feed import headings_along
 from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import ToolTilt
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 
 # A tool's tilt: it comes from above.
 Tilt = Annotated[float, Field(gt=-90.0, lt=90.0)]
@@ -25,7 +25,7 @@ FASTEST = np.pi
 
 
 class ToolPathTable(Schema, ABC):
-    """Base of the case file's tool paths; a table answers `upright(part)`, and all else follows.
+    """Base of the case file's tool paths; a table answers `untilted(part)`, and all else follows.
 
     Keys: lead_deg and lean_deg tilt the tool, rotation_deg turns it about its own axis before.
     tilt_frame tells what the tilt is measured from: "part", the part's axes, lead about y and lean
@@ -38,7 +38,7 @@ class ToolPathTable(Schema, ABC):
     rotation_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     @abstractmethod
-    def upright(self, part: Frame, corners: Corners = NONE) -> UprightPath:
+    def untilted(self, part: Frame, corners: Corners = NONE) -> UntiltedPath:
         """Return the tool path in the world before the tool is turned.
 
         Args:
@@ -49,9 +49,9 @@ class ToolPathTable(Schema, ABC):
             CaseError: If there is none, or tilts are measured from a feed that it does not have.
         """
 
-    def _of_file(self, part: Frame, path: ToolPath, asked: np.ndarray) -> UprightPath:
+    def _of_file(self, part: Frame, path: ToolPath, asked: np.ndarray) -> UntiltedPath:
         """Return a path as a file tells it, with its feed where the tilt is measured from it."""
-        upright = UprightPath(part, path, asked)
+        upright = UntiltedPath(part, path, asked)
         return upright if self.tilt_frame == "part" else upright.headed(headings_along(path))
 
     @property
@@ -69,11 +69,11 @@ class ToolPathTable(Schema, ABC):
         """Return the path of the tool's tip in the world.
 
         Raises:
-            CaseError: As for `upright`, or if the tool is turned too fast along it.
+            CaseError: As for `untilted`, or if the tool is turned too fast along it.
         """
-        return self._tilted(self.upright(part))
+        return self._tilted(self.untilted(part))
 
-    def _tilted(self, upright: UprightPath) -> ToolPath:
+    def _tilted(self, upright: UntiltedPath) -> ToolPath:
         path = upright.tilted(self.tilt)
         if self.tilt_frame == "path":
             _require_slow_turns(path)
@@ -86,7 +86,7 @@ class ToolPathTable(Schema, ABC):
             part: base_from_part.
             corners: Times at which the process is to be asked as well [s].
         """
-        upright = self.upright(part, corners)
+        upright = self.untilted(part, corners)
         return Task(part, self._tilted(upright), asked=upright.asked)
 
 

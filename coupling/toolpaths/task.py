@@ -13,7 +13,7 @@ from coupling.events import Watch, unwatched
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
-from coupling.toolpaths.support import Support
+from coupling.toolpaths.support import SupportingTool
 from coupling.toolpaths.tilt import APPROACH
 
 
@@ -46,7 +46,7 @@ class Task:
     forming: ToolPath
     wall_angle: float | None = None
     step_down: float | None = None
-    support: Support | None = None
+    support: SupportingTool | None = None
     contact: np.ndarray = field(default_factory=APPROACH.copy)
     height: float = 0.0
     asked: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))

@@ -8,15 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.check.checked import checked
 from coupling.files.robot_file import find_robot
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.deviation import Deviation
 from coupling.path.histories import WrenchHistory
-from coupling.run.study import run_compensation
+from coupling.run.execute import run_compensation
 from docs.scripts.page import table
-from docs.scripts.robots_with_play import EVEN, FANUC_HOME, KUKA, KUKA_HOME, MIXED, with_play
+from docs.scripts.robots_with_backlash import (
+    EVEN,
+    FANUC_HOME,
+    KUKA,
+    KUKA_HOME,
+    MIXED,
+    with_backlash,
+)
 from docs.scripts.runs import CASES as FILES
 from docs.scripts.runs import example
 
@@ -43,7 +50,7 @@ def _other(file: str, home: Sequence[float], at: Sequence[float], **path: Any) -
 
 
 def _abb() -> Case:
-    robot = {"description": with_play(find_robot("abb_irb7600"), MIXED)}
+    robot = {"description": with_backlash(find_robot("abb_irb7600"), MIXED)}
     return example("iso9283", robot=robot, tool_path={"feed_m_s": 0.25})
 
 
@@ -60,13 +67,13 @@ CASES: dict[str, Callable[[], Case]] = {
     "groove of a G-code, in air and sheet": lambda: load_case(FILES / "gcode_groove.toml"),
     "slot, milled": lambda: example("milling_20000"),
     "cone, FANUC R-2000iC, plays of 0.1 to 0.4 mrad": lambda: _other(
-        with_play(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, (1.6, 0.3, 0.6)
+        with_backlash(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, (1.6, 0.3, 0.6)
     ),
-    "cone, KUKA KR 210, play 0.1 mrad": lambda: _other(
-        with_play(KUKA, EVEN), KUKA_HOME, (1.9, 0.1, 0.9)
+    "cone, KUKA KR 210, backlash 0.1 mrad": lambda: _other(
+        with_backlash(KUKA, EVEN), KUKA_HOME, (1.9, 0.1, 0.9)
     ),
     "pyramid, the same robot": lambda: _other(
-        with_play(KUKA, EVEN), KUKA_HOME, (1.9, 0.1, 0.9), kind="pyramid"
+        with_backlash(KUKA, EVEN), KUKA_HOME, (1.9, 0.1, 0.9), kind="pyramid"
     ),
     "ISO 9283, 0.25 m/s, ABB IRB 7600, plays of 0.1 to 0.4 mrad": _abb,
 }

@@ -1,4 +1,4 @@
-"""A gear changes its flank on the way along the ISO 9283 path: what its drive does, and the tool."""
+"""A gear reverses on the way along the ISO 9283 path: what its drive does, and the tool."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case import Case
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.case.file import Case
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.histories import WrenchHistory
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.robot.robot import FlankChange
-from coupling.run.study import Run, run_compensation
+from coupling.robot.robot import BacklashReversal
+from coupling.run.execute import Run, run_compensation
 from docs.scripts.pictures import styled
 from docs.scripts.runs import example
 
@@ -34,16 +34,16 @@ class Seen:
 
     Attributes:
         change: When it is.
-        half_width: Of the play B [rad].
+        half_width: Of the backlash B [rad].
         time: Times of the gear's motion [s], (k,).
         torque: T that it has to carry [N m], (k,).
-        link, drive: Angles phi and q [rad], (k,); the twist is their difference.
+        link, drive: Angles phi and q [rad], (k,); the wind-up is their difference.
         watched: Times of the tool's deviations [s], (m,).
         inverted, mirrored: Deviations of the tool under both commands [m], (m,).
         largest: Largest of these along the whole path [m].
     """
 
-    change: FlankChange
+    change: BacklashReversal
     half_width: float
     time: np.ndarray
     torque: np.ndarray
@@ -63,7 +63,7 @@ class Seen:
             f"*ISO 9283 at {FEED:g} m/s, 4 ms cycle: its torque passes zero, and gear {change.joint}"
             f" leaves one flank at {change.begins:.3f} s and\nreaches the other"
             f" {1e3 * (change.ends - change.begins):.0f} ms later. Link and drive less a line; shaded"
-            " the play. The drive goes the other way by 2 B while the"
+            " the backlash. The drive goes the other way by 2 B while the"
             f" link moves on, with up to {np.abs(bend).max():.0f} rad/s². Over the\nwhole path the tool"
             f" stays within {_UM * inverted:.1f} um; under the mirrored command of the quasi-static"
             f" robot it\nleaves it by up to {_UM * mirrored:.0f} um.*"
@@ -109,20 +109,20 @@ def seen() -> Seen:
     )
 
 
-def _first_change(run: Run) -> FlankChange:
+def _first_change(run: Run) -> BacklashReversal:
     return next(
         change
-        for change in run.correction.flank_changes or ()
+        for change in run.correction.backlash_reversals or ()
         if change.joint == JOINT and change.begins > AFTER_TIME and change.before * change.after < 0
     )
 
 
 def _gear(case: Case, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the torque that the gear has to carry, the angle of its link, and half of its play."""
+    """Return the torque that the gear has to carry, the angle of its link, and half of its backlash."""
     placed = case.robots[0]
     moving = MovingRobot(placed.description, placed.torque_curve)
     rigid = InverseKinematics(placed.description, placed.home).plan(case.desired)
-    wanted = Wanted(case.desired, rigid, WrenchHistory.none(case.desired.time))
+    wanted = DesiredMotion(case.desired, rigid, WrenchHistory.none(case.desired.time))
     found = moving.invert(
         wanted, case.controller, JointLimits.of(placed.description), lambda *_: None
     )
@@ -135,7 +135,7 @@ def _gear(case: Case, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def drawn(found: Seen) -> go.Figure:
-    """Draw torque, twist, drive and link, and the tool's deviation over time."""
+    """Draw torque, wind-up, drive and link, and the tool's deviation over time."""
     figure = make_subplots(rows=4, cols=1, shared_xaxes=True, vertical_spacing=0.03)
     time, watched = 1e3 * (found.time - found.time[0]), 1e3 * (found.watched - found.time[0])
     line = np.polynomial.Polynomial.fit(found.time, found.link, 1)(found.time)
@@ -153,11 +153,13 @@ def drawn(found: Seen) -> go.Figure:
     add(3, time, 1e3 * (found.drive - line), AFTER, "drive")
     add(4, watched, _UM * found.inverted, AFTER, "tool, inverse")
     add(4, watched, _UM * found.mirrored, BEFORE, "tool, mirrored")
-    play = 1e3 * found.half_width
-    figure.add_hrect(y0=-play, y1=play, fillcolor="#999999", opacity=0.2, line_width=0, row=2)
+    backlash = 1e3 * found.half_width
+    figure.add_hrect(
+        y0=-backlash, y1=backlash, fillcolor="#999999", opacity=0.2, line_width=0, row=2
+    )
     figure.add_hline(y=0.0, line={"color": "#999999", "width": 1}, row=1)
     for row, title in enumerate(
-        ("torque [N m]", "twist [mrad]", "angle [mrad]", "tool is off [um]"), start=1
+        ("torque [N m]", "wind-up [mrad]", "angle [mrad]", "tool is off [um]"), start=1
     ):
         figure.update_yaxes(title=title, row=row, col=1)
     figure.update_yaxes(type="log", row=4, col=1)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.files.csv_table import POSE_COLUMNS, write_table
-from coupling.run.study import run_compensation
+from coupling.run.execute import run_compensation
 from docs.scripts.runs import CASES, example
 
 FEED = 0.25  # [m/s]

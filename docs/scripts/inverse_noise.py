@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import Deviation, measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.run.execute import run_compensation
 from coupling.run.models import Models, cell_of
-from coupling.run.study import run_compensation
 from docs.scripts.page import table
 from docs.scripts.runs import CASES, example
 

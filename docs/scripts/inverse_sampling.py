@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.process import ProcessSchema
+from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
 from coupling.run.sampling import sampling_of
-from coupling.run.study import loop_of
 from coupling.solve.fixed_point import Tolerance, couple
 from docs.scripts.page import table
 from docs.scripts.runs import example
@@ -44,15 +44,17 @@ class Shown:
 _CONE = {"feed_m_s": 0.15, "depth_m": 0.003}
 SHOWN = (
     Shown(
-        "cone, 0.15 m/s, no play", "cone", {"tool_path": _CONE, "robot": {"torque_curve": "linear"}}
+        "cone, 0.15 m/s, no backlash",
+        "cone",
+        {"tool_path": _CONE, "robot": {"torque_curve": "linear"}},
     ),
     Shown(
         "the same, `fanuc_r2000ic`",
         "cone",
         {"tool_path": _CONE, "robot": {"torque_curve": "linear", "description": "fanuc_r2000ic"}},
     ),
-    Shown("the same, with play", "cone", {"tool_path": _CONE}),
-    Shown("pyramid, 0.15 m/s, with play", "cone", {"tool_path": _CONE | {"kind": "pyramid"}}),
+    Shown("the same, with backlash", "cone", {"tool_path": _CONE}),
+    Shown("pyramid, 0.15 m/s, with backlash", "cone", {"tool_path": _CONE | {"kind": "pyramid"}}),
 )
 
 

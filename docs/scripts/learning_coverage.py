@@ -16,7 +16,14 @@ from docs.scripts.learning_others import HOME, cone_of, rolled
 from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import Trial, Truth, drawn, hidden
 from docs.scripts.page import table
-from docs.scripts.robots_with_play import EVEN, FANUC_HOME, KUKA, KUKA_HOME, MIXED, with_play
+from docs.scripts.robots_with_backlash import (
+    EVEN,
+    FANUC_HOME,
+    KUKA,
+    KUKA_HOME,
+    MIXED,
+    with_backlash,
+)
 
 # How much of a pass is measured [s].
 SECONDS = 12.0
@@ -48,7 +55,7 @@ class Told:
     def of(cls, found: Learned, truth: Truth, times: float) -> Iterator[Told]:
         """Yield what a pass tells of a robot that is known."""
         for own in found.parameters:
-            if own.told:
+            if own.identifiable:
                 half = float(np.log(own.high / own.factor))
                 off = abs(np.log(own.factor / truth.factors.get(own.parameter.name, 1.0)))
                 yield cls(times, own.parameter.kind, float(off) / half, half)
@@ -56,8 +63,10 @@ class Told:
 
 def cases() -> dict[str, dict[str, Any]]:
     """Return robots on paths."""
-    kuka = with_play(KUKA, EVEN)
-    abb, fanuc = (with_play(find_robot(name), MIXED) for name in ("abb_irb7600", "fanuc_r2000ic"))
+    kuka = with_backlash(KUKA, EVEN)
+    abb, fanuc = (
+        with_backlash(find_robot(name), MIXED) for name in ("abb_irb7600", "fanuc_r2000ic")
+    )
     pyramid = {"kind": "pyramid"}
     return {
         "example, cone": cone_of(HOME, "icme2008", (1.6, 0.0, 0.8)),
@@ -94,7 +103,7 @@ def coverage() -> str:
     groups = {f"{times:g} times": [one for one in told if one.times == times] for times in TIMES}
     groups |= {kind: [one for one in told if one.kind == kind] for kind in _kinds(told)}
     rows = [_row(name, own) for name, own in groups.items()]
-    head = ("", "told", "held", "[%]", "median error [%]", "median half interval [%]")
+    head = ("", "identifiable", "held", "[%]", "median error [%]", "median half interval [%]")
     return table(head, [*rows, _row("all", told)])
 
 

@@ -10,14 +10,14 @@ from coupling.files.robot_file import find_robot
 from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import DEPTH, Left, Trial, Truth, case_text, hidden
 from docs.scripts.page import table
-from docs.scripts.robots_with_play import (
+from docs.scripts.robots_with_backlash import (
     EVEN,
     FANUC_HOME,
     KUKA,
     KUKA_HOME,
     MIXED,
     kept,
-    with_play,
+    with_backlash,
 )
 
 HOME = [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]
@@ -44,20 +44,20 @@ def cases() -> dict[str, tuple[dict[str, Any], int]]:
     """Return cases, and the seed of the hidden robot of each, by what they are."""
     fanuc, abb = find_robot("fanuc_r2000ic"), find_robot("abb_irb7600")
     return {
-        "FANUC R-2000iC, play 0.1 mrad": (
-            cone_of(FANUC_HOME, with_play(fanuc, EVEN), (1.8, 0.0, 0.5)),
+        "FANUC R-2000iC, backlash 0.1 mrad": (
+            cone_of(FANUC_HOME, with_backlash(fanuc, EVEN), (1.8, 0.0, 0.5)),
             31,
         ),
         "FANUC R-2000iC, plays of 0.1 to 0.4 mrad": (
-            cone_of(FANUC_HOME, with_play(fanuc, MIXED), (1.6, 0.3, 0.6)),
+            cone_of(FANUC_HOME, with_backlash(fanuc, MIXED), (1.6, 0.3, 0.6)),
             32,
         ),
-        "KUKA KR 210, play 0.1 mrad": (
-            cone_of(KUKA_HOME, with_play(KUKA, EVEN), (1.9, 0.1, 0.9)),
+        "KUKA KR 210, backlash 0.1 mrad": (
+            cone_of(KUKA_HOME, with_backlash(KUKA, EVEN), (1.9, 0.1, 0.9)),
             41,
         ),
         "ABB IRB 7600, plays of 0.1 to 0.4 mrad": (
-            cone_of(HOME, with_play(abb, MIXED), (1.7, -0.3, 0.9)),
+            cone_of(HOME, with_backlash(abb, MIXED), (1.7, -0.3, 0.9)),
             51,
         ),
         "example, cone elsewhere": (cone_of(HOME, "icme2008", (1.3, 0.4, 0.6)), 61),

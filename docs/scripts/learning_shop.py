@@ -15,16 +15,16 @@ import numpy as np
 import tomlkit
 from scipy.spatial.transform import Rotation
 
-from coupling.case import Case, load_case
-from coupling.learn.learning import Learned, Options, learn
+from coupling.case.file import Case, load_case
+from coupling.learn.learning import Learned, LearnOptions, learn
+from coupling.learn.measurement import Measurement
 from coupling.learn.next_inputs import next_case_text
-from coupling.learn.passes import Seen
 from coupling.learn.robot_file import learned_text
-from coupling.learn.source import Source, read_source
+from coupling.learn.source import MeasuredFile, read_source
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
-from coupling.run.study import run_compensation
 from docs.scripts.learning_studies import DEPTH, Learning, Left, Trial, Truth, case_text
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
@@ -41,9 +41,9 @@ def _cpu() -> float:
     return sum(own.ru_utime + own.ru_stime for own in used)
 
 
-def _unseen(run: Path) -> Source:
+def _unseen(run: Path) -> MeasuredFile:
     """Return a run as something to learn from, without what was measured."""
-    return read_source(run, Seen("", np.zeros(1), np.zeros((1, 3))))
+    return read_source(run, Measurement("", np.zeros(1), np.zeros((1, 3))))
 
 
 class Shop:
@@ -101,7 +101,7 @@ class Shop:
         wrench: WrenchHistory = source.stored.wrench.scaled(truth.force)
         return fmu.simulate(command or source.stored.joints, wrench, "dynamic", values)
 
-    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath) -> Seen:
+    def seen(self, run: Path, truth: Truth, trial: Trial, seed: int, path: ToolPath) -> Measurement:
         """Return what is measured of the path that the tool really takes."""
         rng = np.random.default_rng(seed)
         source = _unseen(run)
@@ -116,13 +116,13 @@ class Shop:
         if trial.turn_noise > 0.0:
             turns = Rotation.from_rotvec(trial.turn_noise * rng.standard_normal((len(rows), 3)))
             held = at.rotation * turns * path.rotations[0][rows]
-        return Seen("measured.csv", clock[rows], seen, held)
+        return Measurement("measured.csv", clock[rows], seen, held)
 
     def found(self, truth: Truth, trial: Trial, seed: int) -> Learned:
         """Return what one pass under the file's command tells."""
         seen = self.seen(self._first, truth, trial, seed, self.moved(self._first, truth))
         with Models("native") as models:
-            return learn([read_source(self._first, seen)], Options(draws=trial.draws), models)
+            return learn([read_source(self._first, seen)], LearnOptions(draws=trial.draws), models)
 
     def less_off(self, truth: Truth, found: Learned) -> tuple[float, float]:
         """Return how far the tool of the file's and of the learned robot is from the real one's [m].
@@ -152,7 +152,7 @@ class Shop:
             sources.append(read_source(run, seen))
             begin = (time.perf_counter(), _cpu())
             with Models("native") as models:
-                told = learn(sources, Options(draws=trial.draws), models)
+                told = learn(sources, LearnOptions(draws=trial.draws), models)
             seconds.append((time.perf_counter() - begin[0], _cpu() - begin[1]))
             found.append(told)
             if not told.refusal:

@@ -143,7 +143,7 @@ def of_kinds(found: Learned, truth: Truth) -> dict[str, list[tuple[float, float,
     """Return error and interval of what is told, in per cent, and whether it covers, by kind."""
     rows: dict[str, list[tuple[float, float, float]]] = {kind: [] for kind in SPREAD}
     for own in found.parameters:
-        if own.told:
+        if own.identifiable:
             true = truth.factors.get(own.parameter.name, 1.0)
             error, half = abs(np.log(own.factor / true)), np.log(own.high / own.factor)
             rows[own.parameter.kind].append((100 * error, 100 * half, float(error <= half)))

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import BPoly
 
-from coupling.case import Case
-from coupling.export.exported import Exported, Options
+from coupling.case.file import Case
+from coupling.export.exported import ExportedProgram, ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
@@ -51,9 +51,9 @@ def _run(name: str) -> tuple[Path, Case]:
 
 
 @cache
-def _exported(name: str, language: str) -> Exported:
+def _exported(name: str, language: str) -> ExportedProgram:
     own = LANGUAGES[language]
-    (found,) = export_run(_run(name)[0], Options(own, own.targets[0]))
+    (found,) = export_run(_run(name)[0], ExportOptions(own, own.targets[0]))
     return found
 
 
@@ -95,7 +95,7 @@ def cycles() -> str:
         for name in (*CASES, _FAST):
             for cycle in CYCLES:
                 csv = LANGUAGES["csv"]
-                (one,) = export_run(_run(name)[0], Options(csv, "joints", cycle=cycle))
+                (one,) = export_run(_run(name)[0], ExportOptions(csv, "joints", cycle=cycle))
                 yield (
                     f"`{name}`" if name != _FAST else "`iso9283` at 1 m/s",
                     f"{1e3 * cycle:.0f} ms",

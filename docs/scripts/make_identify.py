@@ -16,10 +16,10 @@ import numpy as np
 
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identify.accuracy import intervals
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.fit import fitted
 from coupling.identify.found import Identification, rms
-from coupling.identify.identification import Options, identify
+from coupling.identify.identification import IdentifyOptions, identify
 from coupling.identify.measurements import Measurements, read_measurements
 from coupling.identify.noise import noise_of
 from coupling.identify.points import MovedPoint
@@ -43,7 +43,7 @@ def measurements() -> Measurements:
 def identified(*add: str) -> Identification:
     """Return what they say of its joints, and of parameters that are added to them."""
     start = load_robot(EXAMPLES / "fanuc_start.toml")
-    return identify(start, measurements(), Options(noise_of(measurements()), add=add))
+    return identify(start, measurements(), IdentifyOptions(noise_of(measurements()), add=add))
 
 
 def fanuc() -> str:
@@ -51,7 +51,7 @@ def fanuc() -> str:
     start = load_robot(EXAMPLES / "fanuc_start.toml")
     rows = measurements()
     axial, tilted = identified(), identified("supported")
-    six = identify(_tilted(start), rows, Options(noise_of(rows)))
+    six = identify(_tilted(start), rows, IdentifyOptions(noise_of(rows)))
     others = [
         further
         for further in axial.further
@@ -120,7 +120,7 @@ def coverage() -> str:
 def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
     """Return a row for each parameter of a robot that MuJoCo measures."""
     rng, true = np.random.default_rng(seed), load_robot(find_robot(name))
-    right = Elasticity.of(true, "backlash")
+    right = ElasticParameters.of(true, "backlash")
     ways = rng.normal(size=(ROWS, 3))
     wrench = np.zeros((ROWS, 6))
     wrench[:, :3] = ways / np.linalg.norm(ways, axis=1, keepdims=True)
@@ -128,7 +128,7 @@ def _coverage(name: str, seed: int) -> list[tuple[str, ...]]:
     points = [np.tile(rng.uniform(-0.2, 0.2, 3), (ROWS, 1)) for _ in range(2)]
     exact = measured(true, rng.uniform(-1.2, 1.2, (ROWS, len(true.joints))), wrench, points)
     first = right.described(right.start * rng.uniform(0.6, 1.6, len(right.start)))
-    start = Elasticity.of(first, "backlash")
+    start = ElasticParameters.of(first, "backlash")
     inside, identified, halves = [], [], []
     for _ in range(REPETITIONS):
         forces = exact.wrench.copy()

@@ -23,8 +23,8 @@ from scipy.interpolate import CubicSpline
 from coupling.errors import PlanningError
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.interpolation import SampledPath
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import run_compensation
 from docs.scripts import (
     inverse_backlash,
     inverse_crossing,
@@ -210,7 +210,7 @@ def samples() -> str:
 
 
 def crossing() -> str:
-    """Draw a flank change, and return what is seen."""
+    """Draw a backlash reversal, and return what is seen."""
     seen = inverse_crossing.seen()
     save("inverse_crossing", inverse_crossing.drawn(seen))
     return seen.caption

@@ -38,7 +38,7 @@ from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save, styled
 
 SEEDS = (11, 12, 13, 14, 15)
-# Half width of the play that the second robot is given [rad].
+# Half width of the backlash that the second robot is given [rad].
 PLAY = 1e-4
 # Noise of measured orientations [rad].
 TURN_NOISE = 2e-5
@@ -103,7 +103,14 @@ def _of_intervals(found: Sequence[Learned]) -> str:
                 f"{int(held.sum())} of {len(own)}",
             )
         )
-    head = ("", "told", "median error [%]", "largest [%]", "median half interval [%]", "held")
+    head = (
+        "",
+        "identifiable",
+        "median error [%]",
+        "largest [%]",
+        "median half interval [%]",
+        "held",
+    )
     return table(head, rows)
 
 
@@ -125,7 +132,7 @@ def trials() -> str:
     rows = [(name, *_row(shop.learned(own, trial))) for name, own, trial in cases]
     others = {
         "round edges, and the case says so": _contours(robot={"torque_curve": "spline"}),
-        "another robot: ABB IRB 7600 with play": _contours(robot=_second_robot()),
+        "another robot: ABB IRB 7600 with backlash": _contours(robot=_second_robot()),
     }
     for name, data in others.items():
         with Shop(data) as other:
@@ -145,7 +152,7 @@ def _contours(robot: dict[str, Any]) -> dict[str, Any]:
 
 
 def _second_robot() -> dict[str, Any]:
-    """Return the table of the IRB 7600, with play in its gears, in a file that stays for a while."""
+    """Return the table of the IRB 7600, with backlash in its gears, in a file that stays for a while."""
     data = tomllib.loads(find_robot("abb_irb7600").read_text(encoding="utf-8"))
     for joint in data["joint"]:
         joint["backlash"] = PLAY

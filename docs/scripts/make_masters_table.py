@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
-from coupling.run.ssp import System
+from coupling.run.ssp import SspSystem
 from docs.scripts.masters import (
     GIVEN,
     MASTERS,
@@ -79,7 +79,7 @@ def ssp_table() -> str:
     columns = []
     for answer in ("force", "spring"):
         with tempfile.TemporaryDirectory() as name:
-            System.of(case, answer).write(Path(name, "system.ssp"))
+            SspSystem.of(case, answer).write(Path(name, "system.ssp"))
             runs = [
                 run_system("SSP-libcosimpy", Path(name), step, path.time[-1]) for step in SSP_STEPS
             ]

@@ -10,12 +10,12 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.path.histories import ToolPath
 from coupling.process.milling_force import FORCES, MillingForce
-from coupling.run.beat import Parts
 from coupling.run.deviations import Deviations
-from coupling.run.study import Run
+from coupling.run.execute import Run
+from coupling.run.tooth_passing import DeviationParts
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, coupled, example
@@ -190,12 +190,12 @@ def teeth_apart(case: Case) -> float:
     return 60.0 / (table["teeth"] * table["spindle_speed_rpm"])
 
 
-def left(run: Milled) -> Parts:
+def left(run: Milled) -> DeviationParts:
     """Return the parts of the deviation after compensation, part axes."""
     found = run.run.correction
     off = found.achieved.position[0] - found.desired.position[0]
     off = run.case.task.part.rotation.inv().apply(off)
-    return Parts.of(found.desired.time, off, teeth_apart(run.case))
+    return DeviationParts.of(found.desired.time, off, teeth_apart(run.case))
 
 
 def compensation_table(corrected: Mapping[int, Milled]) -> str:

@@ -70,8 +70,8 @@ def _others() -> tuple[Told, ...]:
 
 OTHERS = {
     "file right, extras": Trial(CONE, 0),
-    "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", play=1e-4),
-    "backlash of 0.1 mrad": Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", play=1e-4),
+    "backlash of 0.1 mrad, extras": Trial(CONE, 61, robot="fanuc_r2000ic", backlash=1e-4),
+    "backlash of 0.1 mrad": Trial(PYRAMID, 62, extras=NONE, robot="abb_irb7600", backlash=1e-4),
     "extras, and 10 um new in every pass": Trial(CONE, 52, 0.5, ANEW),
     "file right, geometry off by 0.3 mm over 0.1 m": Trial(
         CONE, 0, extras=replace(NONE, geometry=3e-4)

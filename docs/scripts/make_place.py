@@ -19,20 +19,20 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.files.robot_file import shipped_robots
 from coupling.place.console import changes, in_words
+from coupling.place.evaluated import EvaluatedSetting
 from coupling.place.folder import StoredPlacement, figures_of
-from coupling.place.judged import Judged
 from coupling.place.place import CasePlacement, place
 from coupling.place.placing import placing
 from coupling.place.selection import selected
 from coupling.report.place_page import map_figures
 from coupling.report.style import style
-from coupling.robot.difference import Difference
+from coupling.robot.mismatch import ModelMismatch
+from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
 from coupling.run.robustness import differing
-from coupling.run.study import loop_of
 from docs.scripts.learning_shop import Shop
 from docs.scripts.learning_studies import DEPTH, Trial, all_alike, case_text, hidden
 from docs.scripts.page import finish, replace_parts, table
@@ -43,7 +43,7 @@ from docs.scripts.runs import example
 _UM = 1e6
 # Backlash of the robots on which commands are replayed, over that of the model.
 FACTORS = (0.8, 1.2)
-# Half width of the play that the FANUC is given, as its file knows none [rad].
+# Half width of the backlash that the FANUC is given, as its file knows none [rad].
 PLAY = 1e-4
 # Settings that the speed is measured with.
 MANY = 100_000
@@ -57,14 +57,14 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory()
 
 
-def _fanuc_with_play() -> str:
-    """Return the file of the FANUC with play in its gears."""
+def _fanuc_with_backlash() -> str:
+    """Return the file of the FANUC with backlash in its gears."""
     lines = []
     for line in shipped_robots()["fanuc_r2000ic"].read_text(encoding="utf-8").splitlines():
         lines.append(line)
         if line.startswith("damping"):
             lines.append(f"backlash = {PLAY}")
-    file = Path(_folder().name, "fanuc_with_play.toml")
+    file = Path(_folder().name, "fanuc_with_backlash.toml")
     file.write_text("\n".join(lines), encoding="utf-8")
     return str(file)
 
@@ -74,7 +74,7 @@ def _fanuc() -> Case:
     free = {"x_m": [1.2, 2.2], "z_m": [0.2, 1.2], "base_roll_deg": [-6.0, 6.0]}
     return example(
         "cone",
-        robot={"description": _fanuc_with_play(), "home_deg": home},
+        robot={"description": _fanuc_with_backlash(), "home_deg": home},
         part={"position_m": [1.8, 0.0, 0.5]},
         tool_path={"depth_m": 0.004},
         place=COMMON | free,
@@ -101,7 +101,7 @@ def _placed(name: str) -> CasePlacement:
     return place(placing(case, case.process), lambda own: own.process)
 
 
-def _loaded(own: Judged, number: int) -> Case:
+def _loaded(own: EvaluatedSetting, number: int) -> Case:
     file = Path(_folder().name, f"placed_{number}.toml")
     file.write_text(own.content, encoding="utf-8")
     return load_case(file)
@@ -119,7 +119,7 @@ def _left(case: Case) -> list[tuple[float, float, float]]:
         cell, models = cell_of(case.robots, fmus)
         correction = case.method.correct(loop_of(case, cell), case.motion)
         for factor in FACTORS:
-            other = differing(cell, models, [Difference(backlash=(factor,))], "another backlash")
+            other = differing(cell, models, [ModelMismatch(backlash=(factor,))], "another backlash")
             path = other.simulate(correction.joints, correction.answer.wrench, "dynamic")
             away = path.position[0] - correction.desired.position[0]
             mean = away.mean(axis=0)
@@ -155,7 +155,7 @@ def cases() -> str:
             )
         settings.append(f"- {name}: {in_words(told.best[0].setting, told.free)}")
     head = (
-        *("", "", "process [um]", "changes of flank (gear: times)"),
+        *("", "", "process [um]", "backlash reversals (gear: times)"),
         *(f"backlash x {factor} [um]" for factor in FACTORS),
         "mean [um]",
     )
@@ -217,7 +217,7 @@ def maps() -> str:
     changing = drawn[-1].changing
     kept = np.mean(changing[np.isfinite(changing)] == 0.0)
     return (
-        "*The cone's part in the plane of x and z. Above, tool and base as they are: gears change flank"
+        "*The cone's part in the plane of x and z. Above, tool and base as they are: gears reverse"
         " wherever the part is. Below, as the best setting holds them: all keep theirs on"
         f" {100.0 * kept:.0f} % of the places.*"
     )

@@ -10,10 +10,10 @@ import sys
 
 import numpy as np
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.report import workpiece_figures
 from coupling.run.deviations import Deviations
-from coupling.run.study import Run
+from coupling.run.execute import Run
 from docs.scripts import sheet_case_studies, sheet_cone_studies, sheet_studies
 from docs.scripts.page import finish, replace_parts, table
 from docs.scripts.pictures import save

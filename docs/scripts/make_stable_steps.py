@@ -14,10 +14,10 @@ import tomlkit
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.fmu_export.build import build_fmu
-from coupling.run.ssp import System
-from coupling.run.step_limit import Posture
+from coupling.run.ssp import SspSystem
+from coupling.run.step_limit import LinearisedPosture
 from docs.scripts.masters import MasterError, run_system
 from docs.scripts.page import finish, replace, table
 
@@ -89,7 +89,9 @@ CELLS = (
 )
 
 
-def growth_in_master(fmu: Path, drives: np.ndarray, posture: Posture, step: float) -> float:
+def growth_in_master(
+    fmu: Path, drives: np.ndarray, posture: LinearisedPosture, step: float
+) -> float:
     """Return by what deviations grow over a step of a master that exchanges pose and force.
 
     The robot rests at the surface of a bilateral wall; a push of one step disturbs it.
@@ -110,7 +112,7 @@ def growth_in_master(fmu: Path, drives: np.ndarray, posture: Posture, step: floa
 
 
 def _deviations(
-    fmu: Path, drives: np.ndarray, posture: Posture, step: float, push: float
+    fmu: Path, drives: np.ndarray, posture: LinearisedPosture, step: float, push: float
 ) -> np.ndarray:
     """Return how far the tool is from rest after every step [m]."""
     description = read_model_description(str(fmu))
@@ -146,8 +148,8 @@ def _deviations(
 
 
 @cache
-def _systems(cell: Cell) -> list[tuple[float, System]]:
-    return [(k, System.of(cell.case(k), "force", step=STEPS[0])) for k in STIFFNESSES]
+def _systems(cell: Cell) -> list[tuple[float, SspSystem]]:
+    return [(k, SspSystem.of(cell.case(k), "force", step=STEPS[0])) for k in STIFFNESSES]
 
 
 def growth_rows() -> Iterator[list[str]]:
@@ -172,7 +174,7 @@ def force_rows() -> Iterator[list[str]]:
     """Yield, by robot and stiffness, safe steps and the largest force of every step in libcosim."""
     for cell in CELLS:
         for stiffness, forced in _systems(cell):
-            sprung = System.of(forced.case)
+            sprung = SspSystem.of(forced.case)
             safe = (forced.limit.safe_step(False, 0.01), sprung.step)
             ends = [_largest(forced), _largest(sprung)]
             yield [
@@ -186,7 +188,7 @@ def force_rows() -> Iterator[list[str]]:
 def touch_rows() -> Iterator[list[str]]:
     """Yield, by stiffness, largest force and lift-offs in the last quarter by how late a touch is."""
     for stiffness in WALLS:
-        system = System.of(UR10.case(stiffness))
+        system = SspSystem.of(UR10.case(stiffness))
         cells = []
         with tempfile.TemporaryDirectory() as folder:
             system.write(Path(folder, "system.ssp"))
@@ -202,7 +204,7 @@ def touch_rows() -> Iterator[list[str]]:
         yield [f"{stiffness:.0e}", *cells]
 
 
-def pressed(folder: Path, system: System, step: float) -> np.ndarray | None:
+def pressed(folder: Path, system: SspSystem, step: float) -> np.ndarray | None:
     """Return the rows of a run in libcosim of a folder, as `run_system`; None where it stops."""
     stop = step * np.floor(system.case.desired.time[-1] / step + 1e-9)
     try:
@@ -212,7 +214,7 @@ def pressed(folder: Path, system: System, step: float) -> np.ndarray | None:
         return None
 
 
-def _largest(system: System) -> list[str]:
+def _largest(system: SspSystem) -> list[str]:
     """Return the largest force of a run with every step [N]; "stops" where the run does."""
     found = []
     with tempfile.TemporaryDirectory() as folder:

@@ -16,15 +16,15 @@ import numpy as np
 import plotly.graph_objects as go
 
 from benchmarks import study as benchmark
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.events import unwatched
 from coupling.report import study_page
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import run_compensation
 from coupling.study.conduct import changed_table, opened, simulated
 from coupling.study.evaluate import write_findings
 from coupling.study.folder import RUN
-from coupling.study.rows import Sample
+from coupling.study.rows import StudySample
 from coupling.study.stored_study import StoredStudy, read_study
 from coupling.study.workers import Workers
 from docs.scripts.page import finish, replace_parts, table
@@ -35,7 +35,7 @@ SEED, FRESH = 1, 2
 
 
 @cache
-def _studied() -> tuple[StoredStudy, list[Sample]]:
+def _studied() -> tuple[StoredStudy, list[StudySample]]:
     """Return the study of the cone, and fresh samples of another seed."""
     case = load_case(CASE)
     with tempfile.TemporaryDirectory() as name:

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import plotly.graph_objects as go
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.report.colours import AFTER, BEFORE, DESIRED
 from coupling.run.deviations import Deviations
-from coupling.run.study import Run
+from coupling.run.execute import Run
 from docs.scripts.page import fill, finish, table
 from docs.scripts.pictures import save, styled
 from docs.scripts.runs import compensated, example, gap_ranges, peak_force

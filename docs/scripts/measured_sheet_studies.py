@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling.case import Case
-from coupling.process.base import Answer
+from coupling.case.file import Case
+from coupling.process.base import ProcessResponse
 from coupling.process.isf_force_law import scallop_height, steady_force
 from coupling.sheet_fem.shape import THICKNESS
 from docs.scripts.page import DOCS, table
@@ -49,7 +49,7 @@ class Forming:
     force: np.ndarray
 
     @classmethod
-    def of(cls, case: Case, answer: Answer) -> Forming:
+    def of(cls, case: Case, answer: ProcessResponse) -> Forming:
         """Return it of an evaluation on the case's desired path."""
         part = case.task.part
         points = part.coordinates(case.desired.position[0])
@@ -77,7 +77,7 @@ class Forming:
 
 
 @cache
-def stiff() -> tuple[Case, Answer]:
+def stiff() -> tuple[Case, ProcessResponse]:
     """Return the case and its process on the desired path: what a stiff machine does."""
     case = example("bm3", tool_path={"sample_s": SAMPLE})
     return case, case.process.evaluate(case.desired)

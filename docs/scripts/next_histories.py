@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.cli.next import expected
 from coupling.events import unwatched
 from coupling.files.robot_file import find_robot, load_robot
@@ -27,10 +27,10 @@ from coupling.learn.next_inputs import inputs_folder, write_inputs
 from coupling.learn.next_options import NextOptions
 from coupling.learn.selection import selected
 from coupling.learn.source import read_source
-from coupling.results.forecast import Forecast
+from coupling.results.forecast import PassForecast
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
-from coupling.run.study import run_compensation
 from docs.scripts.learning_studies import case_text
 from docs.scripts.page import DOCS
 from elastic_robot.chain import build_chain
@@ -85,7 +85,7 @@ class Trial:
             about 5, 7 and 10 Hz.
         extras: What the robot has beyond the model.
         robot: Shipped robot.
-        play: Half width of the backlash that its gears are given where they have none [rad].
+        backlash: Half width of the backlash that its gears are given where they have none [rad].
         linear: The robot that moves has gears without backlash, four times as stiff.
         passes: Number of passes.
     """
@@ -95,7 +95,7 @@ class Trial:
     stiffness: float = 1.0
     extras: Extras = EXTRAS
     robot: str = "icme2008"
-    play: float = 0.0
+    backlash: float = 0.0
     linear: bool = False
     passes: int = 4
 
@@ -121,7 +121,7 @@ class Measured:
     rms: float
     maximum: float
     rms_less_constant: float
-    forecast: Forecast | None
+    forecast: PassForecast | None
     move: str
 
 
@@ -242,8 +242,8 @@ def _robot_text(trial: Trial) -> str:
         for table in (joint, *joint.get("tilt", ())):
             for key in [own for own in table if own.startswith("stiffness")]:
                 table[key] *= trial.stiffness
-        if trial.play and joint.get("stiffness") and not joint.get("backlash"):
-            joint["backlash"] = trial.play
+        if trial.backlash and joint.get("stiffness") and not joint.get("backlash"):
+            joint["backlash"] = trial.backlash
     data.pop("sources", None)
     roll = np.deg2rad(trial.path.roll)
     data["gravity"] = [0.0, float(-9.81 * np.sin(roll)), float(-9.81 * np.cos(roll))]

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.path.workpiece import Workpiece
 from coupling.results.run_result import GapResult
-from coupling.run.study import Run, run_compensation, run_coupling
+from coupling.run.execute import Run, run_compensation, run_coupling
 
 CASES = Path(__file__).parents[2] / "examples" / "cases"
 

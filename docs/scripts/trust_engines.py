@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.task import REFERENCE, ROBOT, TRAJECTORY
-from coupling.fmu.driver import Job
+from coupling.fmu.driver import SimulationJob
 from coupling.fmu.worker import WorkerProcess, unpack
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
 from coupling.robot.robot_fmu import SCALARS
@@ -109,7 +109,7 @@ def random_rest() -> Comparison:
     return Comparison(f"{ROBOTS} random robots at rest", Against.PROGRAM, worst, largest, words)
 
 
-def _still(curve: str, postures: np.ndarray, wrench: np.ndarray, **start: float) -> Job:
+def _still(curve: str, postures: np.ndarray, wrench: np.ndarray, **start: float) -> SimulationJob:
     """Return the job to rest in all postures under a wrench."""
     rows = np.hstack([postures, np.tile(wrench, (len(postures), 1))])
     settings: dict[str, str | float] = {"mode": "quasistatic", "torque_curve": curve, **start}
@@ -120,11 +120,11 @@ def _still(curve: str, postures: np.ndarray, wrench: np.ndarray, **start: float)
 
 def _job(
     settings: Mapping[str, str | float], time: np.ndarray, inputs: tuple[str, ...], rows: np.ndarray
-) -> Job:
-    return Job(settings, time, inputs, rows, SCALARS.pose[:3], 3)
+) -> SimulationJob:
+    return SimulationJob(settings, time, inputs, rows, SCALARS.pose[:3], 3)
 
 
-def _compared(what: str, jobs: dict[str, Job], moved: float) -> Comparison:
+def _compared(what: str, jobs: dict[str, SimulationJob], moved: float) -> Comparison:
     """Return the largest distance from the references, of the FMUs of either kind."""
     answers = (_answers(kind, jobs.values()) for kind in KINDS)
     worst = max(
@@ -135,7 +135,7 @@ def _compared(what: str, jobs: dict[str, Job], moved: float) -> Comparison:
     return Comparison(what, Against.PROGRAM, worst, moved, f"{worst:.0e} m of {1e3 * moved:.2f} mm")
 
 
-def _answers(kind: str, jobs: Iterable[Job]) -> list[np.ndarray]:
+def _answers(kind: str, jobs: Iterable[SimulationJob]) -> list[np.ndarray]:
     """Return TCP positions [m] that an FMU built for it gives."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

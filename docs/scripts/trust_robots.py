@@ -10,7 +10,7 @@ import numpy as np
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.identify.found import Identification, rms
 from coupling.run.deviations import Deviations
-from coupling.run.study import Run
+from coupling.run.execute import Run
 from docs.scripts.make_identify import identified, measurements
 from docs.scripts.page_table import PageTable
 from docs.scripts.runs import compensated, example

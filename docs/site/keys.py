@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
-from coupling.case import CaseFile
+from coupling.case.file import CaseFile
 from coupling.files.robot_schema import RobotFile, UrdfRobotFile
 from coupling.files.toml_file import Schema
 from coupling.process import PROCESSES

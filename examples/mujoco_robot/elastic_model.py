@@ -1,4 +1,4 @@
-"""The elastic robot in MuJoCo's terms: springs, dampers, play, prescribed drives, wrench.
+"""The elastic robot in MuJoCo's terms: springs, dampers, backlash, prescribed drives, wrench.
 
 A hinge carries the stiffness k and the damping d of its joint or tilt.  Actuators do the rest, in
 MuJoCo's C code but for the smooth curve:
@@ -8,8 +8,8 @@ drive
     drive; all together are -k x - d x' with x = theta - q.
 rotor
     On the hinge of a rigid joint: q'' times a rotor inertia that no load can hold up.
-play
-    What the gear does not carry of k x: k x clipped at +-k B for the sharp dead band.
+relief
+    What the gear does not carry of k x: k x clipped at +-k B for the sharp backlash.
 wrench
     Unit force or moment at the TCP, base axes.
 """
@@ -26,7 +26,7 @@ import numpy as np
 from elastic_robot.description import Robot
 from examples.mujoco_robot.integrators import DriveSamples, Integrator
 from examples.mujoco_robot.multibody import TCP, compiled, joint_name, mjcf, numbers, tilt_name
-from examples.mujoco_robot.smooth_play import smooth_play
+from examples.mujoco_robot.smooth_backlash import smooth_backlash
 
 # Rotor inertia of a rigid joint [kg m^2]: a load of 1e6 N m turns it by 1e-11 rad in a minute.
 _ROTOR = 1e20
@@ -39,7 +39,7 @@ class ElasticModel:
 
     Args:
         robot: Its description.
-        torque_curve: "linear", "backlash", or "spline" for the dead band with rounded corners.
+        torque_curve: "linear", "backlash", or "spline" for the backlash with rounded corners.
         integrator: Decides how the actuators are controlled.
         step: Time step [s].
         wrench_axes: Which of fx, fy, fz, mx, my, mz (0 to 5) may act; each costs time.
@@ -73,11 +73,11 @@ class ElasticModel:
         self._curve = torque_curve
         self.gears = [i for i, joint in enumerate(joints) if joint.stiffness is not None]
         self.rigid = [i for i, joint in enumerate(joints) if joint.stiffness is None]
-        with_play = torque_curve != "linear"
-        self._loose = [i for i in self.gears if with_play and joints[i].backlash > 0.0]
+        with_backlash = torque_curve != "linear"
+        self._loose = [i for i in self.gears if with_backlash and joints[i].backlash > 0.0]
         # Time [s] by which damping shifts the rest of a gear's spring: d/k.
         self._lag = np.array([joints[i].damping / (joints[i].stiffness or 1.0) for i in self.gears])
-        self._play_stiffness = np.array([joints[i].stiffness for i in self._loose])
+        self._gear_stiffness = np.array([joints[i].stiffness for i in self._loose])
         self._backlash = np.array([joints[i].backlash for i in self._loose])
         self.wrench_axes = list(wrench_axes)
         self.model = compiled(self._mjcf(robot))
@@ -96,11 +96,11 @@ class ElasticModel:
         return angles
 
     def signals(self, samples: DriveSamples) -> np.ndarray:
-        """Return what the drive, rotor and play actuators follow, (steps + 1, actuators)."""
+        """Return what the drive, rotor and relief actuators follow, (steps + 1, actuators)."""
         rest = self._integrator.angle(samples.of_joints(self.gears), self._lag)
         rotor = self._integrator.acceleration(samples.of_joints(self.rigid))
-        play = self._integrator.angle(samples.of_joints(self._loose), np.zeros(len(self._loose)))
-        return np.hstack([rest, rotor, play])
+        relief = self._integrator.angle(samples.of_joints(self._loose), np.zeros(len(self._loose)))
+        return np.hstack([rest, rotor, relief])
 
     def hold(self, q: np.ndarray) -> None:
         """Set the actuators to drives that stand still at q, (joints,)."""
@@ -114,7 +114,7 @@ class ElasticModel:
         first = len(self.gears) + len(self.rigid)
         drive = self._integrator.present(self.data)[first:]
         angle = self.data.actuator_length[first:]
-        return smooth_play(first, angle, drive, self._play_stiffness, self._backlash)
+        return smooth_backlash(first, angle, drive, self._gear_stiffness, self._backlash)
 
     def _mjcf(self, robot: Robot) -> Element:
         root = mjcf(robot)
@@ -150,16 +150,16 @@ class ElasticModel:
             hinges[joint_name(i)].set("armature", numbers([_ROTOR]))
             follow(i, _ROTOR)
         for i, stiffness, backlash in zip(
-            self._loose, self._play_stiffness, self._backlash, strict=True
+            self._loose, self._gear_stiffness, self._backlash, strict=True
         ):
             if self._curve == "spline":
                 follow(i, 0.0).set("biastype", "user")
                 continue
-            play = follow(i, -stiffness)
-            play.set("biastype", "affine")
-            play.set("biasprm", numbers([0.0, stiffness, 0.0]))
-            play.set("forcelimited", "true")
-            play.set("forcerange", numbers([-stiffness * backlash, stiffness * backlash]))
+            relief = follow(i, -stiffness)
+            relief.set("biastype", "affine")
+            relief.set("biasprm", numbers([0.0, stiffness, 0.0]))
+            relief.set("forcelimited", "true")
+            relief.set("forcerange", numbers([-stiffness * backlash, stiffness * backlash]))
         for axis in self.wrench_axes:
             gear = numbers(np.eye(6)[axis])
             SubElement(actuators, "general", site=TCP, refsite="base", gear=gear)

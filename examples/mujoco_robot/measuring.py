@@ -27,7 +27,7 @@ def measured(
     """Let a robot settle without and with a load, by MuJoCo's forces alone, and compare.
 
     Args:
-        robot: The robot; gears with play.
+        robot: The robot; gears with backlash.
         q: Drive angles [rad], (k, n).
         wrench: Loads, base axes [N, N m], (k, 6).
         points: Where they act and what is measured, in the TCP's frame [m], (k, 3) each.

@@ -9,7 +9,7 @@ from examples.mujoco_robot.elastic_model import ElasticModel
 
 # At rest no angle moves by more in an iteration [rad].
 _AT_REST = 1e-15
-# A gear that carries 1 N m needs about 2000 iterations to leave its play.
+# A gear that carries 1 N m needs about 2000 iterations to leave its backlash.
 _MAX_ITERATIONS = 200_000
 
 

@@ -26,7 +26,7 @@ Coordinates
     theta: one angle per rotation of the chain, base to tool (12 for the example robot).
     x: the elastic angles e1 a1 b1 e2 ... in the same order (11), without the drives.
 Backlash
-    Half width of the dead band [rad].
+    Half width of the backlash [rad].
 """
 
 from elastic_robot.description import Body, Joint, Robot, Tilt

@@ -149,7 +149,7 @@ class Joint:
         body: The link behind the joint.
         stiffness: Stiffness of the torsion about the axis [N m/rad], > 0; None for a rigid joint.
         damping: Damping of the torsion [N m s/rad], >= 0; 0 for a rigid joint.
-        backlash: Half width of the gear's dead band [rad], >= 0; 0 for a rigid joint.
+        backlash: Half width of the gear's backlash [rad], >= 0; 0 for a rigid joint.
         tilt: At most two tilts, in the order of rotation.
         limits: Lowest and highest drive angle [rad], or None.
         max_rate: Highest drive rate [rad/s], or None.

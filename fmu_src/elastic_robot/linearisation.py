@@ -113,7 +113,7 @@ class Linearisation:
     def modes(self) -> Modes:
         """Eigenvalues, eigenfrequencies, damping ratios and shapes.
 
-        A gear inside its play has no spring: its eigenvalue is zero up to rounding, unless gravity
+        A gear inside its backlash has no spring: its eigenvalue is zero up to rounding, unless gravity
         holds it.
         """
         m = len(self.mass)
@@ -135,7 +135,8 @@ class Linearisation:
             Complex: displacement [m] and rotation [rad] per N and per N m, (k, 6, 6).
 
         Raises:
-            ParameterError: If the robot is free to move at a frequency (0 Hz with a gear in its play).
+            ParameterError: If the robot is free to move at a frequency (0 Hz with a gear in its
+                backlash).
         """
         m, omega = len(self.mass), 2.0 * np.pi * np.asarray(frequency, dtype=float)[:, None, None]
         impedance = self.stiffness + 1j * omega * self.damping - omega**2 * self.mass
@@ -143,7 +144,8 @@ class Linearisation:
             moved = np.linalg.solve(impedance, self.forcing[None, :, :6])
         except np.linalg.LinAlgError as cause:
             raise ParameterError(
-                "frequencies: expected numbers > 0 where a gear is inside its play, got one at which the"
+                "frequencies: expected numbers > 0 where a gear is inside its backlash, got one at"
+                " which the"
                 " dynamic compliance is infinite"
             ) from cause
         return self.output[:6, :m] @ moved

@@ -3,8 +3,8 @@
     M theta'' + h - J^T w + S(x) + d x' = 0        rows of x
 
 is solved for x'' at every instant and handed to `solve_ivp` (DOP853, order 8).  A piece ends where the
-drives' third derivative jumps, where a gear reaches an edge of its play and where a contact is touched
-or left, so that what is integrated is smooth.  The native core has an integrator of its own
+drives' third derivative jumps, where a gear reaches an edge of its backlash and where a contact is
+touched or left, so that what is integrated is smooth.  The native core has an integrator of its own
 (docs/model.md): the two share the equation, not its solution.
 """
 
@@ -156,14 +156,14 @@ class DrivenMotion:
     def _edge(
         self, now: float, y: np.ndarray, drives: Drives, load: Load, start: float
     ) -> _Edge | None:
-        """Return what falls through zero at an edge of a play or at a contact's plane; None without."""
+        """Return what falls through zero at an edge of backlash or a contact's plane; None without."""
         width = self._curve.half_width
         gears = np.flatnonzero(np.isfinite(width))
         if not (len(gears) or load.contact.holds):
             return None
 
         def beyond(time: float, y: np.ndarray) -> np.ndarray:
-            """Return how far gears are out of their play [rad] and the contact below its plane [m]."""
+            """Return how far gears are out of backlash [rad] and the contact below its plane [m]."""
             x, v = y.reshape(2, -1)
             ways = np.abs(x[gears]) - width[gears]
             if load.contact.holds:

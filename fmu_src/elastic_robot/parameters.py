@@ -17,7 +17,7 @@ class Parameters:
         gravity: Gravity [m/s^2] in base axes, (3,).
         stiffness: Stiffness [N m/rad], (m,).
         damping: Damping [N m s/rad], (m,).
-        backlash: Half width of the dead band [rad], (m,); 0 for tilts.
+        backlash: Half width of the backlash [rad], (m,); 0 for tilts.
         tables: Points of the characteristic curve (angle [rad], torque [N m]) of each coordinate
             that has its own, else None, (m,); used by the curve "spline" alone.
     """

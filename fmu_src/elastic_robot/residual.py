@@ -85,7 +85,7 @@ def residual_derivatives(
 ) -> ResidualDerivatives:
     """Return the derivatives of `residual`; the arguments are the same.
 
-    A state on the edge of a play has the derivatives of the branch that `point.region` names.
+    A state on the edge of a backlash has the derivatives of the branch that `point.region` names.
     """
     chain, branch = dynamics.chain, curve.in_region(point.region)
     theta, theta_rate, theta_acceleration = _states(chain, point)

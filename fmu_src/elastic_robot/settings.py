@@ -21,7 +21,7 @@ class Settings:
         tcp_per_local_error_with_play: The same with backlash. Seen: 4 to 12, where the path enlarges
             errors several hundred times.
         longest_step: Longest step [s]: a fifth of the slowest mode's period (10 Hz).
-        first_step: First step, and the one after a gear changes flank [s]: the scale of the fastest
+        first_step: First step, and the one after a gear reverses [s]: the scale of the fastest
             oscillation (235 Hz).
         shortest_step: Shortest step before the integration is given up, part of the longest.
         most_tries, most_tries_per_longest: Tries of a step before the integration is given up: these,
@@ -51,18 +51,19 @@ class Settings:
         same_length: The matrices of a step serve steps that differ from it by this ratio.
         slack: A coordinate changes its law this part of the local error allowed beyond the boundary, so
             that rounding does not change it back.
-        slack_of_width: The slack is at most this part of a play's half width.
+        slack_of_width: The slack is at most this part of a backlash's half width.
         landing: A step that ends on a boundary may miss it by this part of the slack.
         landing_iteration: Part of that miss that Newton's method may leave.
         most_landings: Tries to end a step on a boundary.
-        neutral_torque: A gear with play that carries less rests in the middle of its gap [N m].
+        neutral_torque: A gear with backlash that carries less rests in the middle of its gap [N m].
             Rounding of the gravity torque of a heavy robot is 1e-12 N m, the smallest load far larger.
         equilibrium_step: Newton's method for an equilibrium ends when no coordinate moves by more
             [rad]; at 3 m reach that is 3e-14 m at the TCP.
         most_equilibrium_passes: Its passes before there is no equilibrium.
         slow_equilibrium: A step of it longer than this part of the one before calls for a new matrix:
             a smooth curve bends.
-        across_play: Longest of its steps inside a play [half widths]: from anywhere it leads out of it.
+        across_play: Longest of its steps inside a backlash [half widths]: from anywhere it leads out of
+            it.
         closest_samples: Samples of a trajectory closer than this are refused [s]: no drive follows them,
             and each may end a step.
         most_sample: Largest time, angle, rate or acceleration of a trajectory [s, rad, rad/s, rad/s^2];
@@ -125,15 +126,15 @@ class Settings:
         """Return how far from a time is still that time [s]."""
         return self.time_slack + self.time_rounding(time)
 
-    def local_error(self, tolerance: float, play: bool) -> float:
+    def local_error(self, tolerance: float, backlash: bool) -> float:
         """Return the local error allowed [rad].
 
         Args:
             tolerance: Error allowed at the TCP over a path [m].
-            play: Play of the gears, sharp or rounded, is modelled.
+            backlash: Play of the gears, sharp or rounded, is modelled.
         """
         return tolerance / (
-            self.tcp_per_local_error_with_play if play else self.tcp_per_local_error
+            self.tcp_per_local_error_with_play if backlash else self.tcp_per_local_error
         )
 
     def jump(self, local_error: float) -> float:

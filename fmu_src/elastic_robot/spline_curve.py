@@ -1,6 +1,6 @@
 """Smooth characteristic curve of a geared joint: Akima's interpolation of angle and torque.
 
-The variant of the paper's first implementation.  By default the points are those of a dead band with
+The variant of the paper's first implementation.  By default the points are those of a backlash with
 rounded corners; a joint may bring its own table.
 """
 
@@ -20,8 +20,8 @@ _SMALLEST_JUMP = 1e-9
 _INVERSION_STEPS = 12
 
 
-def rounded_dead_band(stiffness: float, backlash: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles [rad] and torques [N m] of a dead band whose corners are rounded.
+def rounded_backlash(stiffness: float, backlash: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles [rad] and torques [N m] of a backlash whose corners are rounded.
 
     Zero up to B/2, a parabola to 3B/2, then the line k (|x| - B).  Knots B/2 apart make Akima's
     curve equal to that shape, so it rises everywhere; knots on the sharp corners would let it
@@ -29,7 +29,7 @@ def rounded_dead_band(stiffness: float, backlash: float) -> tuple[np.ndarray, np
 
     Args:
         stiffness: k [N m/rad].
-        backlash: B, half width of the dead band [rad], > 0.
+        backlash: B, half width of the backlash [rad], > 0.
     """
     half = 0.5 * backlash
     angle = half * np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
@@ -82,7 +82,7 @@ class SplineCurve:
 
     @classmethod
     def build(cls, parameters: Parameters) -> SplineCurve:
-        """Return the curves of all coordinates: a table's, a rounded dead band's, or a line.
+        """Return the curves of all coordinates: a table's, a rounded backlash's, or a line.
 
         Raises:
             ValueError: If a table's curve does not rise everywhere.
@@ -95,7 +95,7 @@ class SplineCurve:
             if table is not None:
                 curves.append(akima(*np.array(table).T))
             elif backlash > 0.0:
-                curves.append(akima(*rounded_dead_band(float(parameters.stiffness[k]), backlash)))
+                curves.append(akima(*rounded_backlash(float(parameters.stiffness[k]), backlash)))
                 half_width[k] = 0.5 * backlash
             else:
                 curves.append(None)
@@ -131,7 +131,7 @@ class SplineCurve:
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
         """dS/dB = (S - x dS/dx) / B [N m/rad]: the curve is k B times a function of x / B.
 
-        -k sign(x), that of a play that opens, for a straight line; 0 for a table.
+        -k sign(x), that of a backlash that opens, for a straight line; 0 for a table.
         """
         scaled = (self.torque(x) - x * self.slope(x)) / (2.0 * self.half_width)
         opening = np.where(self._tabulated, 0.0, -self._end_slope * np.sign(x))

@@ -1,8 +1,8 @@
 """Static equilibrium of the elastic coordinates with a spring at the TCP, or a contact.
 
 Rest is where an energy is least: of springs, weight and the spring at the TCP.  Newton's method walks
-down to it, with an exact search along a step that leads beyond the valley.  A gear in its play, which
-has no place of its own there under a given force, rests against the spring.
+down to it, with an exact search along a step that leads beyond the valley.  A gear in its backlash,
+which has no place of its own there under a given force, rests against the spring.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ _LEFT = 0.1
 # Slopes that are added, over those of the flanks, until the energy's curvature is positive; close to
 # each other, since one that is far too large leads off a saddle in tiny steps.
 _SHIFTS = (0.0, *(2.0**k for k in range(-40, 15)))
-# A gear that carries more than this many times what it loses across its play has one flank to rest on.
+# A gear that carries more than this many times what it loses across its backlash has one flank to rest
+# on.
 _CERTAIN = 3.0
 # A flank is nearer to the anchor than the other by this at least [m]; less is rounding.
 _NEARER = 1e-12
@@ -50,9 +51,9 @@ class SpringStatics:
         self._curve = curve
         self._acting = acting
         self._rigid = dynamics.chain.theta(q)
-        self._play = np.isfinite(curve.half_width)
-        self._width = np.where(self._play, curve.half_width, 0.0)
-        reach = np.abs(acting.anchor).max() + np.abs(self._tcp(np.zeros(len(self._play)))).max()
+        self._backlash = np.isfinite(curve.half_width)
+        self._width = np.where(self._backlash, curve.half_width, 0.0)
+        reach = np.abs(acting.anchor).max() + np.abs(self._tcp(np.zeros(len(self._backlash)))).max()
         stiffness = np.abs(acting.stiffness).max() + acting.contact.stiffness
         noise = _ROUNDING * float(stiffness * reach**2)
         self._negligible = SETTINGS.neutral_torque + noise
@@ -81,7 +82,7 @@ class SpringStatics:
         return x
 
     def _start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to start, and which gears stay in the middle of their play.
+        """Return where to start, and which gears stay in the middle of their backlash.
 
         The deflection under the load of the undeflected robot, on the flanks and the spring; neutral
         is a gear that neither force and weight nor the spring can hold anywhere.
@@ -89,7 +90,7 @@ class SpringStatics:
         rigid, acting = self._rigid, self._acting
         support = self._dynamics.support(rigid, acting)
         given = self._dynamics.static_torque(rigid, Acting(acting.wrench))
-        neutral = self._play & (np.abs(given) < SETTINGS.neutral_torque)
+        neutral = self._backlash & (np.abs(given) < SETTINGS.neutral_torque)
         neutral &= support.diagonal() * self._width < SETTINGS.neutral_torque
         flanks = np.diag(self._curve.flank_slope(np.zeros(len(given))))
         x = np.linalg.solve(flanks + support, self._dynamics.static_torque(rigid, acting))
@@ -109,7 +110,7 @@ class SpringStatics:
                 return None
             left = np.abs(np.where(neutral, 0.0, after)).max()
             stands = part == 1.0 and np.abs(step).max() < SETTINGS.equilibrium_step
-            # Where it does not fall any more that is rounding, or the edge of a play.
+            # Where it does not fall any more that is rounding, or the edge of a backlash.
             stalls = left <= self._negligible and left >= 0.5 * np.abs(free).max()
             residual = after
             if stands or stalls:
@@ -122,11 +123,11 @@ class SpringStatics:
     def _step(self, x: np.ndarray, free: np.ndarray, neutral: np.ndarray) -> np.ndarray | None:
         """Return Newton's step towards less energy; None if the energy has no floor.
 
-        Inside its play a gear is held by the load alone.  A slope that sends it at most to the other
-        end of the play, and vanishes with what is left to balance, keeps it from being thrown out; one
-        that the load drives on crosses its play.
+        Inside its backlash a gear is held by the load alone.  A slope that sends it at most to the other
+        end of the backlash, and vanishes with what is left to balance, keeps it from being thrown out;
+        one that the load drives on crosses its backlash.
         """
-        inside = self._play & (self._curve.region(x) == 0)
+        inside = self._backlash & (self._curve.region(x) == 0)
         slope = self._curve.slope(x)
         slope = slope + inside * np.abs(free) / np.where(inside, 2.0 * self._width, 1.0)
         gradient = self._dynamics.static_torque_gradient(self._theta(x), self._acting)
@@ -179,16 +180,16 @@ class SpringStatics:
         """Return the parts of a step, rising, at which gears leave or take up their flanks."""
         with np.errstate(divide="ignore", invalid="ignore"):
             parts = (np.array([[-1.0], [1.0]]) * self._width - x) / step
-        parts = parts[:, self._play]
+        parts = parts[:, self._backlash]
         return np.sort(parts[(parts > 0.0) & (parts < 1.0)])
 
     def _undecided(self, x: np.ndarray) -> np.ndarray:
-        """Return the gears that might rest on their other flank too, driven on through their play."""
+        """Return the gears that might rest on their other flank too, driven on through backlash."""
         theta = self._theta(x)
         torque = self._dynamics.static_torque(theta, self._acting)
         driven = self._dynamics.static_torque_gradient(theta, self._acting).diagonal()
         lost = 2.0 * self._width * driven
-        on_flank = self._play & (self._curve.region(x) != 0)
+        on_flank = self._backlash & (self._curve.region(x) != 0)
         return np.flatnonzero(on_flank & (driven > 0.0) & (np.abs(torque) < _CERTAIN * lost))
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

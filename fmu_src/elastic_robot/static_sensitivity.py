@@ -58,7 +58,7 @@ def static_sensitivities(
 ) -> StaticSensitivities:
     """Return the derivatives of the equilibrium at the present state.
 
-    A gear inside its play counts with the stiffness of its flank: the gap is a jump, not a
+    A gear inside its backlash counts with the stiffness of its flank: the gap is a jump, not a
     compliance.
 
     Args:

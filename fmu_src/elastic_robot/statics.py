@@ -25,8 +25,8 @@ def equilibrium(
 
     The result does not depend on history.  With a spring at the TCP, or a
     contact that is touched, it is found by `SpringStatics`, and
-    without one where branches follow each other in a ring: two gears, one in its play, that turn each
-    other's torque.
+    without one where branches follow each other in a ring: two gears, one in its backlash, that turn
+    each other's torque.
 
     Args:
         dynamics: Forces of the robot.
@@ -84,9 +84,9 @@ def _free_rest(
     """Return the rest without a spring at the TCP, (m,); None if Newton's method finds none.
 
     Newton's method on one branch of the curve per coordinate, started at the deflection under the
-    load of the undeflected robot.  A gear with play rests on the flank that its load pushes it to;
+    load of the undeflected robot.  A gear with backlash rests on the flank that its load pushes it to;
     loaded by less than `neutral_torque` in the middle of its gap it stays there; where the load
-    changes sign inside the gap it rests at that place if the robot hangs there in its play, and on
+    changes sign inside the gap it rests at that place if the robot hangs there in its backlash, and on
     the flank that then carries less torque if it could rest on either.
     """
     chain = dynamics.chain
@@ -113,7 +113,7 @@ def _free_rest(
             if bends:
                 # A piece flatter than the load's gradient s would send Newton's method back, away
                 # from the flank that the load drives the gear to.  Where a load t + s x, t >= 0,
-                # rests on the flank k (x - B/2)^2 / (2 B) of a rounded dead band, its slope is
+                # rests on the flank k (x - B/2)^2 / (2 B) of a rounded backlash, its slope is
                 # 2 s at least.
                 slope = np.where(curve.bends, np.maximum(slope, 2.0 * softening.diagonal()), slope)
             solve = _solver(slope, softening, neutral)
@@ -143,7 +143,7 @@ def _free_rest(
 
 
 def _slope_in_play(guard: np.ndarray, torque: np.ndarray, softening: np.ndarray) -> np.ndarray:
-    """Return slopes that limit the steps of gears inside their play.
+    """Return slopes that limit the steps of gears inside their backlash.
 
     There only the load holds a gear, and one that it hardly holds would be sent round the world by
     Newton's method, and the other joints along with it.
@@ -175,7 +175,7 @@ def _moved_regions(
 ) -> np.ndarray:
     """Return the branches on which the iterate lies; `region` itself if they are the same.
 
-    `guard` is the half width of the play, minus infinity for coordinates without.
+    `guard` is the half width of the backlash, minus infinity for coordinates without.
     """
     inside = region * x < np.where(neutral, -np.inf, guard)
     if not inside.any():
@@ -201,7 +201,7 @@ def _lighter_flanks(
     `region` itself is returned if they are the same.
     """
     if not ((softening.diagonal() > 0.0) & (guard > 0.0)).any():
-        return region  # nothing is unstable in its play, so there is one flank to rest on
+        return region  # nothing is unstable in its backlash, so there is one flank to rest on
     width = np.where(neutral, 0.0, np.maximum(guard, 0.0))
     across = torque - 2.0 * width * region * softening.diagonal()
     lighter = (region * across < 0.0) & (np.abs(across) < np.abs(torque)) & (width > 0.0)

@@ -34,7 +34,7 @@ class Branch(Protocol):
         ...
 
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
-        """dS/dB at fixed x [N m/rad]; without play that of a play that opens."""
+        """dS/dB at fixed x [N m/rad]; without backlash that of a backlash that opens."""
         ...
 
 
@@ -57,7 +57,7 @@ class TorqueCurve(Branch, Protocol):
         ...
 
     def flank_slope(self, x: np.ndarray) -> np.ndarray:
-        """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its play."""
+        """dS/dx [N m/rad], of the nearest engaged flank where the gear is inside its backlash."""
         ...
 
     def deflection(self, torque: np.ndarray) -> np.ndarray:
@@ -65,7 +65,7 @@ class TorqueCurve(Branch, Protocol):
         ...
 
     def region(self, x: np.ndarray) -> np.ndarray:
-        """Which branch x lies on: -1, 0 (inside the play) or 1; 1 everywhere if smooth."""
+        """Which branch x lies on: -1, 0 (inside the backlash) or 1; 1 everywhere if smooth."""
         ...
 
     def in_region(self, region: np.ndarray) -> Branch:
@@ -83,7 +83,7 @@ class CurveClass(Protocol):
 
 @dataclass(frozen=True)
 class LinearCurve:
-    """Torque k x of a spring without play.
+    """Torque k x of a spring without backlash.
 
     Attributes:
         stiffness: k [N m/rad], > 0.
@@ -151,14 +151,14 @@ class LinearCurve:
 
 @dataclass(frozen=True)
 class BacklashCurve:
-    """Torque of a gear with play: zero inside the gap, linear outside it.
+    """Torque of a gear with backlash: zero inside the gap, linear outside it.
 
     S(x) = k sign(x) max(|x| - B, 0), the piecewise linear variant of Abele et al. 2008 (docs/
     references.md).
 
     Attributes:
         stiffness: k, slope outside the gap [N m/rad], > 0.
-        backlash: B, half width of the play [rad], >= 0; centred on zero.
+        backlash: B, half width of the backlash [rad], >= 0; centred on zero.
 
     Example:
         >>> BacklashCurve(np.array([1e4]), np.array([1e-3])).torque(np.array([[5e-4], [3e-3]]))
@@ -176,7 +176,7 @@ class BacklashCurve:
 
     @cached_property
     def half_width(self) -> np.ndarray:
-        """B, or infinite for a coordinate without play: its law never changes."""
+        """B, or infinite for a coordinate without backlash: its law never changes."""
         return np.where(self.backlash > 0.0, self.backlash, np.inf)
 
     @cached_property
@@ -186,7 +186,7 @@ class BacklashCurve:
 
     @cached_property
     def bend_angles(self) -> np.ndarray:
-        """The edges of the play."""
+        """The edges of the backlash."""
         edges = np.stack([-self.half_width, self.half_width], axis=-1)
         return np.where(np.isfinite(edges), edges, np.inf)
 
@@ -216,7 +216,7 @@ class BacklashCurve:
         return torque / self.stiffness + self.backlash * np.sign(torque)
 
     def region(self, x: np.ndarray) -> np.ndarray:
-        """Return -1 below the gap, 0 inside, 1 above; 1 for a coordinate without play."""
+        """Return -1 below the gap, 0 inside, 1 above; 1 for a coordinate without backlash."""
         side = np.sign(x).astype(int) * (np.abs(x) > self.backlash)
         return np.where(self.backlash > 0.0, side, 1)
 
@@ -257,7 +257,7 @@ class BacklashBranch:
         return self._engaged * (x - self.backlash * self.region)
 
     def backlash_gradient(self, x: np.ndarray) -> np.ndarray:
-        """dS/dB = -k region [N m/rad]; -k sign(x), that of a play that opens, where B = 0."""
+        """dS/dB = -k region [N m/rad]; -k sign(x), that of a backlash that opens, where B = 0."""
         return -self.stiffness * np.where(self.backlash > 0.0, self.region, np.sign(x))
 
     @cached_property

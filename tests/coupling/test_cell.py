@@ -16,7 +16,7 @@ from reported import compensated
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.cli.console import console
 from coupling.errors import BuildError, CaseError
 from coupling.path.contact_spring import ContactSpring
@@ -24,22 +24,22 @@ from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, WrenchHistory, poses
 from coupling.path.interpolation import SampledPath
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process.double_sided import DoubleSided
 from coupling.report import write_report
 from coupling.robot.cell import Cell, Member
-from coupling.robot.robot import FlankChange
+from coupling.robot.robot import BacklashReversal
 from coupling.run.console import print_summary
 from coupling.run.deviations import Deviations
+from coupling.run.execute import _gap
 from coupling.run.folder import write_run
-from coupling.run.ssp import System
+from coupling.run.ssp import SspSystem
 from coupling.run.stored_run import read_run
-from coupling.run.study import _gap
 from coupling.solve.correction import HOW
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone
-from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
+from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, support_along
 
 CASE = CASES / "two_robots.toml"
 TIME = np.linspace(0.0, 1.0, 20)
@@ -100,9 +100,9 @@ class ConstantForce:
 
     identity = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         wrench = np.tile([0, 0, -400.0, 0, 0, 0], (len(path.time), 1))
-        return Answer(WrenchHistory(path.time, wrench))
+        return ProcessResponse(WrenchHistory(path.time, wrench))
 
 
 @pytest.mark.parametrize("scheme", ["aitken", "anderson"])
@@ -128,7 +128,7 @@ def test_springs_on_both_sides_of_a_sheet_rest_at_the_closed_form(scheme):
         ToolPath(TIME, upright(line + np.array([0.0, 0.0, height]))) for height in (0.0, 1e-3)
     )
     up = np.tile([0.0, 0.0, 1.0], (len(TIME), 1))  # from the forming tool to the sheet's back
-    support = Support(forming, behind, up, gap=1e-3, tool_diameter=0.01)
+    support = SupportingTool(forming, behind, up, gap=1e-3, tool_diameter=0.01)
     process = DoubleSided(ConstantForce(), support, share, stiffness)
     desired = ToolPath.of_tools([forming, behind])
     command = cell.plan(desired)
@@ -167,7 +167,7 @@ def cone_task() -> tuple[Frame, ToolPath]:
 R_FORMING, R_SUPPORT, GAP = 5e-3, 6e-3, 1.2e-3
 
 
-def supported(strategy: str) -> tuple[np.ndarray, np.ndarray, Support]:
+def supported(strategy: str) -> tuple[np.ndarray, np.ndarray, SupportingTool]:
     part, desired = cone_task()
     pinch = Pinch(np.deg2rad(40.0), GAP, 2 * R_FORMING, 2 * R_SUPPORT)
     found = support_along(strategy, part, desired, 0.0, pinch)
@@ -299,7 +299,7 @@ def test_a_run_on_finer_times_than_its_case_has_the_same_figures(finished, tmp_p
         before=replace(found.before, path=SampledPath.of(run.before).refined(0.0021).path),
         correction=found.joints.q[0][0, 0] * np.ones((2, len(desired.time), 6)),
         achieved=SampledPath.of(found.achieved).refined(0.0021).path,
-        answer=Answer(found.answer.wrench.refined(desired.time)),
+        answer=ProcessResponse(found.answer.wrench.refined(desired.time)),
     )
     gap = _gap(case, finer)
     np.testing.assert_allclose(gap.before[rows], run.gap.before, rtol=0, atol=1e-12)
@@ -333,21 +333,23 @@ def test_other_robots_are_told_for_each_robot_and_for_the_worst(finished):
 def test_passages_of_a_cell_are_told_with_their_robot(finished, tmp_path):
     case, run, _ = finished
     changes = (
-        FlankChange(1, 0.1, 0.2, -1, 1, "forming"),
-        FlankChange(1, 0.3, 0.4, 1, 1, "support"),
-        FlankChange(4, 0.5, 0.6, 0, 1, "support"),
+        BacklashReversal(1, 0.1, 0.2, -1, 1, "forming"),
+        BacklashReversal(1, 0.3, 0.4, 1, 1, "support"),
+        BacklashReversal(4, 0.5, 0.6, 0, 1, "support"),
     )
-    told = replace(run, correction=replace(run.correction, flank_changes=changes))
+    told = replace(run, correction=replace(run.correction, backlash_reversals=changes))
     write_run(tmp_path, case, told)
     for place, count in ((".", 3), ("forming", 1), ("support", 2)):
         figures = json.loads((tmp_path / place / "result.json").read_text())
-        assert len(figures["flank_changes"]) == count
+        assert len(figures["backlash_reversals"]) == count
     with console.capture() as said:
         print_summary(console, case, told, tmp_path)
     assert "3 times (forming joint 1: 1, support joint 1: 1, support joint 4: 1)" in said.get()
     write_report(tmp_path)
     for name in ("forming", "support"):
-        assert "gear in its play" in (tmp_path / name / "report.html").read_text(encoding="utf-8")
+        assert "gear in its backlash" in (tmp_path / name / "report.html").read_text(
+            encoding="utf-8"
+        )
 
 
 def test_the_supporting_tool_takes_its_share_of_the_force(finished):
@@ -426,7 +428,7 @@ def test_a_process_that_knows_one_tool_is_refused_in_a_cell(tmp_path):
 
 def test_a_cell_is_no_system_of_one_robot(tmp_path):
     with pytest.raises(BuildError, match="a cell of two robots"):
-        System.of(load_case(CASE))
+        SspSystem.of(load_case(CASE))
 
 
 def test_fixed_height_needs_a_wall(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 from line_case import changed_text
 from places import CASES
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.check.joints import joint_demands
 from coupling.check.room import DIRECTIONS, room_around
 from coupling.check.words import joint_words
@@ -53,7 +53,7 @@ def test_it_tells_path_joints_and_gears_and_leaves_nothing(tmp_path, checked):
     assert "no limits known; at most" in said
     assert "the whole path can be moved by [mm]" in said
     assert "evaluations of the process" in said
-    assert "changes of its flank" in said
+    assert "backlash reversals" in said
     assert re.search(r"backlash \+20 % or backlash -20 % in all gears: .* up to [0-9.]+ um,", said)
     assert {file.name for file in tmp_path.iterdir()} == {"cone.toml", "results"}
     (page,) = (tmp_path / "results").iterdir()
@@ -66,7 +66,7 @@ def test_without_the_process_only_the_robot_s_weight_counts(tmp_path, checked):
     assert status == 0, said
     assert "under the robot's own weight" in said
     _, forced = checked(short(tmp_path, "cone_robust"), "--evaluate")
-    assert "no gear changes its flank: a wrong backlash shows as little but a constant" in forced
+    assert "no gear reverses: a wrong backlash shows as little but a constant" in forced
     most, rest = map(float, re.findall(r"([0-9.]+) um", forced))
     assert rest < 0.1 * most
 
@@ -91,7 +91,7 @@ def test_a_robot_that_cannot_be_simulated_is_said_in_a_sentence_beside_the_rest(
     status, said = checked(short(tmp_path, "cone"), "--evaluate")
     assert status == 0, said
     assert "what a wrong backlash leaves is not known: step 7: no equilibrium" in said
-    assert "changes of its flank" in said
+    assert "backlash reversals" in said
 
 
 def test_noise_of_a_measured_force_is_told_and_moves_no_gear(tmp_path, checked):

@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from coupling.errors import PlanningError
 from coupling.inverse.command import gear_command, rigid_command
-from coupling.inverse.fit import Fit, end_conditions
+from coupling.inverse.fit import SplineFit, end_conditions
 from coupling.inverse.gear_drive import GearDrive, GearTask
 from coupling.inverse.limits import DriveLimits
-from coupling.inverse.rows import Rows
+from coupling.inverse.rows import CommandRows
 from coupling.inverse.spline import UniformSpline
 from elastic_robot.parameters import Parameters
 from elastic_robot.torque_curves import TORQUE_CURVES, TorqueCurve
@@ -66,7 +66,7 @@ def load(times: np.ndarray) -> np.ndarray:
 
 
 def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
-    """The gear carries T = load - M phi''; the twist by a stiff solver from d e' + S(e) = T."""
+    """The gear carries T = load - M phi''; the wind-up by a stiff solver from d e' + S(e) = T."""
     times = np.linspace(0.0, END, 801)
     torque = load(times) - INERTIA * LINK.at(times, 2)[:, 0]
     curve = curve_of(kind)
@@ -77,10 +77,10 @@ def gear_task(kind: str, damping: float = DAMPING) -> GearTask:
         solved = solve_ivp(
             slope, (0.0, END), start, "LSODA", times, max_step=1e-3, rtol=1e-9, atol=1e-13
         )
-        twist = solved.y[0]
+        wind_up = solved.y[0]
     else:
-        twist = curve.deflection(torque)
-    return GearTask(LINK, times, torque, twist, curve, damping, np.full(801, INERTIA))
+        wind_up = curve.deflection(torque)
+    return GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
 
 
 def simulated_miss(task: GearTask, command: UniformSpline) -> np.ndarray:
@@ -89,8 +89,8 @@ def simulated_miss(task: GearTask, command: UniformSpline) -> np.ndarray:
     def slope(t: float, state: np.ndarray) -> list[float]:
         now = np.array([t])
         q, rate = command.at(now)[0, 0], command.at(now, 1)[0, 0]
-        twist = state[0] - q
-        torque = task.curve.torque(np.array([twist]))[0] + task.damping * (state[1] - rate)
+        wind_up = state[0] - q
+        torque = task.curve.torque(np.array([wind_up]))[0] + task.damping * (state[1] - rate)
         return [state[1], (load(now)[0] - torque) / INERTIA]
 
     start = [LINK.at(np.zeros(1))[0, 0], 0.0]
@@ -101,15 +101,15 @@ def simulated_miss(task: GearTask, command: UniformSpline) -> np.ndarray:
     return miss
 
 
-def rows_of(cycle: float, degree: int) -> Rows:
-    return Rows(0.0, cycle, round(END / cycle), degree)
+def rows_of(cycle: float, degree: int) -> CommandRows:
+    return CommandRows(0.0, cycle, round(END / cycle), degree)
 
 
 @pytest.mark.parametrize("degree", [3, 5])
 @pytest.mark.parametrize("damping", [DAMPING, 5.0])
 @pytest.mark.parametrize("kind", TORQUE_CURVES)
 def test_the_link_moves_as_wanted_behind_its_gear(kind: str, damping: float, degree: int):
-    """Within 0.3 microrad at 4 ms, though the play of 200 is crossed four times."""
+    """Within 0.3 microrad at 4 ms, though the backlash of 200 is crossed four times."""
     task = gear_task(kind, damping)
     command = gear_command(task, rows_of(0.004, degree), FREE)
     miss = simulated_miss(task, command)
@@ -118,7 +118,7 @@ def test_the_link_moves_as_wanted_behind_its_gear(kind: str, damping: float, deg
 
 def test_a_command_sampled_from_the_exact_drive_leaves_five_times_as_much():
     task = gear_task("backlash")
-    drive = (LINK.at(task.time)[:, 0] - task.twist)[::4]
+    drive = (LINK.at(task.time)[:, 0] - task.wind_up)[::4]
     sampled = uniform(CubicSpline(task.time[::4], drive, bc_type="clamped"), 0.004, 3)
     matched = gear_command(task, rows_of(0.004, 3), FREE)
     misses = [np.abs(simulated_miss(task, command)).max() for command in (matched, sampled)]
@@ -166,7 +166,7 @@ def test_a_command_starts_in_equilibrium_and_rests_at_both_ends(degree: int):
     task = gear_task("backlash")
     command = gear_command(task, rows_of(0.01, degree), FREE)
     ends = np.array([0.0, END])
-    assert command.at(ends)[0, 0] == pytest.approx(LINK.at(ends)[0, 0] - task.twist[0], abs=1e-13)
+    assert command.at(ends)[0, 0] == pytest.approx(LINK.at(ends)[0, 0] - task.wind_up[0], abs=1e-13)
     np.testing.assert_allclose(command.at(ends, 1), 0.0, atol=1e-10)
     if degree == 5:
         np.testing.assert_allclose(command.at(ends, 2), 0.0, atol=1e-7)
@@ -217,8 +217,8 @@ def test_no_feasible_command_is_better():
         np.abs(np.diff(command, 2)).max() > 0.999 * limits.acceleration * rows.cycle**2
     )  # it binds
     drive = GearDrive.of(task, rows)
-    conditions = end_conditions(rows, LINK.at(np.zeros(1))[0, 0] - task.twist[0])
-    fit = Fit.whole(drive, conditions)
+    conditions = end_conditions(rows, LINK.at(np.zeros(1))[0, 0] - task.wind_up[0])
+    fit = SplineFit.whole(drive, conditions)
     nodes = drive.layout.nodes
     response = np.array([drive.defects(command, row) for row in np.eye(nodes)[1:]]).reshape(
         nodes - 1, -1
@@ -266,8 +266,8 @@ def test_any_torque_is_met_within_limits(
     torque = CubicSpline(np.linspace(0.0, END, 6), knots, bc_type="clamped")(times)
     curve = curve_of(kind)
     angles = np.linspace(-2e-3, 2e-3, 4001)
-    twist = np.interp(torque, curve.torque(angles), angles)
-    task = GearTask(LINK, times, torque, twist, curve, damping, np.full(801, INERTIA))
+    wind_up = np.interp(torque, curve.torque(angles), angles)
+    task = GearTask(LINK, times, torque, wind_up, curve, damping, np.full(801, INERTIA))
     limits = DriveLimits(1, acceleration=6.0)
     command = gear_command(task, rows_of(0.008, degree), limits)
     assert np.abs(command.at(np.linspace(0.0, END, 4001), 2)).max() <= 6.0 * (1 + 1e-9)
@@ -300,7 +300,7 @@ def test_a_path_beyond_a_limit_is_refused_with_joint_time_value_and_limit():
 def test_a_path_cut_in_motion_is_not_forced_to_rest():
     """Quintic rows alone can start and end in motion."""
     begin, end = 0.3, 0.5
-    rows = Rows(begin, 0.004, 50, 5, rest=(False, False))
+    rows = CommandRows(begin, 0.004, 50, 5, rest=(False, False))
     command = rigid_command(LINK, rows, FREE)
     times = np.linspace(begin, end, 301)
     np.testing.assert_allclose(command.at(times), LINK.at(times), atol=1e-8)

@@ -14,8 +14,8 @@ from coupling.cli import main
 from coupling.errors import ResultError
 from coupling.report.compare_page import comparison_lines, comparison_page
 from coupling.report.comparison import Comparison, command_difference
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import run_compensation
 
 TURN = 1e-3  # [rad]
 

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from places import LINE_CASE
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.path.low_pass import low_pass
 from coupling.run.deviations import Deviations
-from coupling.run.study import run_compensation
+from coupling.run.execute import run_compensation
 from coupling.solve.filters import limit_rate
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome

@@ -15,14 +15,14 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.inverse.joint_limits import JointLimits
 from coupling.path.controller import INTERPOLATIONS, Controller, on_cycle
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.solve.correction import Uncorrected
@@ -137,8 +137,8 @@ class NoForce:
 
     identity = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
-        return Answer(WrenchHistory.none(path.time))
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        return ProcessResponse(WrenchHistory.none(path.time))
 
 
 def test_what_rows_leave_out_of_a_path_is_in_its_correction():

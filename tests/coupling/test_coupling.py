@@ -19,13 +19,13 @@ from coupling.fmu_export.build import build_fmu
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.process import PROCESSES, Answer, ElasticWall, IsfForceLawTable
+from coupling.process import PROCESSES, ElasticWall, IsfForceLawTable, ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.mirror import Mirror
 from coupling.solve.outcome import Outcome
-from coupling.solve.relaxation import Aitken, Constant
+from coupling.solve.relaxation import Aitken, ConstantRelaxation
 from coupling.solve.schemes import SCHEMES
 from coupling.toolpaths import Cone, Task
 from elastic_robot.description import Body, Joint, Robot
@@ -79,7 +79,7 @@ def test_gain_that_varies_along_the_path_is_no_obstacle(scheme):
 def test_plain_iteration_at_gain_five_is_reported_as_diverging():
     robot, wall = SpringRobot(5e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
     # Held at depth, so that contact is never lost and the growth is the gain itself.
-    result = couple(loop(robot, _Bilateral(wall), Constant(1.0)), moving_command())
+    result = couple(loop(robot, _Bilateral(wall), ConstantRelaxation(1.0)), moving_command())
     assert result.outcome is Outcome.DIVERGED
     assert "factor 5 per evaluation" in result.reason
     assert "use another scheme" in result.reason
@@ -92,16 +92,16 @@ class _Bilateral:
     def __init__(self, wall: ElasticWall) -> None:
         self.wall = wall
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         depth = (self.wall.point - path.position[0]) @ self.wall.normal
         force = self.wall.stiffness * np.outer(depth, self.wall.normal)
-        return Answer(WrenchHistory.of_forces(path.time, [force]))
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [force]))
 
 
 def test_a_limit_cycle_is_named_with_its_positions():
     """Losing contact on every other evaluation: plain iteration at gain 1.0 flips for ever."""
     robot, wall = SpringRobot(1e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
-    result = couple(loop(robot, wall, Constant(1.0)), moving_command())
+    result = couple(loop(robot, wall, ConstantRelaxation(1.0)), moving_command())
     assert result.outcome is Outcome.LIMIT_CYCLE
     assert "limit cycle" in result.reason
     assert "t = 0.2" in result.reason  # deepest near a quarter of the period
@@ -109,7 +109,7 @@ def test_a_limit_cycle_is_named_with_its_positions():
 
 def test_the_evaluation_limit_is_a_result():
     robot, wall = SpringRobot(0.9e-6 * np.eye(3)), ElasticWall(stiffness=1e6, **WALL)
-    result = couple(loop(robot, wall, Constant(1.0), max_evaluations=3), moving_command())
+    result = couple(loop(robot, wall, ConstantRelaxation(1.0), max_evaluations=3), moving_command())
     assert result.outcome is Outcome.EXHAUSTED
     assert result.reason == "not converged within 3 evaluations of the process"
 
@@ -125,7 +125,9 @@ def test_a_robot_that_fails_on_the_way_ends_the_iteration_as_diverged():
             return super().simulate(command, wrench, mode)
 
     wall = ElasticWall(stiffness=1e6, **WALL)
-    result = couple(loop(Breaking(5e-6 * np.eye(3)), wall, Constant(1.0)), moving_command())
+    result = couple(
+        loop(Breaking(5e-6 * np.eye(3)), wall, ConstantRelaxation(1.0)), moving_command()
+    )
     assert result.outcome is Outcome.ROBOT_FAILED
     assert "too soft" in result.reason
     assert np.all(np.isfinite(result.path.pose))
@@ -216,7 +218,7 @@ def test_fmu_at_loop_gain_five_diverges_plainly(arm_fmu):
     command = JointPath(time, (np.full((60, 1), 2e-3),))
     wall = _Bilateral(ElasticWall(stiffness=5e5, **WALL))
     with RobotFmu(arm_fmu, "linear") as robot:
-        result = couple(loop(robot, wall, Constant(1.0)), command)
+        result = couple(loop(robot, wall, ConstantRelaxation(1.0)), command)
     assert result.outcome is Outcome.DIVERGED
 
 

@@ -9,14 +9,14 @@ import pytest
 from line_case import line_case, moving_line
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.discrepancy import Discrepancy
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath, poses
 from coupling.path.linear import interpolated
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import run_compensation
 
 
 def waves(desired: ToolPath, size: float = 1e-4, count: int = 60) -> Discrepancy:

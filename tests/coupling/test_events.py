@@ -7,10 +7,10 @@ import itertools
 import pytest
 from places import LINE_CASE
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.events import Event, Progress
-from coupling.run.study import Run, RunBegins, run_compensation
-from coupling.solve.correction import Pass
+from coupling.run.execute import Run, RunBegins, run_compensation
+from coupling.solve.correction import CorrectionIteration
 from coupling.solve.fixed_point import Evaluated
 
 
@@ -23,12 +23,12 @@ def watched() -> tuple[Run, list[Event]]:
 
 def test_every_evaluation_and_pass_is_told_in_its_order(watched):
     run, told = watched
-    passes = [event for event in told if isinstance(event, Pass)]
+    passes = [event for event in told if isinstance(event, CorrectionIteration)]
     assert passes == list(run.correction.passes)
     evaluations = [event.evaluation for event in told if isinstance(event, Evaluated)]
     assert evaluations == [e for entry in passes for e in entry.coupling]
     assert isinstance(told[0], RunBegins)
-    ends = [k for k, event in enumerate(told) if isinstance(event, Pass)]
+    ends = [k for k, event in enumerate(told) if isinstance(event, CorrectionIteration)]
     for entry, first, last in zip(passes, [0, *ends], ends, strict=False):
         between = [event for event in told[first:last] if isinstance(event, Evaluated)]
         assert len(between) == len(entry.coupling)

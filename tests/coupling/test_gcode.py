@@ -15,7 +15,7 @@ from coupling.errors import CaseError
 from coupling.files.toml_file import validate
 from coupling.path.frame import Frame
 from coupling.toolpaths.gcode import GcodePath
-from coupling.toolpaths.gcode_program import Move, read_program
+from coupling.toolpaths.gcode_program import GcodeMove, read_program
 
 PART = Frame(np.zeros(3), Rotation.identity())
 some = settings(
@@ -30,10 +30,10 @@ ARCS = (st.floats(1.0, 200.0), st.floats(-3.0, 3.0), st.floats(0.05, 6.2))
 PLANES = {"G17": ("XY", "IJ", "Z"), "G18": ("ZX", "KI", "Y"), "G19": ("YZ", "JK", "X")}
 
 
-def moves(folder: Path, *lines: str) -> list[Move]:
+def moves(folder: Path, *lines: str) -> list[GcodeMove]:
     file = folder / "program.ngc"
     file.write_text("\n".join(lines))
-    return [step for step in read_program(file).steps if isinstance(step, Move)]
+    return [step for step in read_program(file).steps if isinstance(step, GcodeMove)]
 
 
 def path(folder: Path, *lines: str, **keys: float):
@@ -174,7 +174,7 @@ def test_the_jump_of_the_acceleration_is_told(tmp_path, lines, jump):
     if not told:
         return
     assert f"by up to {jump:.3g} m/s^2" in told[0]
-    points = table.upright(PART).path.position[0]
+    points = table.untilted(PART).path.position[0]
     second = np.diff(points, 2, axis=0) / 0.001**2
     # Over ten periods the acceleration of a start of 1 s changes by far less.
     seen = np.linalg.norm(second[10:] - second[:-10], axis=1).max()
@@ -264,7 +264,7 @@ def test_any_bytes_are_moves_or_one_sentence(tmp_path, content):
     said, lengths = f"{file}: ", []
     try:
         steps = read_program(file).steps
-        lengths = [step.segment.length for step in steps if isinstance(step, Move)]
+        lengths = [step.segment.length for step in steps if isinstance(step, GcodeMove)]
     except CaseError as error:
         said = str(error)
     assert said.startswith(f"{file}: ")

@@ -1,4 +1,4 @@
-"""Which gears change flank along a path: the gears' own equation, and robots set up otherwise."""
+"""Which gears reverse along a path: the gears' own equation, and robots set up otherwise."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupling.inverse.diagnosis import diagnose, gear_loads
-from coupling.inverse.flanks import flank_changes, margin, sign_changes
-from coupling.inverse.gears import solve_twist
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.gears import solve_wind_up
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.inverse.reversals import backlash_reversals, margin, sign_changes
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from elastic_robot.dynamics import Dynamics
@@ -19,7 +19,7 @@ from elastic_robot.tool_load import Acting
 from elastic_robot.torque_curves import TORQUE_CURVES
 
 
-def circle(robot, force=300.0) -> Wanted:
+def circle(robot, force=300.0) -> DesiredMotion:
     """A horizontal circle in 2 s, with a force that turns with it."""
     time = np.linspace(0.0, 2.0, 101)
     turn = 2.0 * np.pi * (time / 2.0 - np.sin(np.pi * time) / (2.0 * np.pi))
@@ -32,7 +32,7 @@ def circle(robot, force=300.0) -> Wanted:
     forces = force * np.stack([np.cos(turn), np.sin(turn), np.full(len(time), 0.5)], axis=1)
     home = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
     rigid = InverseKinematics(robot, home).plan(path)
-    return Wanted(path, rigid, WrenchHistory.of_forces(time, [forces]))
+    return DesiredMotion(path, rigid, WrenchHistory.of_forces(time, [forces]))
 
 
 def rolled(robot, angle, direction):
@@ -43,7 +43,7 @@ def rolled(robot, angle, direction):
 
 
 def test_changes_are_the_passages_of_the_gears_own_equation(example):
-    """Thirty slow random torques through play and damper, flanks of 1e8 N m/rad."""
+    """Thirty slow random torques through backlash and damper, flanks of 1e8 N m/rad."""
     rng, spacing = np.random.default_rng(3), 1e-3
     time = spacing * np.arange(4000)
     waves = rng.uniform(0.2, 2.0, (30, 4)), rng.uniform(0.0, 6.28, (30, 4))
@@ -59,11 +59,11 @@ def test_changes_are_the_passages_of_the_gears_own_equation(example):
             tables=(None,) * 30,
         )
     )
-    twist = solve_twist(time, torque, curve, many + 1e4, many)
+    wind_up = solve_wind_up(time, torque, curve, many + 1e4, many)
     wanted = np.zeros(30, dtype=int)
-    for crossing in twist.crossings:
+    for crossing in wind_up.crossings:
         wanted[crossing.gear] += crossing.side_before * crossing.side_after < 0
-    found = flank_changes(spacing, torque, many + 1e-4, many + 1e4)
+    found = backlash_reversals(spacing, torque, many + 1e-4, many + 1e4)
     assert wanted.min() >= 1
     assert wanted.max() >= 10
     np.testing.assert_array_equal(found, wanted)
@@ -122,10 +122,10 @@ def test_the_base_tilt_it_names_keeps_the_gear_and_three_quarters_of_it_do_not(e
 
 def test_a_gear_floats_without_a_force_and_has_no_flank_without_play(example):
     still = diagnose(MovingRobot(example, "backlash"), circle(example, force=0.0))
-    assert still[0].floats == pytest.approx(2.0)  # a vertical axis carries nothing at rest
-    assert [gear.floats for gear in still[1:3]] == [0.0, 0.0]
+    assert still[0].in_backlash == pytest.approx(2.0)  # a vertical axis carries nothing at rest
+    assert [gear.in_backlash for gear in still[1:3]] == [0.0, 0.0]
     pulled = diagnose(MovingRobot(example, "backlash"), circle(example))
-    assert pulled[0].floats < 0.2
+    assert pulled[0].in_backlash < 0.2
     assert pulled[0].at_risk
     # 0.4 B |J|: the arm of axis 1 is 1.65 m.
     assert pulled[0].miss == pytest.approx(0.4 * 1e-4 * 1.65, rel=1e-3)

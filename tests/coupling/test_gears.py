@@ -1,4 +1,4 @@
-"""The twist of gears under a given torque: closed forms, an independent integrator, laws."""
+"""The wind-up of gears under a given torque: closed forms, an independent integrator, laws."""
 
 import itertools
 
@@ -12,9 +12,9 @@ from scipy.interpolate import CubicSpline
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.inverse.gears import (
     SHORTEST_TIME_CONSTANT,
-    damping_in_play,
+    damping_in_backlash,
     gears_of,
-    solve_twist,
+    solve_wind_up,
 )
 from elastic_robot.chain import build_chain
 from elastic_robot.parameters import Parameters
@@ -48,7 +48,7 @@ def curve_of(kind, backlash=B, stiffness=K, gears=1):
 
 
 def solve(time, torque, kind, tau, start, **curve):
-    return solve_twist(
+    return solve_wind_up(
         time, torque[:, None], curve_of(kind, **curve), np.array([tau * K]), np.array([start])
     )
 
@@ -77,27 +77,29 @@ def test_a_flank_follows_a_ramp_behind_an_exponential(tau):
     """e = B + (T_0 + a t) / k - a d / k^2 + A exp(-t / tau)."""
     time = np.linspace(2.0, 2.3, 301)
     t, a = time - 2.0, 400.0
-    twist = solve(time, 50.0 + a * t, "backlash", tau, 2e-3)
+    wind_up = solve(time, 50.0 + a * t, "backlash", tau, 2e-3)
     steady = B + (50.0 + a * t) / K - a * tau / K
     amplitude = 2e-3 - steady[0]
     decay = np.exp(-t / tau)
-    np.testing.assert_allclose(twist.angle[:, 0], steady + amplitude * decay, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(wind_up.angle[:, 0], steady + amplitude * decay, rtol=0, atol=1e-15)
     rate = a / K - amplitude / tau * decay
-    np.testing.assert_allclose(twist.rate[:, 0], rate, rtol=0, atol=1e-14 / tau)
+    np.testing.assert_allclose(wind_up.rate[:, 0], rate, rtol=0, atol=1e-14 / tau)
     np.testing.assert_allclose(
-        twist.acceleration[:, 0], amplitude / tau**2 * decay, rtol=0, atol=1e-14 / tau**2
+        wind_up.acceleration[:, 0], amplitude / tau**2 * decay, rtol=0, atol=1e-14 / tau**2
     )
-    assert twist.crossings == ()
+    assert wind_up.crossings == ()
 
 
 def test_in_its_play_a_gear_integrates_the_torque():
     """Cubic T makes a quartic; the gear stays inside."""
     time = np.linspace(0.0, 1.0, 101)
     torque = np.polynomial.Polynomial([0.05, -0.6, 1.0, -0.3])
-    twist = solve(time, torque(time), "backlash", 1e-3, -2e-4)
-    np.testing.assert_allclose(twist.angle[:, 0], -2e-4 + torque.integ()(time) / 100.0, atol=1e-16)
-    np.testing.assert_allclose(twist.acceleration[:, 0], torque.deriv()(time) / 100.0, atol=1e-13)
-    (only,) = twist.crossings
+    wind_up = solve(time, torque(time), "backlash", 1e-3, -2e-4)
+    np.testing.assert_allclose(
+        wind_up.angle[:, 0], -2e-4 + torque.integ()(time) / 100.0, atol=1e-16
+    )
+    np.testing.assert_allclose(wind_up.acceleration[:, 0], torque.deriv()(time) / 100.0, atol=1e-13)
+    (only,) = wind_up.crossings
     assert (only.begins, only.ends, only.side_before, only.side_after) == (0.0, 1.0, 0, 0)
 
 
@@ -106,7 +108,7 @@ def test_in_its_play_a_gear_integrates_the_torque():
 def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall):
     """T = -a (t - t_0): at the latest 2 B d = integral of T later the other flank is reached.
 
-    From quasi-static twist on the flank, e - B = T / k + a d / k^2, it is left at t_0 + tau.
+    From quasi-static wind-up on the flank, e - B = T / k + a d / k^2, it is left at t_0 + tau.
     """
     time = np.linspace(0.0, 0.4, 401)
     d, a, t_0 = tau * K, fall, 0.1003
@@ -115,14 +117,14 @@ def test_a_crossing_leaves_flies_arrives_and_settles_as_in_closed_form(tau, fall
     # a ((t - t_0)^2 - (leaves - t_0)^2) / 2 = 2 B d
     arrives = t_0 + np.sqrt(tau**2 + 2.0 * gap / a)
     steady = -a * (time - t_0) / K + a * tau / K
-    play = B - a * ((time - t_0) ** 2 - tau**2) / (2.0 * d)
+    backlash = B - a * ((time - t_0) ** 2 - tau**2) / (2.0 * d)
     amplitude = -(-a * (arrives - t_0) / K + a * tau / K)
     settling = -B + steady + amplitude * np.exp(-np.maximum(time - arrives, 0.0) / tau)
-    expected = np.where(time < leaves, B + steady, np.where(time < arrives, play, settling))
-    twist = solve(time, -a * (time - t_0), "backlash", tau, expected[0])
-    np.testing.assert_allclose(twist.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
+    expected = np.where(time < leaves, B + steady, np.where(time < arrives, backlash, settling))
+    wind_up = solve(time, -a * (time - t_0), "backlash", tau, expected[0])
+    np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=1e-13 + 1e-13 * fall / K)
     if leaves < time[-1]:
-        (crossing,) = twist.crossings
+        (crossing,) = wind_up.crossings
         assert crossing.begins == pytest.approx(leaves, abs=1e-9)
         assert (crossing.side_before, crossing.side_after) == (1, -1 if arrives < 0.4 else 0)
         assert crossing.ends == pytest.approx(min(arrives, 0.4), abs=1e-9)
@@ -133,8 +135,8 @@ def test_a_flank_that_is_left_between_two_samples_and_found_again_is_seen():
     time = np.linspace(0.0, 0.02, 21)
     a, t_0, half = 1e6, 0.0105, 2e-4
     torque = a * ((time - t_0) ** 2 - half**2)
-    twist = solve(time, torque, "backlash", 1e-7, B + torque[0] / K)
-    (crossing,) = twist.crossings
+    wind_up = solve(time, torque, "backlash", 1e-7, B + torque[0] / K)
+    (crossing,) = wind_up.crossings
     assert (torque >= 0.0).all()
     assert crossing.side_before == crossing.side_after == 1
     assert crossing.begins == pytest.approx(t_0 - half, abs=2e-7)
@@ -143,16 +145,16 @@ def test_a_flank_that_is_left_between_two_samples_and_found_again_is_seen():
 
 
 def test_several_crossings_inside_one_sample_keep_the_momentum():
-    """Each way through the play takes the integral of T = d (change of e), from edge to edge."""
+    """Each way through the backlash takes the integral of T = d (change of e), from edge to edge."""
     time = np.linspace(0.0, 0.03, 31)
     torque = 1e4 * (time - 0.01420) * (time - 0.01450) * (time - 0.01480) / 1e-6
     tau = 1e-7
     start = torque[0] / K - 1e-6
-    twist = solve(time, torque, "backlash", tau, start, backlash=1e-6)
-    assert len(twist.crossings) == 3
-    assert {int(c.begins / 1e-3) for c in twist.crossings} == {14}
+    wind_up = solve(time, torque, "backlash", tau, start, backlash=1e-6)
+    assert len(wind_up.crossings) == 3
+    assert {int(c.begins / 1e-3) for c in wind_up.crossings} == {14}
     momentum = np.polynomial.Polynomial([0.0, -9e-8, 0.0, 1.0]).integ() * 1e10  # about 14.5 ms
-    for c in twist.crossings:
+    for c in wind_up.crossings:
         assert c.side_before == -c.side_after
         moved = (momentum(c.ends - 0.0145) - momentum(c.begins - 0.0145)) / (tau * K)
         assert moved == pytest.approx(c.side_after * 2e-6, rel=1e-6)
@@ -163,12 +165,12 @@ def test_several_crossings_inside_one_sample_keep_the_momentum():
 def test_every_curve_agrees_with_an_independent_integrator(kind, tau):
     time = np.linspace(0.0, 0.03, 31)
     torque = 120.0 * np.sin(140.0 * time + 1.0) + 40.0 * np.sin(517.0 * time)
-    twist = solve(time, torque, kind, tau, 2e-3)
+    wind_up = solve(time, torque, kind, tau, 2e-3)
     expected = integrated(time, torque, kind, tau, 2e-3)
-    np.testing.assert_allclose(twist.angle[:, 0], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(wind_up.angle[:, 0], expected, rtol=0, atol=1e-11)
     curve = curve_of(kind)
-    rate = (torque[:, None] - curve.torque(twist.angle)) / (tau * K)
-    np.testing.assert_allclose(twist.rate, rate, rtol=0, atol=1e-14 / tau)
+    rate = (torque[:, None] - curve.torque(wind_up.angle)) / (tau * K)
+    np.testing.assert_allclose(wind_up.rate, rate, rtol=0, atol=1e-14 / tau)
 
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -182,23 +184,23 @@ SEEDS = st.integers(0, 2**32 - 1)
 )
 @settings(max_examples=25, deadline=None, derandomize=True)
 def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size):
-    """|e_1 - e_2| never grows; a sample is inside the play exactly where a crossing covers it."""
+    """|e_1 - e_2| never grows; a sample is inside the backlash exactly where a crossing covers it."""
     random = np.random.default_rng(seed)
     time = np.linspace(0.0, 0.03, 31)
     torque = size * random.normal(size=(31, 1)) * (random.random(31) < 0.7)[:, None]
     starts = random.choice([0.0, B, -B, 0.5 * B, 2e-3, -3e-4, random.normal() * B], 2)
     curve = curve_of(kind, gears=2)
-    twist = solve_twist(time, np.repeat(torque, 2, axis=1), curve, np.full(2, tau * K), starts)
-    apart = np.abs(twist.angle[:, 0] - twist.angle[:, 1])
+    wind_up = solve_wind_up(time, np.repeat(torque, 2, axis=1), curve, np.full(2, tau * K), starts)
+    apart = np.abs(wind_up.angle[:, 0] - wind_up.angle[:, 1])
     assert (np.diff(apart) <= 1e-11).all()
     edge = {"backlash": B, "spline": 0.5 * B}.get(kind, 0.0)
     for gear in range(2):
-        own = [c for c in twist.crossings if c.gear == gear]
+        own = [c for c in wind_up.crossings if c.gear == gear]
         for c, after in itertools.pairwise(own):
             assert c.begins <= c.ends <= after.begins
             assert c.side_after == after.side_before != 0
         covered = np.any([(time > c.begins) & (time < c.ends) for c in own] + [time < 0], axis=0)
-        e = np.abs(twist.angle[:, gear])
+        e = np.abs(wind_up.angle[:, gear])
         assert (e[covered] <= edge + 2e-13).all()
         assert covered[(e < edge - 2e-13) & (time > 0.0) & (time < time[-1])].all()
 
@@ -208,32 +210,32 @@ def test_two_solutions_approach_and_the_play_is_told_whole(seed, kind, tau, size
 def test_without_torque_a_gear_rests_in_its_play_or_falls_back_to_its_edge(kind, start):
     time = np.linspace(0.0, 5.0, 5001)
     edge = B if kind == "backlash" else 0.5 * B
-    twist = solve(time, np.zeros(5001), kind, 1e-3, start * B)
+    wind_up = solve(time, np.zeros(5001), kind, 1e-3, start * B)
     if abs(start) * B <= edge:
-        assert (twist.angle == start * B).all()
+        assert (wind_up.angle == start * B).all()
         inside = abs(start) * B < edge
-        assert [c.side_after for c in twist.crossings] == [0] * inside
+        assert [c.side_after for c in wind_up.crossings] == [0] * inside
     else:
-        assert edge - 2e-13 <= abs(twist.angle[-1, 0]) < 1.3 * edge
-        assert len(twist.crossings) <= 1
+        assert edge - 2e-13 <= abs(wind_up.angle[-1, 0]) < 1.3 * edge
+        assert len(wind_up.crossings) <= 1
 
 
 def test_a_torque_that_only_touches_zero_opens_no_play():
     time = np.linspace(0.0, 2.0, 2001)
     torque = 30.0 * (1.0 + np.cos(2.0 * np.pi * 5.0 * time))
-    twist = solve(time, torque, "backlash", 1e-3, B)
-    assert twist.crossings == ()
-    assert (twist.angle >= B).all()
+    wind_up = solve(time, torque, "backlash", 1e-3, B)
+    assert wind_up.crossings == ()
+    assert (wind_up.angle >= B).all()
 
 
 def test_a_gear_that_floats_for_seconds_makes_no_chatter():
-    """Axis 1: noise of 1e-11 N m about zero on the edge of the play: a spring's rounding."""
+    """Axis 1: noise of 1e-11 N m about zero on the edge of the backlash: a spring's rounding."""
     time = np.linspace(0.0, 20.0, 20001)
     torque = 1e-11 * np.random.default_rng(3).normal(size=20001)
     for start in (-B, B):
-        twist = solve(time, torque, "backlash", 1e-3, start)
-        assert len(twist.crossings) <= 1
-        assert np.abs(twist.angle - start).max() < 1e-12
+        wind_up = solve(time, torque, "backlash", 1e-3, start)
+        assert len(wind_up.crossings) <= 1
+        assert np.abs(wind_up.angle - start).max() < 1e-12
 
 
 def test_without_backlash_a_gear_is_a_spring():
@@ -249,28 +251,28 @@ def test_without_backlash_a_gear_is_a_spring():
 def test_without_damper_a_rising_curve_is_inverted(kind):
     time = np.linspace(0.0, 1.0, 10001)
     torque = 180.0 * np.sin(6.0 * time)
-    twist = solve(time, torque, kind, 0.0, 0.0)
+    wind_up = solve(time, torque, kind, 0.0, 0.0)
     curve = curve_of(kind)
-    assert damping_in_play(curve, np.zeros(1)) == [0.0]
-    np.testing.assert_allclose(curve.torque(twist.angle)[:, 0], torque, rtol=0, atol=1e-10)
-    smooth = np.abs(np.diff(twist.acceleration[:, 0])) < 1e-3 * np.ptp(twist.acceleration)
+    assert damping_in_backlash(curve, np.zeros(1)) == [0.0]
+    np.testing.assert_allclose(curve.torque(wind_up.angle)[:, 0], torque, rtol=0, atol=1e-10)
+    smooth = np.abs(np.diff(wind_up.acceleration[:, 0])) < 1e-3 * np.ptp(wind_up.acceleration)
     smooth = smooth[:-1] & smooth[1:]
     h = time[1]
-    differences = (twist.angle[2:, 0] - twist.angle[:-2, 0]) / (2.0 * h)
+    differences = (wind_up.angle[2:, 0] - wind_up.angle[:-2, 0]) / (2.0 * h)
     np.testing.assert_allclose(
-        twist.rate[1:-1, 0][smooth], differences[smooth], rtol=0, atol=1e-4 * np.ptp(twist.rate)
+        wind_up.rate[1:-1, 0][smooth], differences[smooth], rtol=0, atol=1e-4 * np.ptp(wind_up.rate)
     )
-    curvature = (twist.rate[2:, 0] - twist.rate[:-2, 0]) / (2.0 * h)
+    curvature = (wind_up.rate[2:, 0] - wind_up.rate[:-2, 0]) / (2.0 * h)
     np.testing.assert_allclose(
-        twist.acceleration[1:-1, 0][smooth],
+        wind_up.acceleration[1:-1, 0][smooth],
         curvature[smooth],
         rtol=0,
-        atol=2e-3 * np.ptp(twist.acceleration),
+        atol=2e-3 * np.ptp(wind_up.acceleration),
     )
 
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
-def test_a_gear_with_play_and_no_damper_gets_a_small_one(kind):
+def test_a_gear_with_backlash_and_no_damper_gets_a_small_one(kind):
     time = np.linspace(0.0, 0.1, 101)
     torque = 100.0 * np.cos(60.0 * time)
     bare = solve(time, torque, kind, 0.0, B + 1e-3)
@@ -294,9 +296,9 @@ def test_gears_do_not_depend_on_each_other():
     torque = np.random.default_rng(1).normal(size=(101, 3)).cumsum(axis=0) * 30.0
     curve = curve_of("backlash", gears=3)
     damping, start = K * np.array([1e-4, 1e-3, 0.0]), np.array([0.0, B, -2e-3])
-    together = solve_twist(time, torque, curve, damping, start)
+    together = solve_wind_up(time, torque, curve, damping, start)
     for gear in range(3):
-        alone = solve_twist(
+        alone = solve_wind_up(
             time, torque[:, gear : gear + 1], curve_of("backlash"), damping[[gear]], start[[gear]]
         )
         assert (together.angle[:, gear] == alone.angle[:, 0]).all()
@@ -309,12 +311,12 @@ def test_bad_input_is_named():
     one, time = np.ones(1), np.linspace(0.0, 1.0, 11)
     torque = np.zeros((11, 1))
     with pytest.raises(ValueError, match="evenly spaced"):
-        solve_twist(time**2, torque, curve, one, one)
+        solve_wind_up(time**2, torque, curve, one, one)
     with pytest.raises(ValueError, match="expected shapes"):
-        solve_twist(time, torque[:-1], curve, one, one)
+        solve_wind_up(time, torque[:-1], curve, one, one)
     with pytest.raises(ValueError, match="at least 4"):
-        solve_twist(time[:3], torque[:3], curve, one, one)
+        solve_wind_up(time[:3], torque[:3], curve, one, one)
     with pytest.raises(ValueError, match="damping"):
-        solve_twist(time, torque, curve, -one, one)
+        solve_wind_up(time, torque, curve, -one, one)
     with pytest.raises(ValueError, match="torque: expected finite"):
-        solve_twist(time, torque * np.nan, curve, one, one)
+        solve_wind_up(time, torque * np.nan, curve, one, one)

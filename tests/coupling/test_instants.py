@@ -14,7 +14,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import InterpolatedPath
 from coupling.process.corners import crossings, level_crossings
 from coupling.toolpaths import TOOL_PATHS
-from coupling.toolpaths.instants import LONGEST, Instants, inserted
+from coupling.toolpaths.instants import LONGEST, PathTimes, inserted
 from coupling.toolpaths.motion import Motion, drive, follow, polyline, straight, waiting
 
 FLAT = Frame(np.array([1.6, 0.0, 0.8]), Rotation.from_euler("xyz", [0.1, 0.2, 0.3]))
@@ -82,7 +82,7 @@ def test_a_process_is_asked_at_rests_and_as_often_as_wanted(kind, tmp_path):
 )
 def test_instants_keep_what_they_promise(durations, period, corners):
     rests = np.cumsum(durations)
-    instants = Instants.of(rests, period, np.array(corners))
+    instants = PathTimes.of(rests, period, np.array(corners))
     asked = instants.time[instants.asked]
     assert asked[0] == 0.0
     assert asked[-1] == rests[-1]
@@ -96,7 +96,7 @@ def test_instants_keep_what_they_promise(durations, period, corners):
 
 
 def test_corners_that_stand_free_are_instants():
-    instants = Instants.of(np.array([1.0]), 0.02, np.array([0.333, 0.7, 0.7005]))
+    instants = PathTimes.of(np.array([1.0]), 0.02, np.array([0.333, 0.7, 0.7005]))
     asked = instants.time[instants.asked]
     assert np.isin([0.333, 0.7], asked).all()
     assert 0.7005 not in asked

@@ -9,16 +9,16 @@ import pytest
 from places import LINE_CASE
 from spring_robot import SpringPlanner, SpringRobot, upright
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path.deviation import measure
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
-from coupling.process.base import Answer
-from coupling.robot.robot import Inverse as RobotInverse
-from coupling.run.study import run_compensation
+from coupling.process.base import ProcessResponse
+from coupling.robot.robot import InverseCommand as RobotInverse
+from coupling.run.execute import run_compensation
 from coupling.solve.fixed_point import Loop
-from coupling.solve.inverse import Inverse
+from coupling.solve.inverse import InverseCorrection
 from coupling.solve.outcome import Outcome
 
 COMPLIANCE = 1e-6 * np.eye(3)
@@ -53,13 +53,13 @@ class CountedWall:
     seen: list[ToolPath] = field(default_factory=list)
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         self.seen.append(path)
         if len(self.seen) >= self.fails_from:
             raise ProcessError("the sheet has torn")
         force = np.zeros_like(path.position[0])
         force[:, 0] = -self.stiffness * path.position[0, :, 0]
-        return Answer(WrenchHistory.of_forces(path.time, [force]))
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [force]))
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def desired():
 
 
 def corrected(robot, process, desired, mode="dynamic", **keys):
-    return Inverse(**keys).correct(Loop(robot, process, mode), SampledPath.of(desired))
+    return InverseCorrection(**keys).correct(Loop(robot, process, mode), SampledPath.of(desired))
 
 
 def test_the_process_is_asked_twice_on_the_desired_path_and_on_the_one_really_taken(desired):

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.inverse.gears import gears_of, solve_twist
-from coupling.inverse.inversion import MovingRobot, Wanted, joint_path
+from coupling.inverse.gears import gears_of, solve_wind_up
+from coupling.inverse.inversion import DesiredMotion, MovingRobot, joint_path
 from coupling.inverse.joint_limits import JointLimits
 from coupling.inverse.link_task import LinkTask
 from coupling.inverse.windows import solve_links
@@ -79,7 +79,9 @@ def wanted(robot, end=1.2, sample=0.004, length=0.1, force=300.0):
     path = ToolPath(time, poses(position, turned))
     loads = np.zeros((len(time), 6))
     loads[:, :3] = np.outer(np.sin(np.pi * time / end) ** 4, force * np.array([0.5, -0.3, 1.0]))
-    return Wanted(path, InverseKinematics(robot, home).plan(path), WrenchHistory(time, loads))
+    return DesiredMotion(
+        path, InverseKinematics(robot, home).plan(path), WrenchHistory(time, loads)
+    )
 
 
 def inverted(robot, curve, task, controller=Controller(), cap=None):  # noqa: B008
@@ -137,12 +139,12 @@ def test_the_error_falls_with_the_nodes_distance(robot):
         torque = -load[:, model.gears]
         gears = gears_of(model.parameters, model.chain)
         curve = TORQUE_CURVES["linear"].build(gears)
-        twist = solve_twist(t, torque, curve, gears.damping, torque[0] / gears.stiffness)
+        wind_up = solve_wind_up(t, torque, curve, gears.damping, torque[0] / gears.stiffness)
         q, qd, qdd = (links.at(t, m)[:, model.chain.drive] for m in range(3))
         joints = model.chain.elastic_joint[tor]
-        q[:, joints] -= twist.angle
-        qd[:, joints] -= twist.rate
-        qdd[:, joints] -= twist.acceleration
+        q[:, joints] -= wind_up.angle
+        qd[:, joints] -= wind_up.rate
+        qdd[:, joints] -= wind_up.acceleration
         found = simulated(
             robot, "linear", JointPath(t, (q,), (qd,), (qdd,)), path.time, np.zeros((201, 6)), 1e-10
         )
@@ -150,11 +152,11 @@ def test_the_error_falls_with_the_nodes_distance(robot):
     assert errors[0] / errors[1] > 2.0**3
 
 
-def test_one_gear_with_play_has_its_closed_form():
-    """A flywheel on a vertical axis swings sideways as cos; the twist solves d e' + S(e) = -J phi''.
+def test_one_gear_with_backlash_has_its_closed_form():
+    """A flywheel on a vertical axis swings sideways as cos; the wind-up solves d e' + S(e) = -J phi''.
 
-    Torque J a w^2 cos(w t): on a flank e = B sign + k-d-filtered cosine, in the play its integral; the
-    steady part on a flank, long after the last crossing, is known to the last digit.
+    Torque J a w^2 cos(w t): on a flank e = B sign + k-d-filtered cosine, in the backlash its integral;
+    the steady part on a flank, long after the last crossing, is known to the last digit.
     """
     inertia, k, d, backlash, amplitude, w = 20.0, 2e5, 1e3, 5e-4, 2e-2, 2.0
     wheel = Body(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(inertia, inertia, inertia))
@@ -167,15 +169,17 @@ def test_one_gear_with_play_has_its_closed_form():
     lag = np.arctan(d * w / k)
     size = inertia * amplitude * w**2 / np.hypot(k, d * w)
     start = backlash + size * np.cos(lag)
-    twist = solve_twist(t, torque[:, None], curve, np.array([d]), np.array([start]))
-    first = twist.crossings[0]
+    wind_up = solve_wind_up(t, torque[:, None], curve, np.array([d]), np.array([start]))
+    first = wind_up.crossings[0]
     on_flank = t < first.begins
     expected = backlash + size * np.cos(w * t - lag)
-    np.testing.assert_allclose(twist.angle[on_flank, 0], expected[on_flank], rtol=0.0, atol=1e-9)
-    # In the play nothing but the damper holds: d e' = T, from the flank on.
+    np.testing.assert_allclose(wind_up.angle[on_flank, 0], expected[on_flank], rtol=0.0, atol=1e-9)
+    # In the backlash nothing but the damper holds: d e' = T, from the flank on.
     inside = (t > first.begins) & (t < first.ends)
     rise = inertia * amplitude * w / d * (np.sin(w * t) - np.sin(w * first.begins))
-    np.testing.assert_allclose(twist.angle[inside, 0], backlash + rise[inside], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        wind_up.angle[inside, 0], backlash + rise[inside], rtol=0.0, atol=1e-9
+    )
     # The flank is left where the spring's torque is gone.
     assert first.begins == pytest.approx((np.pi / 2.0 + lag) / w, abs=1e-9)
     assert (first.side_before, first.side_after) == (1, -1)
@@ -183,7 +187,7 @@ def test_one_gear_with_play_has_its_closed_form():
 
 @pytest.mark.parametrize("damping", [0.05, 1.0])
 def test_gears_with_little_damping_cross_as_well(robot, damping):
-    """A small damper makes a crossing violent: rates of T/d in the play."""
+    """A small damper makes a crossing violent: rates of T/d in the backlash."""
     joints = tuple(
         replace(joint, damping=damping * joint.damping) if joint.stiffness else joint
         for joint in robot.joints
@@ -199,7 +203,7 @@ def test_a_path_cut_in_mid_motion_is_not_forced_to_rest(robot):
     """After the first tenth of a second, in which no command can help, the tool is on its path."""
     task = wanted(robot)
     keep = np.flatnonzero((task.path.time >= 0.3) & (task.path.time <= 0.8))
-    cut = Wanted(
+    cut = DesiredMotion(
         task.path.at_rows(keep),
         JointPath(task.rigid.time[keep], (task.rigid.q[0][keep],)),
         WrenchHistory(task.path.time[keep], task.wrench.wrench[:, keep]),

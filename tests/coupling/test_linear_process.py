@@ -14,7 +14,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import SampledPath
 from coupling.path.linear import interpolated
-from coupling.process import Answer, ElasticWall
+from coupling.process import ElasticWall, ProcessResponse
 from coupling.robot.cell import Cell, Member
 from coupling.solve.fixed_point import Loop, couple, unloaded_path
 from coupling.solve.robin import Robin
@@ -31,14 +31,14 @@ class Sheet:
     across: bool = True  # whether what one tool does to the other is stated
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         every = np.concatenate(list(path.position), axis=1)
         force = (-every @ self.stiffness.T).reshape(-1, 2, 3).swapaxes(0, 1)
         told = self.stiffness.copy()
         if not self.across:
             told[:3, 3:] = told[3:, :3] = 0.0
         known = np.tile(told, (len(path.time), 1, 1))
-        return Answer(WrenchHistory.of_forces(path.time, force), stiffness=known)
+        return ProcessResponse(WrenchHistory.of_forces(path.time, force), stiffness=known)
 
 
 def pinched(rng: np.random.Generator) -> np.ndarray:

@@ -11,14 +11,14 @@ import pytest
 from line_case import changed_text, moving_line
 from places import CASES, DOCS, EXAMPLES
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.cli import main
 from coupling.files.ratings import Ratings, load_ratings
 from coupling.files.robot_edit import RobotEdit
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.files.robot_schema import GearTorque
 from coupling.inverse.diagnosis import diagnose, gear_loads
-from coupling.inverse.inversion import MovingRobot, Wanted
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.run.expected import EXPECTED, MISTAKEN, remark, remarks
@@ -32,13 +32,15 @@ RATED_2 = "gear_torque_Nm = { peak = 3000.0, emergency = 6000.0 }\n"
 FORCED = 20_000.0
 
 
-def held_still(robot, force) -> Wanted:
+def held_still(robot, force) -> DesiredMotion:
     """The tool 1.6 m before the base for 1 s, under one force."""
     time = np.linspace(0.0, 1.0, 51)
     half = np.sqrt(0.5)
     path = ToolPath(time, np.tile([1.6, 0.0, 0.8, 0.0, half, 0.0, half], (len(time), 1)))
     rigid = InverseKinematics(robot, HOME).plan(path)
-    return Wanted(path, rigid, WrenchHistory.of_forces(time, [np.tile(force, (len(time), 1))]))
+    return DesiredMotion(
+        path, rigid, WrenchHistory.of_forces(time, [np.tile(force, (len(time), 1))])
+    )
 
 
 def test_the_gear_of_a_vertical_axis_carries_the_force_across_times_its_arm(example):
@@ -51,7 +53,9 @@ def test_the_time_of_the_largest_torque_is_that_of_the_largest_force(example):
     wanted = held_still(example, [0.0, 1000.0, 0.0])
     bump = np.exp(-(((wanted.path.time - 0.7) / 0.1) ** 2))
     loads = WrenchHistory(wanted.path.time, wanted.wrench.wrench * bump[:, None])
-    gear = diagnose(MovingRobot(example, "linear"), Wanted(wanted.path, wanted.rigid, loads))[0]
+    gear = diagnose(
+        MovingRobot(example, "linear"), DesiredMotion(wanted.path, wanted.rigid, loads)
+    )[0]
     assert gear.torque_time == pytest.approx(0.7, abs=0.03)
 
 
@@ -60,7 +64,7 @@ def test_a_force_that_jumps_is_carried_as_it_is(example):
     wanted = held_still(example, [0.0, 2000.0, 0.0])
     on = (wanted.path.time > 0.5)[:, None]
     loads = WrenchHistory(wanted.path.time, wanted.wrench.wrench * on)
-    robot, sudden = MovingRobot(example, "linear"), Wanted(wanted.path, wanted.rigid, loads)
+    robot, sudden = MovingRobot(example, "linear"), DesiredMotion(wanted.path, wanted.rigid, loads)
     # What smooths the force between samples overshoots a jump by a few percent.
     assert diagnose(robot, sudden)[0].torque == pytest.approx(1.6 * 2000.0, rel=0.05)
     assert np.abs(gear_loads(robot, sudden).torque[:, 0]).max() > 1.1 * 1.6 * 2000.0

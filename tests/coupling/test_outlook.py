@@ -9,10 +9,10 @@ from rich.console import Console
 
 from coupling.path.deviation import Deviation
 from coupling.report.verdict import verdict
-from coupling.results.outlook import Outlook, Replay
+from coupling.results.outlook import Replay, WorstReplay
 from coupling.results.run_result import RobotResult, RunResult
 from coupling.run.console import print_summary
-from coupling.run.study import run_compensation
+from coupling.run.execute import run_compensation
 
 
 def deviation(maximum: float, less_constant: float) -> Deviation:
@@ -27,9 +27,9 @@ def deviation(maximum: float, less_constant: float) -> Deviation:
     )
 
 
-def outlook(*rows: tuple[str, float, float]) -> Outlook:
+def outlook(*rows: tuple[str, float, float]) -> WorstReplay:
     replays = [Replay(name, deviation(*own), ()) for name, *own in rows]
-    found = Outlook.of(deviation(1.7e-3, 4e-4), replays)
+    found = WorstReplay.of(deviation(1.7e-3, 4e-4), replays)
     assert found is not None
     return found
 
@@ -97,5 +97,5 @@ def test_the_terminal_begins_and_ends_with_it(tmp_path):
 
 
 def test_nothing_is_expected_where_nothing_was_replayed():
-    assert Outlook.of(deviation(1e-3, 1e-4), ()) is None
+    assert WorstReplay.of(deviation(1e-3, 1e-4), ()) is None
     assert "expect" not in verdict(figures(), "measured")

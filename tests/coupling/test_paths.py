@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import POSE_COLUMNS, read_table, write_table
 from coupling.path.deviation import measure
@@ -41,7 +41,7 @@ def _on_the_wall(z: np.ndarray) -> np.ndarray:
 
 
 def test_cone_lies_on_its_cone():
-    path = Cone(kind="cone", **CONTOURS).upright(FLAT).sampled.path
+    path = Cone(kind="cone", **CONTOURS).untilted(FLAT).sampled.path
     x, y, z = FLAT.coordinates(path.position[0]).T
     lateral = np.hypot(x, y) - (0.03 + z / np.tan(np.deg2rad(60.0)))
     np.testing.assert_allclose(lateral[_on_the_wall(z)], 0.0, atol=1e-12)
@@ -78,7 +78,7 @@ def test_iso_path_has_its_elements_in_an_inclined_plane():
 
 
 def test_motion_keeps_the_feed_and_stops_in_corners():
-    path = Pyramid(kind="pyramid", **CONTOURS).upright(FLAT).sampled.path
+    path = Pyramid(kind="pyramid", **CONTOURS).untilted(FLAT).sampled.path
     steps = np.diff(path.time)
     speed = np.linalg.norm(np.diff(path.position[0], axis=0), axis=1) / steps
     assert speed.max() <= 0.05 * (1 + 1e-9)

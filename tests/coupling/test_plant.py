@@ -12,16 +12,16 @@ from command_line import BY_MODE, FILES, command
 from line_case import moving_line
 from places import CASES
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.errors import CaseError
 from coupling.files.robot_file import shipped_robots
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.path.linear import interpolated
-from coupling.robot.difference import Difference
+from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_compensation
 from elastic_robot.description import Body, Robot
 
 
@@ -121,7 +121,7 @@ def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):
     (tmp_path / "own.py").write_text(
         "from coupling.errors import ProcessError\n"
         "from coupling.path.histories import WrenchHistory\n"
-        "from coupling.process import Answer, ProcessTable\n"
+        "from coupling.process import ProcessResponse, ProcessTable\n"
         "import numpy as np\n"
         "class Twice:\n"
         "    identity, count = '', 0\n"
@@ -129,7 +129,7 @@ def test_a_process_that_fails_on_the_plant_does_not_lose_the_run(tmp_path):
         "        self.count += 1\n"
         "        if self.count > 2:\n"
         "            raise ProcessError('the press is closed')\n"
-        "        return Answer(WrenchHistory.none(path.time))\n"
+        "        return ProcessResponse(WrenchHistory.none(path.time))\n"
         "class Table(ProcessTable):\n"
         "    def process(self, task):\n"
         "        return Twice()\n"
@@ -150,7 +150,7 @@ def test_a_payload_joins_the_one_that_is_there(example):
     """Mass, centre and inertia of both bodies about any point."""
     own = Body(12.0, (0.1, -0.2, 0.3), (0.5, 0.6, 0.7, 0.01, -0.02, 0.03))
     robot = replace(example, payload=own)
-    more = Difference(payload=3.0, payload_position=(0.0, 0.5, -0.1)).description(robot).payload
+    more = ModelMismatch(payload=3.0, payload_position=(0.0, 0.5, -0.1)).description(robot).payload
 
     def about(body: Body, point: np.ndarray) -> np.ndarray:
         arm = np.array(body.com) - point
@@ -162,7 +162,7 @@ def test_a_payload_joins_the_one_that_is_there(example):
         np.testing.assert_allclose(
             about(more, point), about(own, point) + about(added, point), atol=1e-12
         )
-    assert Difference(payload=1.0).description(example).payload.com == example.tcp_position
+    assert ModelMismatch(payload=1.0).description(example).payload.com == example.tcp_position
 
 
 def test_the_supporting_robot_has_a_table_of_its_own(tmp_path):

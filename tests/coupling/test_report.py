@@ -15,20 +15,20 @@ from line_case import line_case
 from pages import drawn_in
 from reported import compensated
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.page import robot_page
-from coupling.report.shares import Share, shares_of
+from coupling.report.shares import DeviationShare, shares_of
 from coupling.report.tables import deviations
 from coupling.report.verdict import sentence
-from coupling.report.views import View, from_above
-from coupling.results.run_result import FlankChangeResult
+from coupling.report.views import PathView, from_above
+from coupling.results.run_result import ReversalResult
 from coupling.robot.links import link_points
+from coupling.run.execute import Run
 from coupling.run.folder import write_run
 from coupling.run.stored_run import StoredRobot, StoredRun, read_run
-from coupling.run.study import Run
 from elastic_robot.chain import build_chain
 from elastic_robot.kinematics import base_from_tool
 
@@ -55,7 +55,7 @@ def finished(tmp_path_factory) -> tuple[Case, Run, Path]:
 
 @pytest.fixture(scope="module")
 def long(finished) -> tuple[StoredRun, StoredRobot]:
-    """Ten minutes of 150 001 samples, three of which are off by 1, 2 and 4 mm at flank changes."""
+    """Ten minutes of 150 001 samples, three of which are off by 1, 2 and 4 mm at backlash reversals."""
     stored = read_run(finished[2])
     time = np.linspace(0.0, 600.0, 150_001)
     rng = np.random.default_rng(1)
@@ -67,12 +67,12 @@ def long(finished) -> tuple[StoredRun, StoredRobot]:
     for row, size, joint in ((20_000, 1e-3, 2), (76_543, 4e-3, 2), (140_000, 2e-3, 5)):
         off[row, 2] += size
         ends = {"begins_s": time[row] - 0.02, "ends_s": time[row] - 0.01}
-        change = FlankChangeResult(robot="forming", joint=joint, **ends, before=-1, after=1)
+        change = ReversalResult(robot="forming", joint=joint, **ends, before=-1, after=1)
         changes.append(change)
     desired, actual = ToolPath(time, pose), ToolPath(time, off)
     before = desired.displaced(np.full(6, 1e-3))
     robot = StoredRobot(
-        figures=stored.first.figures.model_copy(update={"flank_changes": changes}),
+        figures=stored.first.figures.model_copy(update={"backlash_reversals": changes}),
         desired=desired,
         uncompensated=before,
         achieved=actual,
@@ -104,7 +104,7 @@ def test_before_and_after_have_one_scale_of_colours(long):
     """From the smallest to the largest of both, and a peak of one sample is the reddest piece."""
     _, robot = long
     part = {"position_m": [1.6, 0.0, 0.8], "rpy_deg": [0.0, 0.0, 90.0]}
-    views = [View(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
+    views = [PathView(stage, robot.desired, path, part) for stage, path in robot.actual.items()]
     before, after = from_above(views)
     bars = [figure.data[-1].marker for figure in (before, after)]
     distances = [1e6 * path.distance_to(robot.desired) for path in robot.actual.values()]
@@ -150,7 +150,7 @@ def test_shares_are_those_of_the_paths(long):
     assert before.other is not None
     assert before.other.maximum == pytest.approx(3e-3 * np.sqrt(3.0))
     assert found.motion is None
-    assert Share.of(time[:0], time[:0]) is None
+    assert DeviationShare.of(time[:0], time[:0]) is None
 
 
 def test_every_share_has_figures_before_and_after(finished):
@@ -213,7 +213,7 @@ def test_the_verdict_states_its_conditions(finished):
     assert re.search(r"a wrong backlash would show, .*\(joint 1[,)]", coupled)
     assert "um" not in coupled.partition("backlash would")[2]  # without a replay there is no figure
     calm = own.model_copy(update={"robustness": (), "gears": ()})
-    assert "no gear changes its flank" in sentence(calm, "elastic-wall")
+    assert "no gear reverses" in sentence(calm, "elastic-wall")
 
 
 def test_a_robot_file_that_is_gone_at_the_end_costs_no_result(finished, tmp_path):

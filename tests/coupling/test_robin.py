@@ -10,18 +10,18 @@ import pytest
 from places import EXAMPLES
 from spring_robot import SpringRobot
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
-from coupling.process import Answer, ElasticWall
+from coupling.process import ElasticWall, ProcessResponse
+from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
-from coupling.run.study import Run, run_compensation
 from coupling.solve.fixed_point import Loop, Tolerance, couple
 from coupling.solve.outcome import Outcome
-from coupling.solve.reaction import Reaction
+from coupling.solve.reaction import ProcessStiffness
 from coupling.solve.robin import Robin
 from coupling.solve.scheme import Scheme
 
@@ -64,7 +64,7 @@ class Untold:
     factor: float | None = None
     identity: str = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         answer = self.process.evaluate(path)
         told = None if self.factor is None else self.factor * answer.stiffness
         return replace(answer, stiffness=told)
@@ -164,10 +164,10 @@ def test_a_force_that_asks_for_no_position_is_no_obstacle():
     class Constant:
         identity = ""
 
-        def evaluate(self, path: ToolPath) -> Answer:
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
             force = np.tile([0.0, 0.0, 700.0], (len(path.time), 1))
             still = np.zeros((len(path.time), 3, 3))
-            return Answer(WrenchHistory.of_forces(path.time, [force]), stiffness=still)
+            return ProcessResponse(WrenchHistory.of_forces(path.time, [force]), stiffness=still)
 
     result = coupled(soft_robot(1.0), Constant())
     assert result.converged
@@ -221,7 +221,7 @@ def test_the_smallest_stiffness_that_explains_a_change_of_force(tools):
         return answers.reshape(50, tools, 3).swapaxes(0, 1)
 
     change = -explained(true)
-    before = Reaction.first(position, force)
+    before = ProcessStiffness.first(position, force)
     found = before.then(position + step, force + change).own
     kept = np.all(found == before.own, axis=(-1, -2))
     assert np.count_nonzero(kept) < 5
@@ -286,7 +286,7 @@ def test_robots_whose_gears_hang_once_they_are_corrected_couple_in_few_evaluatio
 
 
 def test_a_run_folder_replays_with_its_springs_and_only_with_them(mirrored):
-    """Under the wrench alone, gears that hang take another place in their play."""
+    """Under the wrench alone, gears that hang take another place in their backlash."""
     folder, _ = mirrored
     case, stored = load_case(folder / "cell.toml"), read_run(folder)
     robot = stored.robots["support"]

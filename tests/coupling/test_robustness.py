@@ -1,4 +1,4 @@
-"""What a run says of its command: on other robots, at the gears' play, of the drives; its curves."""
+"""What a run says of its command: on other robots, at the gears' backlash, of the drives; its curves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from line_case import line_case
 from scipy.integrate import trapezoid
 from scipy.interpolate import BPoly
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.cli.console import console
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.fmu_export.build import KINDS, BuildOptions, build_fmu
@@ -23,15 +23,15 @@ from coupling.path.histories import JointPath, WrenchHistory
 from coupling.report import write_report
 from coupling.report.along import deviation
 from coupling.report.thinning import extremes
-from coupling.robot.difference import Difference
+from coupling.robot.mismatch import ModelMismatch
 from coupling.robot.robot_fmu import RobotFmu
 from coupling.run.console import RunView, print_summary
 from coupling.run.drive_motion import drive_motions
+from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
 from coupling.run.gear_loads import diagnose_robots
 from coupling.run.robustness import VARIATIONS
 from coupling.run.stored_run import read_run
-from coupling.run.study import Run, run_compensation
 from elastic_robot.description import Robot
 
 NAMES = [variation.name for variation in VARIATIONS]
@@ -100,7 +100,7 @@ def test_replays_are_those_of_the_files_on_robots_changed_by_hand(finished, exam
 
 
 def test_fmus_of_both_kinds_agree_on_other_robots(tmp_path):
-    """To 1 % of what is left: a gear in its play carries their last digits on."""
+    """To 1 % of what is left: a gear in its backlash carries their last digits on."""
     found = [run_compensation(line_case(tmp_path, kind)).robustness for kind in KINDS]
     for one, two in zip(*found, strict=True):
         assert one.name == two.name
@@ -121,10 +121,10 @@ def test_what_means_nothing_is_left_out(tmp_path, example):
         name for name in NAMES if "backlash" not in name and "force" not in name
     ]
     tight = replace(example, joints=tuple(replace(joint, backlash=0.0) for joint in example.joints))
-    more = Difference(backlash=(1.2,))
+    more = ModelMismatch(backlash=(1.2,))
     assert len(more.parameters(example, "backlash")) == 5
     assert more.parameters(tight, "backlash") == more.parameters(example, "linear") == {}
-    assert Difference().parameters(example, "backlash") == {}
+    assert ModelMismatch().parameters(example, "backlash") == {}
 
 
 def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
@@ -132,7 +132,7 @@ def test_a_torque_table_is_not_changed_where_the_curve_follows_it():
     points = ((-2e-3, -100.0), (-1e-3, -40.0), (0.0, 0.0), (1e-3, 40.0), (2e-3, 100.0))
     first = replace(robot.joints[0], torque_table=points)
     own = replace(robot, joints=(first, *robot.joints[1:]))
-    stiffer = Difference(stiffness=(1.02,))
+    stiffer = ModelMismatch(stiffness=(1.02,))
     assert "joint[1].stiffness" not in stiffer.parameters(own, "spline")
     assert "joint[1].tilt[1].stiffness" in stiffer.parameters(own, "spline")
     assert "joint[1].stiffness" in stiffer.parameters(own, "backlash")
@@ -153,13 +153,13 @@ def test_terminal_names_each_figure_once_and_speaks_of_the_inverse_only(finished
 
 def test_passages_through_the_play_are_counted_and_named(finished):
     _, run, out, said = finished
-    changes = run.correction.flank_changes
-    told = json.loads((out / "result.json").read_text())["flank_changes"]
+    changes = run.correction.backlash_reversals
+    told = json.loads((out / "result.json").read_text())["backlash_reversals"]
     assert [(c["joint"], c["begins_s"], c["after"]) for c in told] == [
         (c.joint, c.begins, c.after) for c in changes
     ]
     assert {c["robot"] for c in told} == {"forming"}
-    assert f"Gears pass through their play {len(changes)} times" in said
+    assert f"Gears pass through their backlash {len(changes)} times" in said
     left = [own.deviation.maximum for own in run.robustness if own.name.startswith("backlash")]
     assert f"there, by up to {1e6 * max(left):.2f} um where all are 20 % off." in said
     first = sum(c.joint == 1 for c in changes)
@@ -172,19 +172,19 @@ def test_passages_through_the_play_are_counted_and_named(finished):
 
 
 def test_what_the_gears_go_through_is_told_without_a_command(finished):
-    """Their flank changes are the passages from flank to flank that the inverse finds."""
+    """Their backlash reversals are the passages from flank to flank that the inverse finds."""
     case, run, out, said = finished
     told = json.loads((out / "result.json").read_text())
-    passed = [c["joint"] for c in told["flank_changes"] if c["before"] * c["after"] < 0]
+    passed = [c["joint"] for c in told["backlash_reversals"] if c["before"] * c["after"] < 0]
     for gear in told["gears"]:
-        assert gear["flank_changes"] == passed.count(gear["joint"])
+        assert gear["backlash_reversals"] == passed.count(gear["joint"])
     answer = case.process.evaluate(case.desired)
     (alone,) = diagnose_robots(case.robots, case.desired, answer.wrench)
-    assert [g.changes for g in alone] == [g["flank_changes"] for g in told["gears"]]
+    assert [g.changes for g in alone] == [g["backlash_reversals"] for g in told["gears"]]
     at_risk = [gear for gear in run.gears[0] if gear.at_risk]
     assert at_risk
     for gear in at_risk:
-        assert f"joint {gear.joint}: {gear.changes} changes of its flank" in said
+        assert f"joint {gear.joint}: {gear.changes} backlash reversals" in said
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "What the gears go through" in page
 

@@ -62,7 +62,7 @@ def test_result_holds_the_figures(finished):
     first, *others = result["passes"]
     assert "largest_correction_step_m" not in first
     assert all(entry["largest_correction_step_m"] > 0.0 for entry in others)
-    assert result["flank_changes"] is None  # mirroring does not know them
+    assert result["backlash_reversals"] is None  # mirroring does not know them
     assert len(result["robustness"]) == 6 + 1  # and what samples cost
     assert result["shares_m"]["process"]["maximum"] > 1e-5
     # Under the corrected command gravity and process take the tool away and back again.

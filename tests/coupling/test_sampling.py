@@ -12,14 +12,14 @@ import tomlkit
 from places import CASES
 from wall_case import WALL_CASE
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath, divided
 from coupling.process.elastic_wall import ElasticWallTable
 from coupling.process.isf_force_law import IsfForceLawTable
+from coupling.run.execute import loop_of
 from coupling.run.models import Models, cell_of
-from coupling.run.sampling import Sampling, flatter, parabolic, sampling_of, steeper
-from coupling.run.study import loop_of
+from coupling.run.sampling import SamplingCheck, flatter, parabolic, sampling_of, steeper
 from coupling.solve.fixed_point import Tolerance, couple
 
 # Of the coupling that is the reference [m]: far below what samples cost.
@@ -59,7 +59,7 @@ class Seen:
     """Error by samples [m], really and as it is told."""
 
     really: float
-    told: Sampling
+    told: SamplingCheck
     steps: float
 
 
@@ -91,7 +91,7 @@ def seen(case: Case) -> Seen:
 
 @pytest.mark.parametrize("robot", ["icme2008", "fanuc_r2000ic"])
 def test_the_error_by_samples_is_of_second_order(tmp_path, robot):
-    """A line of 1 s into a wall, robots without play, 20, 40 and 80 samples a second."""
+    """A line of 1 s into a wall, robots without backlash, 20, 40 and 80 samples a second."""
     runs = [
         seen(wall(tmp_path, sample, description=robot, torque_curve="linear"))
         for sample in (0.05, 0.025, 0.0125)
@@ -107,7 +107,7 @@ def test_the_error_by_samples_is_of_second_order(tmp_path, robot):
 @pytest.mark.parametrize("formula", [True, False])
 @pytest.mark.parametrize("sample", [0.04, 0.02])
 def test_what_is_told_is_right_within_a_factor_of_two(tmp_path, monkeypatch, sample, formula):
-    """Ramps, corners and play; asked once more as a formula is, or by parabolas as of a program."""
+    """Ramps, corners and backlash; asked once more as a formula is, or by parabolas as of a program."""
     monkeypatch.setattr(IsfForceLawTable, "FORMULA", formula)
     run = seen(cone(tmp_path, sample))
     assert run.really > 1e-7

@@ -17,8 +17,8 @@ from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.path.deviation import measure
 from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
-from coupling.run.ssp import System
-from coupling.run.study import run_compensation, run_coupling
+from coupling.run.execute import run_compensation, run_coupling
+from coupling.run.ssp import SspSystem
 from coupling.toolpaths import Cone, CsvPath, Iso9283, Line, Pyramid
 from coupling.toolpaths.table import FASTEST
 from coupling.toolpaths.tilt import APPROACH
@@ -286,7 +286,7 @@ def test_the_python_and_the_native_robot_follow_alike():
 def test_an_ssp_of_a_turning_tool_has_the_law_of_its_sphere(tmp_path):
     """In its process FMU the depth is that of the sphere's lowest point."""
     case = example("cone", tool_path=FOLLOWING)
-    with zipfile.ZipFile(System.of(case).write(tmp_path / "cone.ssp", ["linux64"])) as system:
+    with zipfile.ZipFile(SspSystem.of(case).write(tmp_path / "cone.ssp", ["linux64"])) as system:
         inner = io.BytesIO(system.read("resources/Process.fmu"))
     with zipfile.ZipFile(inner) as fmu:
         law = json.loads(fmu.read("resources/law.json"))

@@ -14,7 +14,7 @@ from places import CASES
 from random_robots import make_robot
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import read_table, write_table
 from coupling.path.deviation import less_constant, measure
@@ -22,10 +22,10 @@ from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.report.page import write_report
 from coupling.robot.touch_off import RestingRobot, TouchOff
+from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
-from coupling.run.ssp import System
-from coupling.run.study import run_compensation, run_coupling
+from coupling.run.ssp import SspSystem
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Joint, Robot
 from elastic_robot.kinematics import base_from_tool
@@ -158,7 +158,7 @@ def test_touch_off_takes_the_constant_out_of_the_deviation_and_of_the_correction
 def test_the_package_for_other_tools_starts_from_the_programmed_path(tmp_path):
     """Its first joint angles put the undeflected tool where the controller shows the path's start."""
     case = line_case(tmp_path, "native", touching("true"))
-    file = System.of(case).write(tmp_path / "case.ssp", ["linux64"])
+    file = SspSystem.of(case).write(tmp_path / "case.ssp", ["linux64"])
     with zipfile.ZipFile(file) as archive:
         fmu = zipfile.ZipFile(io.BytesIO(archive.read("resources/ElasticRobot.fmu")))
         name = next(n for n in fmu.namelist() if n.endswith("command.npz"))
@@ -195,14 +195,14 @@ def test_a_point_out_of_reach_is_named():
 
 
 def test_a_robot_that_rests_beside_its_points_is_refused(monkeypatch):
-    """A gear that hangs in its play: the tool rests 50 um on one side of the point or the other."""
+    """A gear that hangs in its backlash: the tool rests 50 um on one side of the point or the other."""
     own, points, rotation = resting(make_robot(1, 6), 1, AT_THE_ORIGIN)
 
     def hanging(robot, commanded, rotation):
         return commanded + 5e-5 * np.where(commanded > points, 1.0, -1.0)
 
     monkeypatch.setattr(RestingRobot, "tool_at", hanging)
-    with pytest.raises(PlanningError, match="hangs in its play"):
+    with pytest.raises(PlanningError, match="hangs in its backlash"):
         own.command_for(points, rotation)
 
 

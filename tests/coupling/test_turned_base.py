@@ -14,11 +14,11 @@ import tomlkit
 from places import CASES, LINE_CASE
 from scipy.spatial.transform import Rotation
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.errors import CaseError
 from coupling.path.deviation import measure
-from coupling.run.ssp import System
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
+from coupling.run.ssp import SspSystem
 from coupling.toolpaths.tilt import APPROACH
 
 BASE = [7.0, -4.0, 20.0]
@@ -97,7 +97,9 @@ def test_an_ssp_of_a_turned_robot_is_in_the_frame_of_its_base(tmp_path):
     """The wall in its process FMU is that of the case that is turned by hand."""
     laws = []
     for k, case in enumerate(turned_and_by_hand(tmp_path)):
-        with zipfile.ZipFile(System.of(case).write(tmp_path / f"{k}.ssp", ["linux64"])) as system:
+        with zipfile.ZipFile(
+            SspSystem.of(case).write(tmp_path / f"{k}.ssp", ["linux64"])
+        ) as system:
             inner = io.BytesIO(system.read("resources/Process.fmu"))
         with zipfile.ZipFile(inner) as fmu:
             law = json.loads(fmu.read("resources/law.json"))

@@ -17,7 +17,7 @@ from coupling.inverse.loads import SmoothWrench
 from coupling.path.contact_spring import ContactSpring
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
-from coupling.process.external import External
+from coupling.process.external import ExternalProgram
 from coupling.robot.robot_fmu import RobotFmu
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -140,7 +140,9 @@ def test_a_program_says_where_its_force_jumps(tmp_path):
     pose = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (3, 1))
     path = ToolPath(np.array([0.0, 0.5, 1.0]), pose)
     part = Frame(np.zeros(3), Rotation.from_euler("y", 180.0, degrees=True))
-    process = External((sys.executable, str(program)), 60.0, part, "part", tmp_path / "evaluations")
+    process = ExternalProgram(
+        (sys.executable, str(program)), 60.0, part, "part", tmp_path / "evaluations"
+    )
     program.write_text(text.format(extra=1))
     found = process.evaluate(path).wrench
     np.testing.assert_array_equal(found.time, [0.0, 0.5, 0.5, 1.0])

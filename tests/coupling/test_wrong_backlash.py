@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from line_case import line_case
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.check.backlash import right_command
 from coupling.check.checked import checked
 from coupling.files.robot_file import find_robot
@@ -16,10 +16,17 @@ from coupling.inverse.diagnosis import gear_loads
 from coupling.inverse.inversion import MovingRobot
 from coupling.path.deviation import measure
 from coupling.path.interpolation import SampledPath
+from coupling.run.execute import run_compensation
 from coupling.run.gear_loads import wanted_of
 from coupling.run.models import Models
-from coupling.run.study import run_compensation
-from docs.scripts.robots_with_play import EVEN, FANUC_HOME, KUKA, KUKA_HOME, MIXED, with_play
+from docs.scripts.robots_with_backlash import (
+    EVEN,
+    FANUC_HOME,
+    KUKA,
+    KUKA_HOME,
+    MIXED,
+    with_backlash,
+)
 from docs.scripts.runs import example
 
 CONTOUR = {"depth_m": 0.0005}
@@ -38,9 +45,9 @@ CASES = {
     "ISO 9283 at 1 m/s": lambda _: example("iso9283", tool_path={"feed_m_s": 1.0}),
     "slot, milled": lambda _: example("milling_20000"),
     "FANUC": lambda _: cone(
-        with_play(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, [1.6, 0.3, 0.6]
+        with_backlash(find_robot("fanuc_r2000ic"), MIXED), FANUC_HOME, [1.6, 0.3, 0.6]
     ),
-    "KUKA": lambda _: cone(with_play(KUKA, EVEN), KUKA_HOME, [1.9, 0.1, 0.9]),
+    "KUKA": lambda _: cone(with_backlash(KUKA, EVEN), KUKA_HOME, [1.9, 0.1, 0.9]),
 }
 
 
@@ -64,7 +71,7 @@ def test_what_is_said_without_a_run_is_what_its_replays_show(name, tmp_path):
 
 @pytest.fixture(scope="module")
 def kept():
-    """The cone, placed so that no gear changes its flank: robot, what it is to do and its loads."""
+    """The cone, placed so that no gear reverses: robot, what it is to do and its loads."""
     case = example("cone_robust", tool_path=CONTOUR)
     wrench = case.process.evaluate(case.desired).wrench
     (wanted,) = wanted_of(case.robots, case.desired, wrench)
@@ -81,7 +88,7 @@ def test_gears_that_keep_their_flank_are_off_by_a_fifth_of_their_half_width(kept
     theta = kept.moving.task(kept.wanted).guess[:: len(loads.time) // 100]
     rest = np.zeros((len(theta), model.size))
     _, by = model.linearised(model.chain.theta(theta), rest, rest, np.zeros((len(theta), 6)))
-    off = 0.2 * kept.moving.play * np.sign(loads.torque[0])
+    off = 0.2 * kept.moving.backlash * np.sign(loads.torque[0])
     most = np.linalg.norm(by.jacobian[:, :3, model.gears] @ off, axis=1).max()
     for own in kept.robot.backlash:
         assert own.deviation.maximum == pytest.approx(most, rel=1e-2)

@@ -105,7 +105,7 @@ def test_what_is_withheld_is_not_stated():
 
 
 def test_a_method_is_measured_with_all_its_simulations():
-    case = hanging_cases()["KUKA with play, cone"]
+    case = hanging_cases()["KUKA with backlash, cone"]
     with Models("native") as models:
         cell, _ = evaluation_methods.cell_of(case.robots, models)
         method = Mirror(max_passes=1)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from places import EXAMPLES
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.path.histories import ToolPath
 
 
@@ -136,7 +136,7 @@ def test_a_decay_has_settled_after_ln_20_time_constants(comparison):
 def test_cone_shortened_to_four_contours_meets_its_goals(tmp_path):
     """The README's case down to 2 mm: above 300 N, two evaluations, the moving robot within 2 um."""
     from coupling.run.deviations import Deviations
-    from coupling.run.study import run_compensation
+    from coupling.run.execute import run_compensation
 
     text = (EXAMPLES / "cases" / "cone.toml").read_text()
     short = text.replace("depth_m        = 0.01", "depth_m = 0.002")

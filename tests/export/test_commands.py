@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from wall_case import WALL_CASE
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.conduct import conduct
 from coupling.errors import ProgramError
 from coupling.events import unwatched
 from coupling.export.commands import command_in_run, command_of_table
-from coupling.export.exported import Options
+from coupling.export.exported import ExportOptions
 from coupling.export.exporting import export_commands
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import controller_axes
@@ -26,9 +26,9 @@ from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
 from coupling.programs.languages import LANGUAGES, read_program
 from coupling.robot.inverse_kinematics import InverseKinematics
+from coupling.run.execute import run_compensation
 from coupling.run.models import Models
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_compensation
 from elastic_robot.description import Robot
 from elastic_robot.trajectory import Trajectory, read_trajectory
 
@@ -118,7 +118,7 @@ def test_rates_and_accelerations_of_a_table_count(tmp_path):
     names = (*NAMES, *(f"qd{i}" for i in range(1, 7)), *(f"qdd{i}" for i in range(1, 7)))
     file = written(tmp_path / "way.csv", table, names)
     (found,) = export_commands(
-        command_of_table(file, "icme2008", None), Options(LANGUAGES["csv"], "joints")
+        command_of_table(file, "icme2008", None), ExportOptions(LANGUAGES["csv"], "joints")
     )
     angles = np.array([move.joints for move in LANGUAGES["csv"].read(found.files).timed])
     at = np.arange(251) * 0.004
@@ -136,7 +136,7 @@ def test_the_clock_of_a_table_may_begin_anywhere(tmp_path):
         wrench[:, 0], wrench[:, 3] = start + np.array([0.0, 0.25, 1.0]), [0.0, 300.0, 500.0]
         load = written(tmp_path / "wrench.csv", wrench, ("time", *WRENCH_COLUMNS))
         commands = command_of_table(file, "icme2008", load)
-        (found,) = export_commands(commands, Options(krl, "cartesian"))
+        (found,) = export_commands(commands, ExportOptions(krl, "cartesian"))
         texts.append([one.text for one in found.files])
     assert texts[1] == texts[0]
     assert texts[2] == texts[0]
@@ -480,7 +480,7 @@ def test_a_table_of_singular_postures_is_told_by_angles_alone(tmp_path, command)
 
 def test_rows_of_a_command_of_few_cycles_are_not_solved_for(tmp_path):
     way = written(tmp_path / "way.csv", WAY)
-    options = Options(LANGUAGES["csv"], "joints", cycle=0.3)
+    options = ExportOptions(LANGUAGES["csv"], "joints", cycle=0.3)
     (found,) = export_commands(command_of_table(way, "icme2008", None), options)
     assert found.loss > options.tolerance
     assert "expected a command of 8 cycles at least, got 3.33" in found.remark

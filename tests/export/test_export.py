@@ -11,23 +11,23 @@ import numpy as np
 import pytest
 from wall_case import WALL_CASE
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.conduct import conduct
 from coupling.errors import PlanningError
 from coupling.events import unwatched
 from coupling.export import every_cycle, few_points
-from coupling.export.exported import Options
+from coupling.export.exported import ExportOptions
 from coupling.export.exporting import export_run
 from coupling.export.interpolated import drive_motion
 from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.csv_table import read_table
 from coupling.files.robot_file import find_robot
 from coupling.programs.languages import LANGUAGES, read_program
-from coupling.programs.program import Program
+from coupling.programs.program import RobotProgram
 from coupling.robot.moving import Inverter
+from coupling.run.execute import run_compensation, run_coupling
 from coupling.run.models import Models, cell_of
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_compensation, run_coupling
 
 # Robot, home, part.
 ROBOTS = {
@@ -66,7 +66,7 @@ def simulated(run: Path, files: Path, name: str) -> tuple[float, float]:
     return moved(run, read_program(files), name, 0.004)
 
 
-def moved(run: Path, program: Program, name: str, cycle: float) -> tuple[float, float]:
+def moved(run: Path, program: RobotProgram, name: str, cycle: float) -> tuple[float, float]:
     """Return loss and deviation of a program on a controller's cycle [m]."""
     case, stored = load_case(run / "case.toml"), read_run(run).first
     joints = controller_axes(find_robot(name), 6)
@@ -116,7 +116,7 @@ def test_the_files_do_what_the_summary_says(runs, tmp_path, command, robot, lang
 def test_timing_is_that_of_the_command(runs, language):
     robot = {"rapid": "abb_irb7600", "fanuc": "fanuc_r2000ic"}.get(language, "icme2008")
     own = LANGUAGES[language]
-    (found,) = export_run(runs[robot], Options(own, own.targets[0]))
+    (found,) = export_run(runs[robot], ExportOptions(own, own.targets[0]))
     read = own.read(found.files)
     times = np.cumsum([move.duration for move in read.timed[1:]])
     command = read_table(runs[robot] / "command.csv", ("time",), AssertionError)[:, 0]
@@ -142,7 +142,7 @@ def test_rows_are_the_commands_own_where_these_lose_little(run, command):
 
 
 def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path, monkeypatch):
-    """20 ms, longer than a gear takes through its play; the loss is found again from the text.
+    """20 ms, longer than a gear takes through its backlash; the loss is found again from the text.
 
     A path of 17 cycles: of one that ends shortly behind a row, rows as long as that lose more.
     """
@@ -150,7 +150,7 @@ def test_rows_are_solved_for_where_samples_of_the_command_lose_too_much(tmp_path
     feed = np.linalg.norm([0.02, 0.01, 0.002]) / (17 * 0.02 - 0.1)
     text = WALL_CASE.format(robot="icme2008", home=home, part=part)
     run = ran(tmp_path, text.replace("feed_m_s = 0.1", f"feed_m_s = {feed:.15f}"))
-    options = Options(csv, "joints", cycle=0.02)
+    options = ExportOptions(csv, "joints", cycle=0.02)
     (solved,) = export_run(run, options)
     monkeypatch.setattr(every_cycle, "_AIMS", ())
     (samples,) = export_run(run, options)
@@ -166,15 +166,15 @@ def test_what_keeps_rows_from_being_solved_for_is_said(runs, monkeypatch):
         raise PlanningError("joint 2: passes its limit")
 
     monkeypatch.setattr(Inverter, "invert", lost)
-    (found,) = export_run(runs["icme2008"], Options(LANGUAGES["csv"], "joints", cycle=0.02))
+    (found,) = export_run(runs["icme2008"], ExportOptions(LANGUAGES["csv"], "joints", cycle=0.02))
     assert found.loss > 5e-6
     assert found.remark.endswith("were sought in vain: joint 2: passes its limit")
 
 
 def test_a_smaller_tolerance_takes_more_points_and_loses_less(runs):
     krl = LANGUAGES["krl"]
-    (loose,) = export_run(runs["icme2008"], Options(krl, "cartesian", tolerance=50e-6))
-    (tight,) = export_run(runs["icme2008"], Options(krl, "cartesian", tolerance=1e-6))
+    (loose,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=50e-6))
+    (tight,) = export_run(runs["icme2008"], ExportOptions(krl, "cartesian", tolerance=1e-6))
     assert tight.loss <= 1e-6 < loose.loss <= 50e-6
     assert loose.points < tight.points
 
@@ -367,7 +367,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path, command):
 def test_the_controllers_own_angles_do_not_change_what_the_robot_does(runs):
     """FANUC's count, base and flange against the robot file's: other numbers, the same motion."""
     fanuc = LANGUAGES["fanuc"]
-    (found,) = export_run(runs["fanuc_r2000ic"], Options(fanuc, "cartesian"))
+    (found,) = export_run(runs["fanuc_r2000ic"], ExportOptions(fanuc, "cartesian"))
     case = load_case(runs["fanuc_r2000ic"] / "case.toml")
     robot = case.robots[0].description
     counted = drive_motion(

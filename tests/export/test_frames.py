@@ -9,7 +9,7 @@ import pytest
 from places import ROOT
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import ProgramError
 from coupling.export.frames import part_frame, tool_frame, with_tool
 from coupling.export.postures import Postures, nearest_singular
@@ -17,7 +17,7 @@ from coupling.files.controller_axes import ControllerAxes, controller_axes
 from coupling.files.robot_file import find_robot, load_robot
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.programs.languages import LANGUAGES
-from coupling.programs.program import Move, Program
+from coupling.programs.program import ProgramMove, RobotProgram
 from elastic_robot.chain import build_chain
 from elastic_robot.description import Robot
 from elastic_robot.errors import RobotFileError
@@ -120,8 +120,11 @@ def test_published_positions_of_an_r2000_are_where_and_how_they_are_said_to_be(a
     own, axes = postures("fanuc_r2000ic"), robot_and_axes("fanuc_r2000ic")[1]
     found = own.configuration(axes.file_angles(np.deg2rad([angles]))[0])
     pose = (1.5, 0.0, 0.36, *wpr.as_quat().tolist())
-    moves = [Move("joint", joints=found.angles), Move("linear", pose, configuration=found)]
-    (file,) = LANGUAGES["fanuc"].write(Program("P", tuple(moves)))
+    moves = [
+        ProgramMove("joint", joints=found.angles),
+        ProgramMove("linear", pose, configuration=found),
+    ]
+    (file,) = LANGUAGES["fanuc"].write(RobotProgram("P", tuple(moves)))
     assert f"CONFIG : '{config}'" in file.text
 
 

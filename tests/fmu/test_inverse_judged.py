@@ -59,13 +59,13 @@ def test_the_judge_finds_the_moving_tool_on_its_path(tmp_path, case, robot, larg
     # What the run says of itself is what the judge finds.
     assert found["max_um"] == pytest.approx(1e6 * figures["deviation_after_m"]["maximum"], abs=0.02)
     # What the teeth leave is told apart from what is slower, and neither is more than all of it.
-    beat = figures["beat"]
-    assert (beat is not None) == ("milling-force" in case)
-    if beat is not None:
-        assert beat["period_s"] == pytest.approx(60.0 / 20_000 / 2)
+    tooth_passing = figures["tooth_passing"]
+    assert (tooth_passing is not None) == ("milling-force" in case)
+    if tooth_passing is not None:
+        assert tooth_passing["period_s"] == pytest.approx(60.0 / 20_000 / 2)
         largest = figures["deviation_after_m"]["maximum"]
         assert (
-            max(beat["slow_m"], beat["ripple_m"])
+            max(tooth_passing["slow_m"], tooth_passing["ripple_m"])
             <= 1.01 * largest
-            <= 1.03 * (beat["slow_m"] + beat["ripple_m"])
+            <= 1.03 * (tooth_passing["slow_m"] + tooth_passing["ripple_m"])
         )

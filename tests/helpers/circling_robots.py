@@ -6,12 +6,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.events import unwatched
-from coupling.inverse.inversion import MovingRobot, Wanted
-from coupling.learn.effect import Effect
+from coupling.inverse.inversion import DesiredMotion, MovingRobot
+from coupling.learn.effect import ParameterEffect
 from coupling.learn.fit import Fitter
+from coupling.learn.measurement import MeasuredPath, Measurement
 from coupling.learn.parameters import changed, learnables, prior_of, robot_with
-from coupling.learn.passes import Pass, Seen
-from coupling.learn.problem import Problem
+from coupling.learn.problem import FitProblem
 from coupling.path.controller import Controller
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.path.interpolation import InterpolatedPath
@@ -24,7 +24,7 @@ HOME = np.deg2rad([0.0, 10.0, 20.0, 0.0, 60.0, 0.0])
 NOISE = 1e-5
 
 
-def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
+def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> DesiredMotion:
     """Horizontal circles from rest to rest, under a force that turns with them."""
     time = np.linspace(0.0, seconds, round(seconds / 0.02) + 1)
     part = time / seconds
@@ -39,7 +39,7 @@ def circles(robot: Robot, seconds: float = 9.0, turns: float = 2.0) -> Wanted:
     rigid = InverseKinematics(robot, HOME).plan(path)
     # It steps from sample to sample, which shakes what is to be learned.
     steps = np.hstack([force, np.zeros_like(force)])
-    return Wanted(path, rigid, WrenchHistory.of_means(time, steps))
+    return DesiredMotion(path, rigid, WrenchHistory.of_means(time, steps))
 
 
 class Robots:
@@ -75,17 +75,17 @@ class Robots:
         values = changed(self.parameters, x)
         return self.fmu.simulate(command or self.command, self.wrench, "dynamic", values)
 
-    def measured(self, where: np.ndarray, every: int = 1) -> Pass:
+    def measured(self, where: np.ndarray, every: int = 1) -> MeasuredPath:
         """What is measured of where the tool is, every so many samples of 4 ms."""
         rows = np.arange(0, len(self.time), every)
         noise = NOISE * np.random.default_rng(4).standard_normal((len(rows), 3))
-        seen = Seen("measured.csv", self.time[rows], where[rows] + noise)
-        return Pass(self.command, self.wrench, self.path, self.wanted, seen)
+        seen = Measurement("measured.csv", self.time[rows], where[rows] + noise)
+        return MeasuredPath(self.command, self.wrench, self.path, self.wanted, seen)
 
-    def fitter(self, one: Pass) -> Fitter:
+    def fitter(self, one: MeasuredPath) -> Fitter:
         """What fits a pass."""
-        effect = Effect(self.robot, "backlash", self.parameters, one)
-        return Fitter(Problem((self.fmu,), self.parameters, (one,), (effect,)))
+        effect = ParameterEffect(self.robot, "backlash", self.parameters, one)
+        return Fitter(FitProblem((self.fmu,), self.parameters, (one,), (effect,)))
 
     def drawn(self, seed: int, times: float) -> np.ndarray:
         """Log factors up to so many prior standard deviations off; dampers of tilts as they are."""

@@ -61,7 +61,7 @@ class Case:
         self.curve = TORQUE_CURVES[curve].build(parameters)
         n, m = self.chain.joint_count, self.chain.elastic_count
         drives = rng.normal(size=(3, n)) * [[1.5], [1.0], [5.0]]
-        # Deflections on both sides of a dead band of 1e-4 rad and inside it.
+        # Deflections on both sides of a backlash of 1e-4 rad and inside it.
         motion = rng.normal(size=(3, m)) * [[2e-4], [0.1], [10.0]]
         wrench = rng.normal(size=6) * [1e3, 1e3, 1e3, 1e2, 1e2, 1e2]
         values = (parameters.gravity, parameters.stiffness, parameters.damping, parameters.backlash)
@@ -156,7 +156,7 @@ def rest(case: Case) -> np.ndarray:
 
 
 def engaged(case: Case, x: np.ndarray) -> bool:
-    """Every gear carries load, clear of the edge of its play: there the sensitivities are exact."""
+    """Every gear carries load, clear of the edge of its backlash: there the sensitivities are exact."""
     carries = np.abs(case.curve.torque(x)) > 1.0
     clear = case.curve.region(1.01 * x) == case.curve.region(0.99 * x)
     return bool(np.all(carries & clear))

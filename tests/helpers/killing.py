@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from places import LINE_CASE
 
 if TYPE_CHECKING:
-    from coupling.export.exported import Exported, Options
+    from coupling.export.exported import ExportedProgram, ExportOptions
 
 PROGRAM = Path(__file__).parent / "logged_program.py"
 # What is about the run itself, and differs between two runs of one case.
@@ -141,7 +141,7 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
 
     from coupling.files import whole_file
     from coupling.path.histories import ToolPath, WrenchHistory
-    from coupling.process import Answer
+    from coupling.process import ProcessResponse
     from coupling.store import Store, StoredProcess
 
     def die(*_: object) -> None:
@@ -150,10 +150,10 @@ def die_while_keeping(folder: Path, stage: str, who: str = "springs") -> None:
     class Dying:
         identity = who
 
-        def evaluate(self, path: ToolPath) -> Answer:
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
             if stage == "opened":
                 die()
-            return Answer(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
+            return ProcessResponse(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
 
     class Os:
         fsync = staticmethod(die if stage == "written" else os.fsync)
@@ -203,20 +203,20 @@ def die_while_exporting(folder: Path, stage: str, text: str) -> None:
     writing.write_export(folder, [exported], options, overwrite=True)
 
 
-def one_program(text: str) -> tuple[Exported, Options]:
+def one_program(text: str) -> tuple[ExportedProgram, ExportOptions]:
     """Return a program of one file, WAY.src, with this text, as an export has it."""
-    from coupling.export.exported import Exported, Options
-    from coupling.export.postures import Nearest
+    from coupling.export.exported import ExportedProgram, ExportOptions
+    from coupling.export.postures import NearestSingularity
     from coupling.path.deviation import Deviation
     from coupling.programs.languages import LANGUAGES
-    from coupling.programs.program import Move, Program, ProgramFile
+    from coupling.programs.program import ProgramFile, ProgramMove, RobotProgram
 
     start, end = (0.0,) * 6, (0.1,) * 6
-    moves = (Move("joint", joints=start), Move("joint", joints=end, duration=1.0))
+    moves = (ProgramMove("joint", joints=start), ProgramMove("joint", joints=end, duration=1.0))
     none = Deviation(*[0.0] * 7)
-    exported = Exported(
+    exported = ExportedProgram(
         robot="forming",
-        program=Program("WAY", moves),
+        program=RobotProgram("WAY", moves),
         files=(ProgramFile("WAY.src", text),),
         points_tolerance=5e-6,
         candidates=2,
@@ -224,10 +224,10 @@ def one_program(text: str) -> tuple[Exported, Options]:
         command=none,
         read_back=none,
         drives=(),
-        nearest=Nearest(0.0, 1.0, "wrist"),
+        nearest=NearestSingularity(0.0, 1.0, "wrist"),
         counted=True,
     )
-    return exported, Options(LANGUAGES["krl"], "joints")
+    return exported, ExportOptions(LANGUAGES["krl"], "joints")
 
 
 def hold_a_scratch_folder(place: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from places import LINE_CASE
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 
 
 def changed_text(case: Path, *changes: tuple[str, str]) -> str:

@@ -56,7 +56,7 @@ def numbers_of(case: Case) -> Numbers:
 
 
 def rest(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
-    """Return the equilibrium near x in complex arithmetic; a gear in the middle of its play stays."""
+    """Return the equilibrium near x in complex arithmetic; a gear amid its backlash stays."""
     zero = np.zeros_like(x)
     drives = np.array([numbers.drives[0], 0.0 * numbers.drives[0], 0.0 * numbers.drives[0]])
     flow = Flow(case.robot, case.curve, changed(numbers, drives=drives), x, zero)
@@ -91,7 +91,7 @@ def compliance_along(case: Case, numbers: Numbers, x: np.ndarray) -> np.ndarray:
         edges = knots(curve, b)
         piece = int(np.searchsorted(edges, x[k].real))
         law = piece_slope(len(edges) + 1, piece, x[k], stiffness, b)
-        # Inside its play a gear counts with the flank beyond.
+        # Inside its backlash a gear counts with the flank beyond.
         slope[k], bend[k] = (law.real, derivative(law)) if law.real > 0.0 else (stiffness, 0.0)
     by, by_along = _softening(case, numbers, x), np.zeros((m, m))
     lever, lever_along = np.zeros((3, m)), np.zeros((3, m))

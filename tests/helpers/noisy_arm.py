@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.measurements import Measurements
-from coupling.identify.prediction import Model
+from coupling.identify.prediction import StaticModel
 from elastic_robot.description import Body, Joint, Robot, Tilt
 
 _LINK = Body(mass=40.0, com=(0.0, 0.0, 0.3), inertia=(2.0, 2.0, 0.5))
@@ -42,8 +42,8 @@ def exact(robot: Robot, count: int, seed: int, force: float = 600.0) -> Measurem
     wrench *= force / np.linalg.norm(wrench, axis=1, keepdims=True)
     q = rng.uniform(-1.5, 1.5, (count, len(robot.joints)))
     rows = Measurements.of(q, wrench, np.zeros((count, 3)))
-    elasticity = Elasticity.of(robot, "backlash")
-    model = Model(elasticity, rows, "backlash")
+    elasticity = ElasticParameters.of(robot, "backlash")
+    model = StaticModel(elasticity, rows, "backlash")
     return replace(rows, deflection=model.predict(elasticity.start).deflection)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.report import write_report
+from coupling.run.execute import Run, run_compensation
 from coupling.run.folder import write_run
-from coupling.run.study import Run, run_compensation
 
 
 def compensated(folder: Path, case: Case) -> tuple[Case, Run, Path]:

@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from coupling.errors import IdentifyError
 from coupling.identify.accuracy import _jackknife, intervals, left_out
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.fit import fitted
 from coupling.identify.least_squares import LinearProblem
 from coupling.identify.measurements import Measurements
@@ -115,8 +115,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say(known):
     """0.02 mm and 5 N, 25 repetitions of 8 rows; docs/scripts/make_identify.py does more, by MuJoCo."""
     true = arm(tilt=True)
     rows, rng = exact(true, 8, seed=1), np.random.default_rng(2)
-    elasticity = Elasticity.of(true, "backlash")
-    start = Elasticity.of(elasticity.described(1.3 * elasticity.start), "backlash")
+    elasticity = ElasticParameters.of(true, "backlash")
+    start = ElasticParameters.of(elasticity.described(1.3 * elasticity.start), "backlash")
     inside = np.zeros(len(elasticity.names))
     for _ in range(25):
         own = noisy(rows, rng, 2e-5, 5.0)
@@ -134,7 +134,7 @@ def test_weights_are_the_covariance_of_what_was_measured():
     """Deflections of samples with noise on reading and force have the covariance that is whitened."""
     true, rng = arm(), np.random.default_rng(0)
     rows = exact(true, 1, seed=5)
-    elasticity = Elasticity.of(true, "backlash")
+    elasticity = ElasticParameters.of(true, "backlash")
     noise = noise_of(rows, 1e-5, None, 40.0, None)
     white = whitening(noise, rigid_prediction(elasticity, rows, elasticity.start).by_wrench)[0]
     many = Measurements.of(
@@ -151,7 +151,7 @@ def test_weights_are_the_covariance_of_what_was_measured():
 def test_a_row_that_is_off_hardly_moves_the_robust_fit():
     true = arm()
     rows = noisy(exact(true, 20, seed=3), np.random.default_rng(4), 1e-5)
-    elasticity = Elasticity.of(true, "backlash")
+    elasticity = ElasticParameters.of(true, "backlash")
     spoiled = rows.deflection.copy()
     spoiled[7] += 5e-3
     rows = replace(rows, deflection=spoiled)

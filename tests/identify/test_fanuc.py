@@ -13,9 +13,9 @@ import pytest
 from places import EXAMPLES
 
 from coupling.files.robot_file import load_robot, shipped_robots
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.found import rms
-from coupling.identify.identification import Options, identify
+from coupling.identify.identification import IdentifyOptions, identify
 from coupling.identify.measurements import read_measurements
 from coupling.identify.noise import noise_of
 from coupling.identify.prediction import rigid_prediction
@@ -24,7 +24,7 @@ from elastic_robot.description import Tilt
 
 START = load_robot(EXAMPLES / "identify" / "fanuc_start.toml")
 ROWS = read_measurements(EXAMPLES / "identify" / "fanuc_r2000ic.csv", 6)
-OPTIONS = Options(noise_of(ROWS))
+OPTIONS = IdentifyOptions(noise_of(ROWS))
 
 
 @pytest.fixture(scope="module")
@@ -89,9 +89,11 @@ def test_all_six_tilts_are_warned_of_and_most_refused():
 def test_the_shipped_robot_is_what_was_identified(tilted):
     """To the four digits that its file has."""
     shipped = load_robot(shipped_robots()["fanuc_r2000ic"])
-    right = Elasticity.of(tilted.robot, "backlash")
-    assert Elasticity.of(shipped, "backlash").names == right.names
-    np.testing.assert_allclose(Elasticity.of(shipped, "backlash").start, right.start, rtol=5e-4)
+    right = ElasticParameters.of(tilted.robot, "backlash")
+    assert ElasticParameters.of(shipped, "backlash").names == right.names
+    np.testing.assert_allclose(
+        ElasticParameters.of(shipped, "backlash").start, right.start, rtol=5e-4
+    )
     for ours, theirs in zip(shipped.joints, START.joints, strict=True):
         assert (ours.origin, ours.axis, ours.body) == (theirs.origin, theirs.axis, theirs.body)
 
@@ -124,6 +126,6 @@ def test_the_start_file_is_the_published_chain():
         tool = (frame @ [0.0069, 0.2453, 0.3193, 1.0])[:3]
         lever = np.array([np.cross(axis, tool - origin) for axis, origin in axes])
         expected.append(lever.T @ (compliance * (lever @ wrench[:3])))
-    elasticity = Elasticity.of(START, "backlash")
+    elasticity = ElasticParameters.of(START, "backlash")
     ours = rigid_prediction(elasticity, ROWS, elasticity.start).deflection
     np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-12)

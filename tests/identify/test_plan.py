@@ -10,13 +10,13 @@ from noisy_arm import arm, noisy
 
 from coupling.errors import IdentifyError
 from coupling.identify.accuracy import intervals
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.fit import fitted
 from coupling.identify.noise import noise_of
-from coupling.identify.plan import Wish, _candidates, _information_rows, _noise, planned
-from coupling.identify.prediction import Model
+from coupling.identify.plan import PlanRequest, _candidates, _information_rows, _noise, planned
+from coupling.identify.prediction import StaticModel
 
-WISH = Wish(count=8, force=400.0, poses=64, position=1e-5)
+WISH = PlanRequest(count=8, force=400.0, poses=64, position=1e-5)
 
 
 def limited(robot):
@@ -32,7 +32,7 @@ def test_a_plan_keeps_to_limits_and_is_better_than_random_choices():
     assert own.q.min() >= -1.0
     assert own.q.max() <= 0.5
     np.testing.assert_allclose(np.linalg.norm(own.wrench[:, :3], axis=1), 400.0)
-    elasticity = Elasticity.of(robot, "backlash")
+    elasticity = ElasticParameters.of(robot, "backlash")
     candidates = _candidates(robot, WISH)
     rows = _information_rows(elasticity, candidates, _noise(candidates.count, WISH))
     chosen = _information_rows(elasticity, own, _noise(8, WISH))
@@ -49,8 +49,8 @@ def test_the_interval_promised_is_the_one_that_measurements_give():
     """Median over 8 noisy repetitions of the plan; the jackknife makes some wider, none narrower."""
     robot, rng = limited(arm()), np.random.default_rng(1)
     plan = planned(robot, "backlash", replace(WISH, count=20))
-    elasticity = Elasticity.of(robot, "backlash")
-    model = Model(elasticity, plan.measurements, "backlash")
+    elasticity = ElasticParameters.of(robot, "backlash")
+    model = StaticModel(elasticity, plan.measurements, "backlash")
     right = replace(plan.measurements, deflection=model.predict(elasticity.start).deflection)
     halves = []
     for _ in range(8):

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason="needs the package mujoco, which is in the extra 'test'")
 from random_robots import make_robot
 
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.fit import fitted
 from coupling.identify.noise import noise_of
 from examples.mujoco_robot.measuring import measured
@@ -31,10 +31,10 @@ def random_task(seed: int, joints: int, backlash: float, rotations: bool):
 def test_stiffnesses_and_tilts_are_found_to_rounding(joints, rotations):
     """Gravity, geometry, moments, points off the TCP; start values off by up to 1.6 times."""
     true, rows, rng = random_task(100 + joints, joints, 0.0, rotations)
-    right = Elasticity.of(true, "backlash")
+    right = ElasticParameters.of(true, "backlash")
     assert len(right.names) > 0
     start = right.described(right.start * rng.uniform(0.6, 1.6, len(right.start)))
-    found = fitted(Elasticity.of(start, "backlash"), rows, "backlash", noise_of(rows))
+    found = fitted(ElasticParameters.of(start, "backlash"), rows, "backlash", noise_of(rows))
     assert found.converged
     np.testing.assert_allclose(found.values, right.start, rtol=1e-8)
 
@@ -43,8 +43,8 @@ def test_stiffnesses_and_tilts_are_found_to_rounding(joints, rotations):
 def test_backlash_is_found_where_loads_take_gears_to_their_other_flank(seed):
     """What no load reverses keeps its start, here the right one; all else is found to rounding."""
     true, rows, rng = random_task(seed, 4, 1e-4, False)
-    right = Elasticity.of(true, "backlash")
-    start = Elasticity.of(
+    right = ElasticParameters.of(true, "backlash")
+    start = ElasticParameters.of(
         right.described(right.start * rng.uniform(0.6, 1.6, len(right.start))), "backlash"
     )
     silent = fitted(start, rows, "backlash", noise_of(rows)).rigid.held

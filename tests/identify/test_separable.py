@@ -12,25 +12,25 @@ from noisy_arm import arm, exact, noisy
 
 from coupling.errors import IdentifyError
 from coupling.files.robot_file import load_robot
-from coupling.identify.elastic import Elasticity
+from coupling.identify.elastic import ElasticParameters
 from coupling.identify.fit import fitted
-from coupling.identify.identification import Options, identify
+from coupling.identify.identification import IdentifyOptions, identify
 from coupling.identify.measurements import Measurements
 from coupling.identify.noise import noise_of
-from coupling.identify.prediction import Model
+from coupling.identify.prediction import StaticModel
 from coupling.identify.robot_file import identified_text
 from coupling.identify.separable import separability
 from elastic_robot.description import Robot
 
 
 def predicted(robot: Robot, rows: Measurements) -> Measurements:
-    elasticity = Elasticity.of(robot, "backlash")
-    model = Model(elasticity, rows, "backlash")
+    elasticity = ElasticParameters.of(robot, "backlash")
+    model = StaticModel(elasticity, rows, "backlash")
     return replace(rows, deflection=model.predict(elasticity.start).deflection)
 
 
 def telling(robot: Robot, rows: Measurements):
-    elasticity = Elasticity.of(robot, "backlash")
+    elasticity = ElasticParameters.of(robot, "backlash")
     fit = fitted(elasticity, rows, "backlash", noise_of(rows))
     return separability(fit.rigid, elasticity.names)
 
@@ -58,7 +58,7 @@ def test_the_direction_named_changes_nothing_measured():
     (direction,) = found.unseen
     assert direction.in_words() in ("joint[2] - joint[3]", "joint[3] - joint[2]")
     assert [pair[:2] for pair in found.pairs] == [("joint[2].stiffness", "joint[3].stiffness")]
-    result = identify(robot, rows, Options(noise_of(rows)))
+    result = identify(robot, rows, IdentifyOptions(noise_of(rows)))
     verdict = {parameter.name: parameter for parameter in result.parameters}
     assert verdict["joint[1].stiffness"].identified
     for name in direction.names:
@@ -84,7 +84,7 @@ def test_a_silent_joint_and_a_pair_are_told_one_by_one():
 def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     true, rows = on_the_last_axis()
     rows = noisy(rows, np.random.default_rng(1), 1e-5)
-    right = Elasticity.of(true, "backlash")
+    right = ElasticParameters.of(true, "backlash")
     start = right.described(right.start * [0.7, 1.5, 1.234567890123])
     data = {
         "name": start.name,
@@ -105,7 +105,7 @@ def test_a_value_that_is_not_identified_is_kept_and_the_file_says_so(tmp_path):
     file, target = tmp_path / "start.toml", tmp_path / "identified.toml"
     file.write_text(tomlkit.dumps(data))
     assert load_robot(file) == start
-    found = identify(start, rows, Options(noise_of(rows)))
+    found = identify(start, rows, IdentifyOptions(noise_of(rows)))
     target.write_text(identified_text(found, file, target, "a test"))
     written = load_robot(target)
     assert written.joints[2].stiffness == start.joints[2].stiffness  # to the last bit
@@ -127,7 +127,7 @@ def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path)
     many = Measurements.of(*(np.repeat(a, 20, axis=0) for a in (one.q, one.wrench, one.deflection)))
     many = noisy(many, np.random.default_rng(0), 1e-5)
     for rows in (one, many):
-        found = identify(robot, rows, Options(noise_of(rows)))
+        found = identify(robot, rows, IdentifyOptions(noise_of(rows)))
         assert not any(parameter.identified for parameter in found.parameters)
         with pytest.raises(IdentifyError, match="not written: nothing is identified"):
             identified_text(found, tmp_path / "a.toml", tmp_path / "b.toml", "a test")
@@ -136,7 +136,9 @@ def test_one_row_and_rows_all_alike_identify_nothing_and_write_nothing(tmp_path)
 def test_deflections_against_the_load_are_not_fitted_by_negative_springs():
     robot = arm()
     rows = exact(robot, 15, seed=3)
-    found = identify(robot, replace(rows, deflection=-rows.deflection), Options(noise_of(rows)))
+    found = identify(
+        robot, replace(rows, deflection=-rows.deflection), IdentifyOptions(noise_of(rows))
+    )
     assert np.all(found.fit.values >= 0.0)
     assert found.refusal == "nothing is identified"
     assert {parameter.reason for parameter in found.parameters} == {
@@ -149,10 +151,10 @@ def test_a_rigid_robot_and_rows_without_loads_are_refused():
     rows = exact(robot, 3, seed=3)
     still = replace(rows, wrench=np.zeros((3, 6)))
     with pytest.raises(IdentifyError, match="a force or moment in at least one row"):
-        identify(robot, still, Options(noise_of(rows)))
+        identify(robot, still, IdentifyOptions(noise_of(rows)))
     joints = tuple(replace(joint, stiffness=None) for joint in robot.joints)
     with pytest.raises(IdentifyError, match="rigid robot"):
-        identify(replace(robot, joints=joints), rows, Options(noise_of(rows)))
+        identify(replace(robot, joints=joints), rows, IdentifyOptions(noise_of(rows)))
 
 
 def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_counts():
@@ -160,11 +162,13 @@ def test_a_gear_with_its_own_torque_table_is_not_identified_where_the_table_coun
     joints = arm().joints
     tabled = replace(joints[1], torque_table=points)
     robot = replace(arm(), joints=(joints[0], tabled, joints[2]))
-    assert "joint[2].stiffness" in Elasticity.of(robot, "backlash").names
-    right = Elasticity.of(robot, "spline")
+    assert "joint[2].stiffness" in ElasticParameters.of(robot, "backlash").names
+    right = ElasticParameters.of(robot, "spline")
     assert right.names == ("joint[1].stiffness", "joint[3].stiffness")
     rows = exact(robot, 12, seed=2)
-    rows = replace(rows, deflection=Model(right, rows, "spline").predict(right.start).deflection)
-    start = Elasticity.of(right.described(1.5 * right.start), "spline")
+    rows = replace(
+        rows, deflection=StaticModel(right, rows, "spline").predict(right.start).deflection
+    )
+    start = ElasticParameters.of(right.described(1.5 * right.start), "spline")
     found = fitted(start, rows, "spline", noise_of(rows))
     np.testing.assert_allclose(found.values, right.start, rtol=1e-7)

@@ -45,7 +45,7 @@ def test_a_robot_as_its_model_leaves_what_gain_and_filter_leave(example):
 
 
 def test_the_response_is_that_of_the_simulated_robot(example):
-    """Joint 2 shaken by 0.2 mrad at 3 and 6 Hz, without play: the FMU's tool, by a fit of waves."""
+    """Joint 2 shaken by 0.2 mrad at 3 and 6 Hz, without backlash: the FMU's tool, by a fit of waves."""
     robot = replace(
         example,
         gravity=(0.0, 0.0, 0.0),

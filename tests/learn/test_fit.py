@@ -13,8 +13,8 @@ from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
 from coupling.learn.descent import Descent, size_of
 from coupling.learn.judge import judged
+from coupling.learn.measurement import MeasuredPath, SimulatedPath
 from coupling.learn.parameters import prior_of
-from coupling.learn.passes import Pass, Simulated
 from coupling.learn.robot_file import remark
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.spread import spread_of_fit
@@ -79,15 +79,19 @@ def test_the_robot_found_is_at_least_as_likely_as_the_one_that_was_measured(robo
 def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
     """The fit goes on with a shorter one."""
     truth = robots.factors(backlash=1.2, damping=0.9)
-    one, simulated, asked = robots.measured(robots.moved(truth), every=3), Pass.simulated, [0]
+    one, simulated, asked = (
+        robots.measured(robots.moved(truth), every=3),
+        MeasuredPath.simulated,
+        [0],
+    )
 
-    def now_and_then(self: Pass, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
+    def now_and_then(self: MeasuredPath, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         asked[0] += 1
         if asked[0] in (9, 10):  # the first steps that the gears' equation asks for
             raise SimulationError("the joints are too soft for this load")
         return simulated(self, fmu, changed)
 
-    monkeypatch.setattr(Pass, "simulated", now_and_then)
+    monkeypatch.setattr(MeasuredPath, "simulated", now_and_then)
     fitter = robots.fitter(one)
     found = fitter.fit(0.0 * truth)
     assert asked[0] > 10
@@ -95,7 +99,7 @@ def test_a_step_to_a_robot_that_gives_way_is_not_taken(robots, monkeypatch):
 
 
 def test_no_parameter_is_surer_than_the_derivatives_that_tell_less_make_it(robots):
-    """Differences of simulations take when a floating gear leaves its flank for knowledge of it."""
+    """Differences of simulations take when an unloaded gear leaves its flank for knowledge of it."""
     one = robots.measured(robots.moved(robots.factors(backlash=1.1)), every=3)
     fitter = robots.fitter(one)
     found = fitter.fit(np.zeros(len(robots.parameters)))
@@ -120,7 +124,7 @@ def test_what_hardly_matters_is_written_as_it_fits_beside_the_others(robots):
     effect[:5] = 0.0
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     verdicts = judged(robots.parameters, x, prior, 2.0 * prior, prior, effect, gears)
-    assert not any(own.told or own.matters for own in verdicts)
+    assert not any(own.identifiable or own.significant for own in verdicts)
     np.testing.assert_allclose([own.written for own in verdicts[:5]], 1.0, rtol=0)
     np.testing.assert_allclose([np.log(own.written) for own in verdicts[5:]], x[5:])
     assert remark(verdicts[0]).startswith("NOT LEARNED, kept: ")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from coupling.learn.forecast import forecast
-from coupling.learn.passes import Simulated
+from coupling.learn.measurement import SimulatedPath
 from coupling.learn.repeatability import VALUES, Hypotheses
-from coupling.learn.size import Size
+from coupling.learn.size import DeviationSize
 
 TIME = np.linspace(0.0, 20.0, 2001)  # [s]
 DEVIATION = 3e-5 * np.sin(1.5 * TIME)[:, None] * np.array([1.0, 1.0, 1.0])  # [m]
@@ -44,9 +44,9 @@ def told(
         fmu=SimpleNamespace(
             simulate=lambda command, wrench, mode, own: moved(np.log(own["wave"]), wave)
         ),
-        simulated=lambda number, x: Simulated(moved(0.0 * x, wave)),
+        simulated=lambda number, x: SimulatedPath(moved(0.0 * x, wave)),
     )
-    size = Size.of(TIME, DEVIATION, noise)
+    size = DeviationSize.of(TIME, DEVIATION, noise)
     seen = SimpleNamespace(time=TIME)
     run = SimpleNamespace(seen=seen, deviation=DEVIATION, noise=noise, size=size)
     history.runs = (run,)

@@ -11,11 +11,11 @@ from circling_robots import NOISE, Robots
 
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.learn.fit import Fit
+from coupling.learn.fit import ParameterFit
 from coupling.learn.judge import discrepancy, missing
-from coupling.learn.left_over import LeftOver
-from coupling.learn.passes import Pass
-from coupling.learn.spread import Spread, spread_of_fit
+from coupling.learn.measurement import MeasuredPath
+from coupling.learn.spread import Uncertainty, spread_of_fit
+from coupling.learn.unexplained import UnexplainedPart
 from coupling.run.models import Models
 from docs.scripts.learning_beyond import Beyond
 
@@ -28,7 +28,9 @@ def robots(example) -> Iterator[Robots]:
         yield Robots(example, models, seconds=4.0)
 
 
-def fitted(rng: np.random.Generator, discrepancy: float) -> tuple[np.ndarray, np.ndarray, LeftOver]:
+def fitted(
+    rng: np.random.Generator, discrepancy: float
+) -> tuple[np.ndarray, np.ndarray, UnexplainedPart]:
     """Errors of a linear fit by the deviations of its noise alone, these, and what is left over noise.
 
     Of 200 rows of noise 1 and eight parameters; a discrepancy of so many times the noise with 30
@@ -43,7 +45,7 @@ def fitted(rng: np.random.Generator, discrepancy: float) -> tuple[np.ndarray, np
     for _ in range(3):
         inverse = np.linalg.inv(np.diag(PRIOR**-2.0) + data / over)
         found = inverse @ (columns.T @ seen) / over
-        left = LeftOver.of(float(np.sum((seen - columns @ found) ** 2)), 200.0, data, PRIOR)
+        left = UnexplainedPart.of(float(np.sum((seen - columns @ found) ** 2)), 200.0, data, PRIOR)
         over = left.over
     deviation = np.sqrt(np.diag(np.linalg.inv(np.diag(PRIOR**-2.0) + data)))
     return found - truth, deviation, left
@@ -74,11 +76,13 @@ def test_parameters_that_are_off_leave_what_widens_their_intervals_to_them():
     data = 1e6 * np.eye(8)
     rows = 400.0
     squares = rows - 8.0 + np.sqrt(2.0 * rows) + 8.0 * 5.0**2
-    assert LeftOver.of(squares, rows, data, PRIOR).widened == pytest.approx(np.sqrt(26.0), rel=1e-3)
-    assert LeftOver.of(rows, rows, data, PRIOR).widened == 1.0
+    assert UnexplainedPart.of(squares, rows, data, PRIOR).widened == pytest.approx(
+        np.sqrt(26.0), rel=1e-3
+    )
+    assert UnexplainedPart.of(rows, rows, data, PRIOR).widened == 1.0
 
 
-def learned(robots: Robots, one: Pass) -> tuple[Fit, Spread]:
+def learned(robots: Robots, one: MeasuredPath) -> tuple[ParameterFit, Uncertainty]:
     fitter = robots.fitter(one)
     fit = fitter.fit(np.zeros(len(robots.parameters)))
     return fit, spread_of_fit(fitter.problem, fit)
@@ -109,7 +113,7 @@ def test_what_the_model_does_not_know_widens_intervals_and_is_not_learned(robots
 
 
 def test_noise_is_not_blamed_for_what_the_model_does_not_know(robots):
-    """Where gears change their flanks and nothing is told: 7 of 45 um are noise, or 7 of 8."""
+    """Where gears reverses and nothing is told: 7 of 45 um are noise, or 7 of 8."""
     gears = diagnose(MovingRobot(robots.robot, "backlash"), robots.wanted)
     assert any(gear.changes for gear in gears)
     for left, words in (

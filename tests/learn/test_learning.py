@@ -17,8 +17,9 @@ from coupling.errors import LearnError
 from coupling.files.robot_file import load_robot
 from coupling.inverse.diagnosis import diagnose
 from coupling.inverse.inversion import MovingRobot
-from coupling.learn.effect import Effect
+from coupling.learn.effect import ParameterEffect
 from coupling.learn.judge import floating
+from coupling.learn.measurement import Measurement
 from coupling.learn.next_inputs import next_case_text
 from coupling.learn.parameters import (
     changed,
@@ -26,7 +27,6 @@ from coupling.learn.parameters import (
     learnables,
     robot_with,
 )
-from coupling.learn.passes import Seen
 from coupling.learn.smoothing import SlowPart
 from coupling.learn.source import read_source
 from coupling.learn.spread import spread_of, spread_of_fit
@@ -48,7 +48,7 @@ def less_mean(deviation: np.ndarray) -> float:
 
 def test_the_next_command_of_a_learned_robot_leaves_a_fifth_at_most(robots):
     """Backlash 20 % more, damping 25 % less, stiffness 4 % more, seen in a frame and by a clock that are
-    off; these are found to a tenth, and gears that change flank to 5 %."""
+    off; these are found to a tenth, and gears that reverse to 5 %."""
     truth = robots.factors(backlash=1.2, damping=0.75, stiffness=1.04)
     where = robots.moved(truth)
     shift, turn, late = np.array([2e-4, -1e-4, 3e-4]), np.array([1e-4, -2e-4, 2e-4]), 0.012
@@ -100,14 +100,14 @@ def test_the_first_seconds_of_a_pass_are_those_of_the_whole(robots):
 
 
 def test_the_gears_equation_tells_what_the_simulation_does_on_flanks(robots, example):
-    """Without play everything is linear: to 1 % of a simulation with one per cent more stiffness."""
+    """Without backlash everything is linear: to 1 % of a simulation with one per cent more stiffness."""
     joints = tuple(replace(joint, backlash=0.0) for joint in example.joints)
     tight = Robots(replace(example, joints=joints), robots.models)
     assert {p.kind for p in tight.parameters} == {"stiffness", "damping"}
     one = tight.measured(tight.desired)
     time, mean, zero = one.seen.time, SlowPart.of(one.seen.time), np.zeros(len(tight.parameters))
     inner = (mean.time > 1.0) & (mean.time < 8.0)
-    effect = Effect(tight.robot, "backlash", tight.parameters, one)
+    effect = ParameterEffect(tight.robot, "backlash", tight.parameters, one)
     columns = mean(effect.columns(zero, time))[inner]
     turned = replace(one, seen=replace(one.seen, rotation=Rotation.identity(len(time))))
     here = turned.simulated(tight.fmu, {}).pose(time)
@@ -164,7 +164,7 @@ def run(tmp_path_factory):
     case.write_text(text)
     done = program("compensate", case, "-o", folder / "run")
     assert done.returncode == 0, done.stderr
-    stored = read_source(folder / "run", Seen("", np.zeros(1), np.zeros((1, 3)))).stored
+    stored = read_source(folder / "run", Measurement("", np.zeros(1), np.zeros((1, 3)))).stored
     rng = np.random.default_rng(0)
     seen = stored.plant.position[0] + 5e-6 * rng.standard_normal(stored.plant.position[0].shape)
     rows = np.column_stack([stored.plant.time, seen])
@@ -178,7 +178,7 @@ def test_the_command_learns_and_commands_again(command, run):
     done = command("learn", run / "run", run / "m.csv", "-o", target)
     assert done.returncode == 0, done.stderr + done.stdout
     assert "joint 1: " in done.stdout
-    assert "changes of its flank" in done.stdout
+    assert "backlash reversals" in done.stdout
     told = json.loads(target.with_suffix(".json").read_text())
     by_name = {entry["name"]: entry for entry in told["parameters"]}
     robot = load_robot(target)
@@ -217,7 +217,7 @@ def test_the_command_refuses_in_one_sentence(command, run, tmp_path):
 def test_passes_of_two_robots_are_not_learned_together(run, tmp_path, example):
     from coupling.learn.source import require_alike
 
-    source = read_source(run / "run", Seen("", np.zeros(1), np.zeros((1, 3))))
+    source = read_source(run / "run", Measurement("", np.zeros(1), np.zeros((1, 3))))
     longer = replace(example, tcp_position=(0.31, 0.0, 0.0))
     softer = robot_with(example, learnables(example, "backlash"), np.full(27, -0.1))
     require_alike([source, replace(source, robot=softer)])

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from coupling.errors import LearnError
 from coupling.learn.alignment import aligned
 from coupling.learn.measured import read_seen
-from coupling.learn.passes import Seen
+from coupling.learn.measurement import Measurement
 from coupling.learn.smoothing import SlowPart
 from coupling.path.histories import ToolPath
 
@@ -17,7 +17,7 @@ HEADER = "time,x,y,z"
 ROWS = [f"{0.01 * k:.2f},{0.1 * k},2,3" for k in range(40)]
 
 
-def read(tmp_path, text: str | bytes) -> Seen:
+def read(tmp_path, text: str | bytes) -> Measurement:
     file = tmp_path / "measured.csv"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     return read_seen(file)
@@ -82,8 +82,8 @@ def spiral(start: float = 0.0) -> ToolPath:
     return ToolPath(time, np.hstack([position, np.tile([0, 0, 0, 1.0], (len(t), 1))]))
 
 
-def seen_of(path: ToolPath, first: int = 300, last: int = 2300) -> Seen:
-    return Seen("measured.csv", path.time[first:last], path.position[0, first:last])
+def seen_of(path: ToolPath, first: int = 300, last: int = 2300) -> Measurement:
+    return Measurement("measured.csv", path.time[first:last], path.position[0, first:last])
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.31, -1.2, 3.7, 5000.0])
@@ -91,7 +91,7 @@ def test_a_clock_that_is_off_is_found_to_its_step(shift):
     """Off by up to two seconds, or counted from any time, from when its recording begins."""
     path = spiral()
     seen = seen_of(path, first=0)
-    found = aligned(Seen(seen.name, seen.time + shift, seen.position), path, own_frame=False)
+    found = aligned(Measurement(seen.name, seen.time + shift, seen.position), path, own_frame=False)
     assert found.time[0] == pytest.approx(0.0, abs=0.025)
     np.testing.assert_allclose(np.diff(found.time), 0.004, rtol=1e-6)
 
@@ -99,7 +99,7 @@ def test_a_clock_that_is_off_is_found_to_its_step(shift):
 def test_a_frame_that_lies_anywhere_is_turned_onto_the_runs():
     path, turn = spiral(), Rotation.from_rotvec([0.3, -2.0, 1.0])
     seen = seen_of(path)
-    elsewhere = Seen(seen.name, seen.time, turn.apply(seen.position) + np.array([5, -3, 1]))
+    elsewhere = Measurement(seen.name, seen.time, turn.apply(seen.position) + np.array([5, -3, 1]))
     found = aligned(elsewhere, path, own_frame=True)
     np.testing.assert_allclose(found.position, seen.position, atol=1e-9)
     with pytest.raises(LearnError, match="--own-frame"):
@@ -116,14 +116,14 @@ def test_a_line_tells_no_frame():
 
 
 REFUSED = {
-    "millimetres": (lambda s, p: Seen(s.name, s.time, 1e3 * s.position), "are they in mm"),
+    "millimetres": (lambda s, p: Measurement(s.name, s.time, 1e3 * s.position), "are they in mm"),
     "another path": (
-        lambda s, p: Seen(s.name, s.time, s.position * [1, -1, 1]),
+        lambda s, p: Measurement(s.name, s.time, s.position * [1, -1, 1]),
         "another command's",
     ),
     "too short": (lambda s, p: s.at_rows(np.arange(200)), "at least 2 s"),
     "standing": (
-        lambda s, p: Seen(s.name, s.time, np.tile(s.position[:1], (len(s.time), 1))),
+        lambda s, p: Measurement(s.name, s.time, np.tile(s.position[:1], (len(s.time), 1))),
         "off",
     ),
 }

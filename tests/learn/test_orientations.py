@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import LearnError
 from coupling.learn.alignment import aligned
-from coupling.learn.passes import Seen, Simulated
+from coupling.learn.measurement import Measurement, SimulatedPath
 from coupling.learn.residual import Residual
 from coupling.learn.spread import spread_of_fit
 from coupling.path.histories import ToolPath
@@ -28,7 +28,7 @@ def robots(example):
         yield Robots(example, models)
 
 
-def seen_of(robots: Robots, path: ToolPath, every: int = 2, shift: float = 0.0) -> Seen:
+def seen_of(robots: Robots, path: ToolPath, every: int = 2, shift: float = 0.0) -> Measurement:
     """What a probe that is mounted anyhow tells of a path, in a frame that is turned a little."""
     rng, rows = np.random.default_rng(7), np.arange(0, len(robots.time), every)
     center = path.position[0].mean(axis=0)
@@ -36,7 +36,7 @@ def seen_of(robots: Robots, path: ToolPath, every: int = 2, shift: float = 0.0) 
     position = position + NOISE * rng.standard_normal(position.shape)
     turns = Rotation.from_rotvec(NOISE_TURN * rng.standard_normal(position.shape))
     held = turns * FRAME * path.rotations[0][rows] * PROBE
-    return Seen("measured.csv", robots.time[rows] + shift, position, held)
+    return Measurement("measured.csv", robots.time[rows] + shift, position, held)
 
 
 def test_orientations_narrow_what_positions_hardly_tell(robots):
@@ -97,7 +97,7 @@ def test_a_probe_that_is_mounted_anyhow_is_told_from_the_tool(robots):
     for own_frame in (False, True):
         found = aligned(seen_of(robots, path), path, own_frame)
         assert found.rotation is not None
-        off = (found.rotation * Simulated(path).rotation(found.time).inv()).magnitude()
+        off = (found.rotation * SimulatedPath(path).rotation(found.time).inv()).magnitude()
         assert np.sqrt(np.mean(off**2)) < 1e-4
 
 

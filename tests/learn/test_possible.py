@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling.learn.left_over import LeftOver
 from coupling.learn.next_command import _worth_learning
-from coupling.learn.possible import Model, _change, _scales
+from coupling.learn.possible import PossibleRobot, _change, _scales
+from coupling.learn.unexplained import UnexplainedPart
 
 TIME = np.linspace(0.0, 10.0, 2001)  # [s]
 NOISE = 2e-5  # [m]
@@ -41,12 +41,12 @@ def test_robots_are_as_far_off_as_noise_lets_a_fit_be():
     """A parameter that is off by its standard deviation is possible, one by thirty of them is not."""
     sure = NOISE / 1e-3 / np.sqrt(len(TIME) / 2.0)
     robots = np.array([[sure, 0.0], [30.0 * sure, 0.0], [0.0, 5.0], [1e3 * sure, 0.0]])
-    scales = _scales(Line(), np.zeros(2), robots, LeftOver(1.0, 2.0))
+    scales = _scales(Line(), np.zeros(2), robots, UnexplainedPart(1.0, 2.0))
     assert scales[0] == scales[2] == 1.0
     assert 0.0 < scales[1] < 0.1
     assert scales[3] == 0.0
     # What a fit leaves over noise makes it less sure.
-    assert _scales(Line(), np.zeros(2), robots, LeftOver(900.0, 2.0))[1] == 1.0
+    assert _scales(Line(), np.zeros(2), robots, UnexplainedPart(900.0, 2.0))[1] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -63,5 +63,5 @@ def test_parameters_are_learned_again_where_the_first_fit_left_more_than_noise(
 
 def test_robots_that_are_close_lie_between_the_model_and_those_that_are_possible():
     robots = np.array([[3.0, 1.0], [-1.0, 1.0]])
-    model = Model("", np.ones(2), 1, robots, np.array([0.5, 0.0]), None)
+    model = PossibleRobot("", np.ones(2), 1, robots, np.array([0.5, 0.0]), None)
     np.testing.assert_allclose(model.close, [[2.0, 1.0], [1.0, 1.0]])

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling.learn.moves import Judgement
-from coupling.learn.repeatability import VALUES, Compared, Hypotheses
+from coupling.learn.moves import PassComparison
+from coupling.learn.repeatability import VALUES, ComparedRuns, Hypotheses
 from coupling.learn.repeating import compared, repeating
-from coupling.learn.size import Size
+from coupling.learn.size import DeviationSize
 
 TIME = np.linspace(0.0, 20.0, 4001)  # [s]
 NOISE = 2e-5  # [m]
@@ -125,7 +125,7 @@ def test_two_passes_count_as_a_kalman_filter_says():
     """Of one pair alone the weights are those of two estimates with their variances."""
     one = Hypotheses(np.array([4.0]), np.array([3.0]), np.array([1.0]))
     told = np.random.default_rng(3).standard_normal((2, 50, 6))
-    found = Compared.of(told, (1.0, 2.0), (0.0, 5.0), one)
+    found = ComparedRuns.of(told, (1.0, 2.0), (0.0, 5.0), one)
     before, after = 1.0 + 4.0 + 3.0 * 5.0, 2.0 + 4.0
     np.testing.assert_allclose(found.weights, np.array([after, before]) / (before + after))
 
@@ -145,7 +145,7 @@ def test_what_is_new_and_how_wrong_the_model_is_are_told_apart(new, factor):
         wrong = np.cumsum(np.sqrt(factor * changes)[:, None, None] * values[0], axis=0)
         told = np.zeros((len(changes), int(VALUES) // 3, 6))
         told[:, :, :3] = wrong + new * values[1]
-        pairs = Compared.of(told, np.full(len(changes), 1e-14), changes, BEFORE).hypotheses
+        pairs = ComparedRuns.of(told, np.full(len(changes), 1e-14), changes, BEFORE).hypotheses
         found.append((pairs.rms, np.exp(pairs.likely @ np.log(pairs.factor))))
     rms, own = np.median(found, axis=0)
     assert rms < 3e-6 if new == 0.0 else 0.75 < rms / new < 1.33
@@ -164,15 +164,15 @@ def test_what_is_new_and_how_wrong_the_model_is_are_told_apart(new, factor):
     ],
 )
 def test_a_last_pass_that_is_worse_than_the_best_is_seen(left, best, worse, doubt):
-    runs = [SimpleNamespace(size=Size(0.0, own, 0.0, 0.0, doubt)) for own in left]
-    found = Judgement.of(SimpleNamespace(runs=runs), absolute=True)
+    runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0, doubt)) for own in left]
+    found = PassComparison.of(SimpleNamespace(runs=runs), absolute=True)
     assert (found.best, found.worse) == (best, worse)
 
 
 def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
     """6 um after 4 um is worse, but not where 3 um rms are new in every pass."""
-    runs = [SimpleNamespace(size=Size(0.0, own, 0.0, 0.0)) for own in (9e-6, 4e-6, 6e-6)]
-    judged = [Judgement.of(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
+    runs = [SimpleNamespace(size=DeviationSize(0.0, own, 0.0, 0.0)) for own in (9e-6, 4e-6, 6e-6)]
+    judged = [PassComparison.of(SimpleNamespace(runs=runs), True, new).worse for new in (0.0, 3e-6)]
     assert judged == [True, False]
 
 
@@ -180,7 +180,7 @@ def test_a_last_pass_that_is_worse_by_what_is_new_in_each_is_none():
 def test_what_is_faster_than_noise_would_be_is_part_of_a_size(amplitude, seen):
     """Gears that strike at 25 Hz count; noise that is estimated 2 % too low does not, 50 times of 50."""
     shaken = amplitude * np.sin(2.0 * np.pi * 25.0 * TIME)[:, None] * np.array([1.0, 0.0, 0.0])
-    sizes = [Size.of(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
+    sizes = [DeviationSize.of(TIME, shaken + white(k), 0.98 * NOISE) for k in range(50)]
     assert all((own.fast > 0.0) == seen for own in sizes)
     if seen:  # the two low-passes share a thirtieth of it
         rms = np.median([own.rms for own in sizes])
@@ -194,7 +194,7 @@ def test_the_size_of_what_is_fast_is_told_without_the_noise_in_its_band():
     50 Hz, and above 15 Hz.
     """
     shaken = 2e-5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 30.0 * TIME)[:, None]
-    sizes = [Size.of(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
+    sizes = [DeviationSize.of(TIME, shaken * [0.6, 0.0, 0.8] + white(k), NOISE) for k in range(20)]
     passed = (1.0 - 1.0 / (1.0 + 2.0**8)) / (1.0 + 0.6**8)
     square = np.mean([own.fast**2 for own in sizes])
     assert square == pytest.approx((2e-5 * passed) ** 2, rel=0.03)

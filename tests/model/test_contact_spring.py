@@ -110,7 +110,7 @@ def test_moving_anchor_is_exact_within_a_step():
 
 
 def test_gear_in_its_play_rests_against_the_spring():
-    """Gravity along the axis leaves the gear free: in its play of 2 mrad the tip is at the anchor.
+    """Gravity along the axis leaves the gear free: in its backlash of 2 mrad the tip is at the anchor.
 
     Beyond, the spring is shared with the flank: k (e - B) = K (anchor - tip), tip = -sin e.
     """
@@ -142,7 +142,7 @@ def test_gear_that_nothing_holds_rests_in_the_middle_of_its_play():
 
 
 def test_of_two_rests_the_one_nearer_to_the_anchor_is_taken():
-    """An upright arm falls either way in its play; 1 N/m does not hold it up, but tells the side."""
+    """An upright arm falls either way in its backlash; 1 N/m does not hold it up, but tells the side."""
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
     for side in (1.0, -1.0):
         for lean in (5e-4, -5e-4):

@@ -46,7 +46,7 @@ def test_residual_derivatives_are_those_of_complex_steps(robot, seed, curve):
 
 @given(robots(), SEEDS, CURVES)
 def test_static_sensitivities_are_those_of_complex_steps(robot, seed, curve):
-    """Inside its play a gear counts with its flank's stiffness, so here all gears carry load."""
+    """Inside its backlash a gear counts with its flank's stiffness, so here all gears carry load."""
     case = Case(robot, curve, seed)
     x = rest(case)
     assume(engaged(case, x))
@@ -84,7 +84,7 @@ def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
 
 @given(SEEDS, st.floats(1e3, 1e8), st.floats(1e-6, 1e-2), CURVES)
 def test_gradients_of_the_torque_curves_are_those_of_complex_steps(seed, k, b, name):
-    """Without play the derivative by B is that of a play that opens, -k sign(x)."""
+    """Without backlash the derivative by B is that of a backlash that opens, -k sign(x)."""
     rng = np.random.default_rng(seed)
     stiffness, backlash = np.full(8, k), np.full(8, b)
     x = b * rng.uniform(-4.0, 4.0, 8)

@@ -80,7 +80,7 @@ def test_a_gear_inside_its_play_has_a_zero_eigenvalue():
     np.testing.assert_allclose(linear.modes.eigenvalue, [0.0, -1.0], rtol=0, atol=1e-12)
     assert linear.modes.damping_ratio[1] == 1.0
     assert np.isnan(linear.modes.frequency).all()
-    with pytest.raises(ParameterError, match="inside its play"):
+    with pytest.raises(ParameterError, match="inside its backlash"):
         linear.dynamic_compliance(np.array([0.0]))
 
 

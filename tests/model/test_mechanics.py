@@ -111,14 +111,14 @@ def test_unloaded_gear_rests_in_the_middle_of_its_play():
 
 
 def test_robot_that_hangs_in_its_play_rests_where_the_load_vanishes():
-    """The arm hangs down, 0.5 mrad off the vertical, in a play of 2 mrad: it finds the vertical."""
+    """The arm hangs down, 0.5 mrad off the vertical, in a backlash of 2 mrad: it finds the vertical."""
     robot = ElasticRobot(pendulum(backlash=2e-3), "backlash")
     robot.reset(0.0, held([np.pi / 2 - 5e-4]), Load())
     assert robot.deflection()[0] == pytest.approx(5e-4, abs=1e-12)
 
 
 def test_of_two_flanks_the_less_loaded_one_is_taken():
-    """An upright arm 0.5 mrad off the vertical falls either way in a play of 2 mrad.
+    """An upright arm 0.5 mrad off the vertical falls either way in a backlash of 2 mrad.
 
     Both flanks are equilibria: m g l sin at -1.5 mrad and at 2.5 mrad; the first carries less.
     """
@@ -186,7 +186,7 @@ def test_compliance_is_the_derivative_of_the_equilibrium(robot, seed):
 
 
 def test_compliance_inside_the_play_is_that_of_the_flank():
-    """Axis 1 of a robot under gravity alone carries no torque; its play is no infinite compliance."""
+    """Axis 1 under gravity alone carries no torque; its backlash is no infinite compliance."""
     robot = ElasticRobot(pendulum(gravity=(0.0, -9.81, 0.0), backlash=1e-3), "backlash")
     robot.reset(0.0, held([0.0]), Load())
     assert robot.compliance()[2, 2] == pytest.approx(1.0 / 1e4, rel=1e-12)

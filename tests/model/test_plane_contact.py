@@ -195,7 +195,7 @@ def test_random_robots_touch_and_leave_as_in_an_independent_engine(kind, seed):
 
 
 def test_both_kinds_agree_with_backlash():
-    """Random robots of 1 to 5 joints with play, pressed on a plane and let go: 1e-9 m of each other.
+    """Random robots of 1 to 5 joints with backlash, pressed on a plane and let go: 1e-9 m of each other.
 
     Every other one is on a spring to the plane's anchor as well.
     """

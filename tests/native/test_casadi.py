@@ -21,7 +21,7 @@ OUTPUTS = ("tcp", "velocity", "rigid", "deviation", "compliance", *STATES, "cont
 
 @pytest.mark.parametrize("curve", ["linear", "backlash", "spline"])
 def test_its_values_and_jacobians_are_ours(pair, example, curve):
-    """At random states, gears in their play and on flanks, under all inputs: to 1e-8 of each block."""
+    """At random states, gears in backlash and on flanks, under all inputs: to 1e-8 of each block."""
     exchange = Exchange(example, pair.folder2).start(torque_curve=curve)
     robot = casadi.DaeBuilder("robot", str(pair.folder2))
     robot.set("torque_curve", curve)

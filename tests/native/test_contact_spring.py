@@ -85,7 +85,7 @@ def test_random_robots_rest_on_springs_as_in_python(kind):
 
 @pytest.mark.parametrize("kind", ["backlash", "spline"])
 def test_gears_in_their_play_rest_against_springs_as_in_python(example, kind):
-    """Hardly loaded gears of the example robot, of which some hang in their play: to 1e-10 rad."""
+    """Hardly loaded gears of the example robot, of which some hang in their backlash: to 1e-10 rad."""
     rng, core, hanging = np.random.default_rng(3), Core(example), 0
     python = ElasticRobot(example, kind, quasistatic=True)
     gears = python.chain.torsions
@@ -207,7 +207,7 @@ def test_without_stiffness_an_anchor_changes_no_bit(example, kind, quasistatic, 
 
 
 def test_of_two_rests_the_one_nearer_to_the_anchor_is_taken():
-    """An upright arm falls either way in its play; 1 N/m does not hold it up, but tells the side."""
+    """An upright arm falls either way in its backlash; 1 N/m does not hold it up, but tells the side."""
     core = Core(pendulum(backlash=2e-3))
     for side in (1.0, -1.0):
         for lean in (5e-4, -5e-4):

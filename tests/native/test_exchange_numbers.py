@@ -37,7 +37,7 @@ class Setting:
         self.robot, self.curve = make_robot(seed, joints), curve
         self.chain = build_chain(self.robot)
         m, n = self.chain.elastic_count, joints
-        # Gears inside their play and on both flanks.
+        # Gears inside their backlash and on both flanks.
         self.state = np.concatenate([3e-4 * rng.normal(size=m), 0.1 * rng.normal(size=m)])
         drives = rng.normal(size=(3, n)) * [[1.5], [0.5], [2.0]]
         theta = self.chain.theta(drives[0])

@@ -121,7 +121,7 @@ INERTIA, STIFFNESS, BACKLASH, MOMENT = 2.0, 1e4, 1e-3, 0.5  # [kg m^2, N m/rad, 
 
 
 def _gear() -> Robot:
-    """One gear with play, without damping and weight."""
+    """One gear with backlash, without damping and weight."""
     body = Body(mass=10.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.5, INERTIA))
     axis = (0.0, 0.0, 1.0)
     joint = Joint((0.0, 0.0, 0.0), axis, body, stiffness=STIFFNESS, backlash=BACKLASH)
@@ -134,7 +134,7 @@ def gear(tmp_path) -> Exchange:
 
 
 def test_a_gear_reaches_and_leaves_its_flank_when_the_closed_form_says(gear):
-    """From the middle of the play under a moment T: the flank at sqrt(2 I B / T), then a sine."""
+    """From the middle of the backlash under a moment T: the flank at sqrt(2 I B / T), then a sine."""
     reached = np.sqrt(2.0 * INERTIA * BACKLASH / MOMENT)
     speed, omega = MOMENT / INERTIA * reached, np.sqrt(STIFFNESS / INERTIA)
     sag = MOMENT / STIFFNESS
@@ -188,7 +188,7 @@ def test_event_indicators_are_the_ways_to_the_bends_of_the_piece_at_the_last_eve
     exchange.fmu.enterContinuousTimeMode()
     assert at(1.1 * BACKLASH) == pytest.approx([0.1 * BACKLASH + slack, 1.0])
     assert at(-3.0 * BACKLASH)[0] < 0.0
-    exchange.fmu.enterEventMode()  # through the whole play at once
+    exchange.fmu.enterEventMode()  # through the whole backlash at once
     exchange.fmu.newDiscreteStates()
     exchange.fmu.enterContinuousTimeMode()
     assert at(-3.0 * BACKLASH) == pytest.approx([1.0, 2.0 * BACKLASH + slack])
@@ -198,7 +198,7 @@ def test_event_indicators_are_the_ways_to_the_bends_of_the_piece_at_the_last_eve
 
 
 def test_the_spline_bends_where_its_curvature_jumps(gear):
-    """At +-B/2 and +-3B/2 of the rounded dead band; linear nowhere."""
+    """At +-B/2 and +-3B/2 of the rounded backlash; linear nowhere."""
     exchange = gear.start([0.0], torque_curve="spline")
     slack = exchange.event_indicators()[0] - 0.5 * BACKLASH
     assert 0.0 < slack < 1e-2 * BACKLASH

@@ -1,4 +1,4 @@
-"""The core's Gauss method alone: order, energy, and flights through a play, in closed form."""
+"""The core's Gauss method alone: order, energy, and flights through a backlash, in closed form."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ def test_a_spring_of_any_stiffness_keeps_its_energy(omega_h):
 
 
 def test_flight_through_the_play_and_bounces_follow_the_closed_form():
-    """Free flight over the play 2 B, half a sine on each flank, from rest on one of them."""
-    play, wound = 2e-3, 1e-2
+    """Free flight over the backlash 2 B, half a sine on each flank, from rest on one of them."""
+    backlash, wound = 2e-3, 1e-2
     omega = np.sqrt(STIFFNESS / INERTIA)
     speed, bounce = omega * wound, np.pi / omega
-    flight = 2.0 * play / speed
-    core = Core(pendulum(gravity=(0.0, 0.0, 0.0), backlash=play))
+    flight = 2.0 * backlash / speed
+    core = Core(pendulum(gravity=(0.0, 0.0, 0.0), backlash=backlash))
     core.reset("backlash", 0.0, [0.0], about_y(STIFFNESS * wound), tolerance=1e-9)
-    assert core.outputs(1)["x"][0] == pytest.approx(play + wound, abs=1e-12)
+    assert core.outputs(1)["x"][0] == pytest.approx(backlash + wound, abs=1e-12)
     for cycles in (0, 1, 5):
         core.step(0.5 * (bounce + flight) + 2.0 * cycles * (bounce + flight), [0.0], about_y(0.0))
         out = core.outputs(1)
@@ -70,10 +70,12 @@ def test_flight_through_the_play_and_bounces_follow_the_closed_form():
 
 def test_a_grazing_touch_is_not_stepped_over():
     """A flight that is braked and reaches the other flank by 10 urad for a moment, in one call."""
-    play, braking, beyond = 1e-3, 50.0, 1e-5
-    left = 2.0 * braking / INERTIA * (2.0 * play + beyond)  # speed squared where the flank is left
+    backlash, braking, beyond = 1e-3, 50.0, 1e-5
+    left = (
+        2.0 * braking / INERTIA * (2.0 * backlash + beyond)
+    )  # speed squared where the flank is left
     amplitude = np.sqrt(left * INERTIA / STIFFNESS + (braking / STIFFNESS) ** 2)
-    robot = pendulum(gravity=(0.0, 0.0, 0.0), backlash=play)
+    robot = pendulum(gravity=(0.0, 0.0, 0.0), backlash=backlash)
     start, push = (about_y(-STIFFNESS * amplitude - braking), about_y(-braking))
     core, python = Core(robot), ElasticRobot(robot, tolerance=1e-9)
     core.reset("backlash", 0.0, [0.0], start, tolerance=1e-9)

@@ -14,19 +14,19 @@ import tomlkit
 from command_line import command
 from places import CASES, LINE_CASE
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.cli.main import main
 from coupling.cli.runs import report
 from coupling.errors import CaseError, PlanningError, ResultError
 from coupling.path.histories import WrenchHistory
+from coupling.place.evaluated import judged
 from coupling.place.folder import read_placement
-from coupling.place.judged import judged
 from coupling.place.place import best_of, place
 from coupling.place.placing import placing, setting_keys
 from coupling.place.settings import NAMES
-from coupling.process.base import Answer
+from coupling.process.base import ProcessResponse
 from coupling.report.place_page import write_place_report
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
 
 FREE = {
     "x_m": [1.2, 1.8],
@@ -50,7 +50,7 @@ def written(folder: Path, source: Path = LINE_CASE, **tables: dict) -> Path:
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """One placement of the line, its gears with play."""
+    """One placement of the line, its gears with backlash."""
     folder = tmp_path_factory.mktemp("place")
     case = written(folder, robot={"torque_curve": "backlash"}, place=FREE)
     return case, folder / "out", command("place", case, "-o", folder / "out", "--no-store")
@@ -180,7 +180,7 @@ class Sensor:
     def evaluate(self, path):
         self.asked += 1
         force = path.rotations[0].apply([-400.0, 0.0, 0.0])
-        return Answer(WrenchHistory.of_forces(path.time, [force]))
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [force]))
 
 
 def test_the_process_is_evaluated_anew_where_the_tool_is_turned(tmp_path):

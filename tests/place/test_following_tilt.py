@@ -10,19 +10,19 @@ import pytest
 import tomlkit
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.files.csv_table import POSE_COLUMNS, write_table
 from coupling.path.deviation import measure
-from coupling.place.moved import Moved
+from coupling.place.moved import MovedPath
 from coupling.place.place import best_of
 from coupling.place.placing import placing
 from coupling.place.search import filled, refined
 from coupling.place.settings import NAMES
-from coupling.place.sight import Sight
+from coupling.place.sight import CoarseScreen
 from coupling.process.isf_force_law import IsfForceLawTable
 from coupling.robot.inverse_kinematics import InverseKinematics
-from coupling.run.study import run_compensation
+from coupling.run.execute import run_compensation
 from coupling.toolpaths.instants import NONE
 from docs.scripts.runs import example
 
@@ -50,7 +50,7 @@ def require_as_in_cases(task, folder: Path) -> None:
     rows = np.linspace(5, task.stations.count - 6, 40).astype(int)
     settings = task.ranges.sampled(4, seed=3)
     placed = task.cell.placed(settings)
-    moved = Moved(placed, task.cell.sphere_radius, task.stations.chosen(rows))
+    moved = MovedPath(placed, task.cell.sphere_radius, task.stations.chosen(rows))
     places, all_ = np.arange(len(rows)), np.arange(len(settings))
     targets, motion = moved.targets(places, all_), moved.motion(places, all_)
     shape = (3, len(rows), len(settings))
@@ -98,7 +98,7 @@ def test_the_best_keep_to_what_is_demanded_between_the_few_places():
     free = {"lean_deg": [20.0, 70.0], "x_m": [1.1, 2.1], "z_m": [0.3, 1.3]}
     task = task_of("cone", optimise="flanks", **free)
     goal, ranges = task.goal, task.ranges
-    sight = Sight(task.screen, task.stations, ranges, goal.demands, seed=1)
+    sight = CoarseScreen(task.screen, task.stations, ranges, goal.demands, seed=1)
     found = filled(sight, ranges, goal, 256, 1, lambda done, total: None)
     found = refined(sight, goal, ranges, found, 1, lambda done, total: None)
     whole = task.screen(task.stations.strongest()).figures(ranges.rounded(found.settings))

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from random_robots import make_robot
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.files.robot_file import load_robot, shipped_robots
 from coupling.place.moved import waves_of
 from coupling.place.placing import placing
 from coupling.place.screen import Screen
 from coupling.place.selection import selected
-from coupling.place.settings import NAMES, Cell
+from coupling.place.settings import NAMES, CellLayout
 from coupling.robot.batch.following import Targets, following, led, reached
 from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from coupling.robot.inverse_kinematics import InverseKinematics
@@ -205,7 +205,7 @@ def test_joint_limits_and_rates_are_those_of_the_planned_path():
     joints = [replace(joint, limits=(-2.0, 2.5), max_rate=0.5) for joint in base.joints]
     robot = replace(base, joints=tuple(joints))
     place = placing(case, case.process)
-    screen = Screen(robot, place.play, case.robots[0].home, place.cell, place.stations)
+    screen = Screen(robot, place.backlash, case.robots[0].home, place.cell, place.stations)
     figures = screen.figures(place.present[None])
     planned = InverseKinematics(robot, case.robots[0].home).plan(case.desired)
     q = planned.q[0]
@@ -245,7 +245,7 @@ def test_a_cell_places_part_tool_and_base_as_a_case_does(cone, tmp_path):
     other = load_case(file)
     robot, rows = other.robots[0], np.array([100, 700])
     path = other.desired.transformed(robot.world_from_base.inverse())
-    placed: Cell = place.cell
+    placed: CellLayout = place.cell
     screen = place.screen(place.stations.chosen(rows))
     batch = screen.batch(setting[None])
     chain = build_chain(robot.description)

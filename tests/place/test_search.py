@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.case_place import PlaceTable
+from coupling.case.place import PlaceTable
 from coupling.errors import PlanningError
-from coupling.place.objective import OBJECTIVES, Demands, Goal
+from coupling.place.objective import OBJECTIVES, PlaceDemands, PlaceObjective
 from coupling.place.place import place
 from coupling.place.placing import placing
-from coupling.place.screen import Figures
+from coupling.place.screen import ScreenFigures
 from coupling.place.search import filled, refined
 from coupling.place.settings import NAMES, Ranges
-from coupling.place.sight import Sight
+from coupling.place.sight import CoarseScreen
 from docs.scripts.runs import example
 
 # A line across a wall of the example robot: seconds, not minutes, and a force.
@@ -57,7 +57,7 @@ def test_the_search_is_as_good_as_a_fine_grid(objective, free, counts):
     grid = np.tile(ranges.low, (mesh[0].size, 1))
     grid[:, ranges.free] = np.column_stack([values.ravel() for values in mesh])
     best = goal.cost(screen.figures(grid)).min()
-    sight = Sight(task.screen, few, ranges, goal.demands, 1)
+    sight = CoarseScreen(task.screen, few, ranges, goal.demands, 1)
     found = filled(sight, ranges, goal, 512, 1, untold)
     found = refined(sight, goal, ranges, found, 1, untold)
     assert found.cost[0] <= 1.01 * best
@@ -67,7 +67,7 @@ def test_the_search_is_as_good_as_a_fine_grid(objective, free, counts):
     assert np.all((found.settings >= ranges.low) & (found.settings <= ranges.high))
 
 
-def figures(**changed: list) -> Figures:
+def figures(**changed: list) -> ScreenFigures:
     """Three settings, two gears, all well."""
     plain = {
         "reached": [True] * 3,
@@ -80,10 +80,10 @@ def figures(**changed: list) -> Figures:
         "swing": [[100.0, 100.0]] * 3,
         "miss": [[40e-6, 20e-6]] * 3,
     }
-    return Figures(**{name: np.array(value) for name, value in (plain | changed).items()})
+    return ScreenFigures(**{name: np.array(value) for name, value in (plain | changed).items()})
 
 
-DEMANDS = Demands(joint_margin=0.1, regularity=0.03, clear_share=0.25)
+DEMANDS = PlaceDemands(joint_margin=0.1, regularity=0.03, clear_share=0.25)
 
 
 def test_a_gear_counts_by_how_near_its_torque_comes_to_zero():
@@ -104,22 +104,22 @@ def test_a_gear_counts_by_how_near_its_torque_comes_to_zero():
 def test_a_setting_that_breaks_a_demand_is_refused_for_it(changed, reason):
     told = DEMANDS.refusals(figures(**changed))
     assert [name for name, wrong in told.items() if wrong.any()] == [reason]
-    cost = Goal("both", DEMANDS, forced=True).cost(figures(**changed))
+    cost = PlaceObjective("both", DEMANDS, forced=True).cost(figures(**changed))
     assert np.isfinite(cost).tolist() == [True, False, True]
 
 
 def test_what_is_not_known_is_refused():
     lost = figures(limit_margin=[np.nan] * 3, reached=[False] * 3, deviation=[np.nan] * 3)
-    assert np.all(np.isinf(Goal("both", DEMANDS, forced=True).cost(lost)))
+    assert np.all(np.isinf(PlaceObjective("both", DEMANDS, forced=True).cost(lost)))
 
 
 def test_objectives_are_displacement_exposure_and_their_sum():
     near = figures(margin=[[-3.0, 50.0]] * 3)
-    costs = {name: Goal(name, DEMANDS, forced=True).cost(near)[0] for name in OBJECTIVES}
+    costs = {name: PlaceObjective(name, DEMANDS, forced=True).cost(near)[0] for name in OBJECTIVES}
     assert costs["both"] == pytest.approx(140e-6)
     assert costs["stiffness"] == pytest.approx(100e-6, rel=1e-3)
     assert costs["flanks"] == pytest.approx(40e-6, rel=1e-2)
-    unforced = Goal("stiffness", DEMANDS, forced=False)
+    unforced = PlaceObjective("stiffness", DEMANDS, forced=False)
     assert unforced.moved(near)[0] == pytest.approx(100.0 * 1e-6)
 
 

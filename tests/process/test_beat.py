@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.run.beat import Parts
+from coupling.run.tooth_passing import DeviationParts
 
 TIME = np.linspace(0.0, 0.1, 1001)  # samples of 0.1 ms
 
@@ -17,7 +17,7 @@ def test_the_teeth_are_ripple_and_what_is_slower_is_slow(period):
     rise = TIME[:, None] * slope
     ripple = np.sin(2.0 * np.pi * TIME / period)[:, None] * size
     inside = slice(20, -20)
-    parts = Parts.of(TIME, rise + ripple, period)
+    parts = DeviationParts.of(TIME, rise + ripple, period)
     np.testing.assert_allclose(parts.slow[inside], rise[inside], atol=0.02e-6)
     np.testing.assert_allclose(parts.ripple[inside], ripple[inside], atol=0.02e-6)
 
@@ -26,7 +26,7 @@ def test_the_walls_are_what_is_reached_within_a_period():
     """A single excursion of one sample reaches half a period to either side of it."""
     off = np.zeros(len(TIME))
     off[500] = 1e-6
-    parts = Parts.of(TIME, off, 1.5e-3)
+    parts = DeviationParts.of(TIME, off, 1.5e-3)
     reached = np.flatnonzero(parts.highest)
     assert (reached[0], reached[-1]) == (500 - 7, 500 + 7)
     assert not parts.lowest.any()

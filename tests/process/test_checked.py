@@ -11,20 +11,22 @@ from places import LINE_CASE
 
 from coupling.errors import CaseError, ProcessError
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process.checked import CheckedProcess
 
 PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
 
 
-def answer(n: int = 5, tools: int = 1, stiffness: object = None, late: float = 0.0) -> Answer:
+def answer(
+    n: int = 5, tools: int = 1, stiffness: object = None, late: float = 0.0
+) -> ProcessResponse:
     wrench = WrenchHistory(np.linspace(0.0, 1.0 + late, n), np.zeros((tools, n, 6)))
-    return Answer(wrench, stiffness=stiffness)
+    return ProcessResponse(wrench, stiffness=stiffness)
 
 
 MISTAKES = {
-    "None": (None, "expected a coupling.process.Answer, got NoneType"),
-    "a wrench": (answer().wrench, "expected a coupling.process.Answer, got WrenchHistory"),
+    "None": (None, "expected a coupling.process.ProcessResponse, got NoneType"),
+    "a wrench": (answer().wrench, "expected a coupling.process.ProcessResponse, got WrenchHistory"),
     "too short": (answer(4), r"wrench: expected shape \(1, 5, 6\), .* got \(1, 4, 6\)"),
     "two tools": (answer(tools=2), r"wrench: expected shape \(1, 5, 6\), .* got \(2, 5, 6\)"),
     "own times": (
@@ -32,7 +34,7 @@ MISTAKES = {
         "wrench: expected the times of the path, one that is a jump twice, got times of its own",
     ),
     "a spring": (
-        Answer(replace(answer().wrench, spring=object())),  # type: ignore[arg-type]
+        ProcessResponse(replace(answer().wrench, spring=object())),  # type: ignore[arg-type]
         "wrench: expected no spring",
     ),
     "stiffness": (
@@ -50,7 +52,7 @@ class Own:
     def __init__(self, says: object) -> None:
         self.says = says
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         if isinstance(self.says, Exception):
             raise self.says
         return self.says  # type: ignore[return-value]
@@ -78,14 +80,14 @@ def test_what_fails_in_it_is_named_with_its_line():
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("return None", "answered badly: expected a coupling.process.Answer"),
+        ("return None", "answered badly: expected a coupling.process.ProcessResponse"),
         ("return path.forces", "failed: AttributeError: 'ToolPath' object has no attribute"),
     ],
 )
 def test_the_command_says_so_in_one_message(tmp_path, line, words):
     (tmp_path / "own.py").write_text(
-        "from coupling.process import Identified, ProcessTable\n"
-        "class Own(Identified):\n"
+        "from coupling.process import WithIdentity, ProcessTable\n"
+        "class Own(WithIdentity):\n"
         f"    def evaluate(self, path): {line}\n"
         "class Table(ProcessTable):\n"
         "    def process(self, task): return Own(identity=self.identity(task))\n"

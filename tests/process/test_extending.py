@@ -12,12 +12,12 @@ import pytest
 import tomlkit
 from places import DOCS
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process.testing import check_process
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
 
 PAGE = DOCS / "extending.md"
 
@@ -114,7 +114,7 @@ class _Forgetful:
     def __init__(self, rule: str) -> None:
         self.rule, self.calls = rule, 0
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         self.calls += 1
         time = path.time
         if self.rule == "time":
@@ -124,7 +124,7 @@ class _Forgetful:
         force = np.zeros((len(time), 6))
         if self.rule == "memory":
             force += self.calls
-        return Answer(WrenchHistory(time, force))
+        return ProcessResponse(WrenchHistory(time, force))
 
 
 @pytest.mark.parametrize(

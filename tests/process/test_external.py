@@ -20,18 +20,18 @@ from places import EXAMPLES, LINE_CASE
 from scipy.spatial.transform import Rotation
 from spring_robot import SpringPlanner, SpringRobot, upright
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, ProcessError
-from coupling.events import Event, Said
+from coupling.events import Event, ProcessMessage
 from coupling.files.csv_table import WRENCH_COLUMNS, write_table
 from coupling.path.frame import AT_THE_ORIGIN, Frame
 from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.path.linear import arc_length
-from coupling.process import External, ExternalTable, MeasuredTable
+from coupling.process import ExternalProgram, ExternalTable, MeasuredWrenchTable
 from coupling.process.program import is_running
 from coupling.robot.cell import Cell, Member
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
 from coupling.solve.correction import Correction
 from coupling.solve.fixed_point import Loop, couple
 from coupling.solve.mirror import Mirror
@@ -157,7 +157,7 @@ def test_output_is_told_line_by_line(tmp_path):
     program = SPRINGS + "\nimport time; print('50 %', flush=True); time.sleep(0.3)\n"
     told: list[Event] = []
     replace(external(tmp_path, program), watch=told.append).evaluate(task().desired)
-    assert Said("50 %") in told
+    assert ProcessMessage("50 %") in told
 
 
 def unfinished(workspace: Path, program: str, **keys: object) -> Path:
@@ -200,7 +200,7 @@ def test_a_program_whose_run_was_killed_is_waited_for(tmp_path):
     answer = process.evaluate(task().desired)
     assert begun(tmp_path) == 1
     assert answer.wrench.peak_force == pytest.approx(400.0)
-    assert Said("half way") in told
+    assert ProcessMessage("half way") in told
     assert any(str(folder) in event.line for event in told)
     assert sorted(f.name for f in folder.parent.iterdir()) == ["0001"]
     assert (folder / "evaluation.json").exists()
@@ -310,7 +310,7 @@ def test_a_failure_at_once_is_status_2_and_keeps_the_evaluation(tmp_path):
     assert "its run has not finished" in command("report", tmp_path / "out").stderr
 
 
-def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, External]:
+def pressing(workspace: Path, limit: int) -> tuple[SpringRobot, ToolPath, ExternalProgram]:
     """Return springs of gain 0.1, a path 2 mm deep, and a program that fails after `limit` runs."""
     time = np.linspace(0.0, 1.0, 30)
     depth = -2e-3 * np.sin(np.pi * time) ** 2
@@ -398,7 +398,7 @@ def test_external_calculix_case_shortened_runs_by_name(tmp_path):
 
 def measured(file: Path, text: str, **keys: object):
     file.write_text(text)
-    return MeasuredTable.model_validate({"model": "measured", "file": str(file), **keys})
+    return MeasuredWrenchTable.model_validate({"model": "measured", "file": str(file), **keys})
 
 
 def test_a_record_in_tool_axes_turns_with_the_tool(tmp_path):

@@ -9,10 +9,10 @@ import pytest
 from places import EXAMPLES
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
-from coupling.process import ElasticWallTable, ExternalTable, MeasuredTable
+from coupling.process import ElasticWallTable, ExternalTable, MeasuredWrenchTable
 from coupling.process.plugin import find_process
 from coupling.toolpaths import Line, Task
 
@@ -53,7 +53,7 @@ def test_a_changed_record_is_another_identity(tmp_path):
     found = set()
     for force in (1.0, 2.0):
         record.write_text(f"time,fx,fy,fz\n0,0,0,0\n99,0,0,{force}\n")
-        found.add(MeasuredTable(model="measured", file=record).process(task()).identity)
+        found.add(MeasuredWrenchTable(model="measured", file=record).process(task()).identity)
     assert len(found) == 2
 
 
@@ -83,6 +83,6 @@ def test_changed_code_of_ones_own_is_another_identity(tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
-    table = MeasuredTable(model="measured", file=tmp_path / "none.csv")
+    table = MeasuredWrenchTable(model="measured", file=tmp_path / "none.csv")
     with pytest.raises(CaseError, match=r"none\.csv: cannot be read"):
         table.identity(task())

@@ -12,20 +12,20 @@ from line_case import changed_text
 from places import CASES
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.process import MillingForceTable
 from coupling.process.cutting_force import (
-    Cut,
     Cutter,
     CuttingCoefficients,
+    Engagement,
     mean_wrench,
     tooth_wrench,
 )
 from coupling.process.milling_force import ARCS
 from coupling.run.deviations import Deviations
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import tool_path
 
@@ -38,8 +38,10 @@ def cutter(teeth: int = 2, helix: float = 0.5) -> Cutter:
     return Cutter(RADIUS, teeth, helix, SPEED)
 
 
-def constant_cut(n: int, chip: tuple[float, float], start: float, end: float, depth: float) -> Cut:
-    return Cut(np.tile(chip, (n, 1)), np.full(n, start), np.full(n, end), np.full(n, depth))
+def constant_cut(
+    n: int, chip: tuple[float, float], start: float, end: float, depth: float
+) -> Engagement:
+    return Engagement(np.tile(chip, (n, 1)), np.full(n, start), np.full(n, end), np.full(n, depth))
 
 
 def revolution(n: int) -> np.ndarray:

@@ -11,7 +11,7 @@ import pytest
 import tomlkit
 from places import CASES
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.files.csv_table import write_table
 from coupling.path.deviation import measure
@@ -19,12 +19,12 @@ from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.linear import interpolated
 from coupling.path.low_pass import low_pass, noise_share
 from coupling.path.noise import noise_level
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process.noise_filter import AdaptiveLowPass, LowPass, own_frequency
-from coupling.process.smoothing import Smoothed
+from coupling.process.smoothing import SmoothedProcess
+from coupling.run.execute import run_compensation
 from coupling.run.folder import write_run
 from coupling.run.models import Models, cell_of
-from coupling.run.study import run_compensation
 
 TIME = np.linspace(0.0, 60.0, 3001)  # 20 ms
 FASTEST = 25.0  # [Hz]
@@ -97,10 +97,10 @@ def test_jumps_stay_and_what_is_between_them_is_smoothed():
 
 @dataclass(frozen=True)
 class Answers:
-    answer: Answer
+    answer: ProcessResponse
     identity: str = "own"
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         return self.answer
 
 
@@ -109,17 +109,17 @@ def test_what_beats_is_left_alone_and_what_does_not_is_named():
     wrench[0, :, :3] = 100.0 + noise(columns=3)
     history = WrenchHistory(TIME, wrench)
     path = ToolPath(TIME, np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(TIME), 1)))
-    beating = Smoothed(Answers(Answer(history, period=1e-3)), LowPass(1.0))
+    beating = SmoothedProcess(Answers(ProcessResponse(history, period=1e-3)), LowPass(1.0))
     assert beating.evaluate(path).wrench is history
     assert beating.noise is None
-    quiet = Smoothed(Answers(Answer(history)), LowPass(1.0))
+    quiet = SmoothedProcess(Answers(ProcessResponse(history)), LowPass(1.0))
     left = quiet.evaluate(path).wrench.force[0, 200:-200].std()
     assert left == pytest.approx(LEVEL * np.sqrt(noise_share(1.0, FASTEST)), rel=0.2)
     assert quiet.identity == "own"
     assert quiet.noise is not None
     assert quiet.noise.force == pytest.approx(LEVEL, rel=0.1)
     assert "low-passed at 1 Hz" in quiet.noise.sentence
-    loud = Smoothed(Answers(Answer(history)), None)
+    loud = SmoothedProcess(Answers(ProcessResponse(history)), None)
     assert loud.evaluate(path).wrench is history
     assert loud.noise is not None
     assert "not filtered" in loud.noise.sentence

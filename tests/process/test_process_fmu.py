@@ -17,7 +17,7 @@ from places import LINE_CASE, TESTS
 from pythonfmu.builder import FmuBuilder
 from scipy.spatial.transform import Rotation
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError, ProcessError
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path.frame import Frame

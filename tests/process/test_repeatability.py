@@ -14,7 +14,7 @@ from places import LINE_CASE
 
 from coupling.check.estimate import repeated
 from coupling.path.histories import WrenchHistory
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process.repeatability import Repeatability
 
 # 300 N against the tool below the sheet, and noise that is another one every time.
@@ -41,8 +41,8 @@ def with_program(folder: Path, text: str, program: str) -> Path:
     return folder / "case.toml"
 
 
-def answer(forces: np.ndarray) -> Answer:
-    return Answer(WrenchHistory.of_forces(np.arange(float(len(forces))), [forces]))
+def answer(forces: np.ndarray) -> ProcessResponse:
+    return ProcessResponse(WrenchHistory.of_forces(np.arange(float(len(forces))), [forces]))
 
 
 def test_the_difference_of_white_noise_is_told_as_it_is():
@@ -150,14 +150,14 @@ def test_a_memory_is_found(tmp_path):
     (tmp_path / "own.py").write_text(
         "import numpy as np\n"
         "from coupling.path.histories import WrenchHistory\n"
-        "from coupling.process import Answer, Identified, ProcessTable\n"
+        "from coupling.process import ProcessResponse, WithIdentity, ProcessTable\n"
         "class Own:\n"
         "    count = 0\n"
         "    def __init__(self, identity): self.identity = identity\n"
         "    def evaluate(self, path):\n"
         "        self.count += 1\n"
         "        force = np.tile([0.0, 0.0, 300.0 + 10.0 * self.count], (len(path.time), 1))\n"
-        "        return Answer(WrenchHistory.of_forces(path.time, [force]))\n"
+        "        return ProcessResponse(WrenchHistory.of_forces(path.time, [force]))\n"
         "class Table(ProcessTable):\n"
         "    def process(self, task): return Own(self.identity(task))\n"
     )

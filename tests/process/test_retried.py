@@ -11,12 +11,12 @@ from command_line import command
 from killing import start, wait_until
 from places import EXAMPLES, LINE_CASE
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.errors import CaseError, HostError, ProcessError, StoreError
-from coupling.events import Event, Warned
+from coupling.events import Event, WarningEvent
 from coupling.path.histories import ToolPath
 from coupling.process import PROCESSES, ProcessTable
-from coupling.process.retried import Retried
+from coupling.process.retried import RetriedProcess
 from coupling.run.kept_process import checked_process
 
 PATH = ToolPath(np.linspace(0.0, 1.0, 5), np.tile([0.0, 0, 0, 0, 0, 0, 1.0], (5, 1)))
@@ -60,7 +60,7 @@ def test_a_program_that_fails_every_second_time_answers_with_one_retry(tmp_path)
     process = checked_process(case, told.append)
     for number in (1, 2):
         assert process.evaluate(case.desired).wrench.peak_force == pytest.approx(400.0)
-        warned = [event.text for event in told if isinstance(event, Warned)]
+        warned = [event.text for event in told if isinstance(event, WarningEvent)]
         assert len(warned) == number
         assert warned[-1].startswith(f"try 1 of 2 failed, the next begins: evaluation 000{number}")
         assert "licence lost" in warned[-1]
@@ -103,7 +103,7 @@ def test_one_that_always_fails_says_how_often_it_was_tried(tmp_path, program, ke
     said = str(failure.value)
     assert said.startswith("all 3 tries failed, the last one: evaluation 0001: ")
     assert cause in said
-    warned = [event.text for event in told if isinstance(event, Warned)]
+    warned = [event.text for event in told if isinstance(event, WarningEvent)]
     assert [text[:12] for text in warned] == ["try 1 of 3 f", "try 2 of 3 f"]
     assert all(cause in text for text in warned)
     assert names(tmp_path / "work") == ["0001", "0001.failed1", "0001.failed2"]
@@ -173,20 +173,20 @@ class Failing:
 def test_what_is_no_failure_of_the_process_is_not_tried_again(error):
     process = Failing(error)
     with pytest.raises(type(error)):
-        Retried(process, 5).evaluate(PATH)  # type: ignore[arg-type]
+        RetriedProcess(process, 5).evaluate(PATH)  # type: ignore[arg-type]
     assert process.asked == 1
 
 
 OWN = (
     "from pathlib import Path\n"
     "from coupling.path.histories import WrenchHistory\n"
-    "from coupling.process import Answer, Identified, ProcessTable\n"
-    "class Own(Identified):\n"
+    "from coupling.process import ProcessResponse, WithIdentity, ProcessTable\n"
+    "class Own(WithIdentity):\n"
     "    def evaluate(self, path):\n"
     "        log = Path(__file__).with_name('tries')\n"
     "        with log.open('a') as out: out.write('x')\n"
     "        if len(log.read_text()) < 3: raise OSError('no licence')\n"
-    "        return Answer(WrenchHistory.none(path.time))\n"
+    "        return ProcessResponse(WrenchHistory.none(path.time))\n"
     "class Table(ProcessTable):\n"
     "    WITHOUT_EFFECT = frozenset({'note'})\n"
     "    note: str = ''\n"

@@ -14,21 +14,21 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("numba")
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.errors import CaseError
 from coupling.path.frame import Frame
 from coupling.path.linear import interpolated
-from coupling.process import PROCESSES, Answer
+from coupling.process import PROCESSES, ProcessResponse
 from coupling.report.page import write_report
+from coupling.run.execute import run_coupling
 from coupling.run.folder import write_run
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_coupling
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
 from coupling.toolpaths import Task
 from coupling.toolpaths.part import PART_FROM_SUPPORT, tool_path
-from coupling.toolpaths.support import Support
+from coupling.toolpaths.support import SupportingTool
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -166,11 +166,13 @@ def stroke(height: float) -> Task:
     back = points * [1.0, 1.0, 0.0] + [0.0, 8e-3, height]
     down = np.tile(UPRIGHT.rotation.apply([0.0, 0.0, -1.0]), (len(at), 1))
     forming = tool_path(UPRIGHT, at, points)
-    support = Support(forming, tool_path(UPRIGHT, at, back, PART_FROM_SUPPORT), down, 1e-3, 0.01)
+    support = SupportingTool(
+        forming, tool_path(UPRIGHT, at, back, PART_FROM_SUPPORT), down, 1e-3, 0.01
+    )
     return Task(UPRIGHT, forming, support=support)
 
 
-def alone(task: Task) -> Answer:
+def alone(task: Task) -> ProcessResponse:
     """What the forming tool feels without the support."""
     return table().process(replace(task, support=None)).evaluate(task.forming)
 

@@ -14,12 +14,12 @@ from coupling.sheet_fem import assembly
 from coupling.sheet_fem.banded import GeneralBanded, SymmetricBanded
 from coupling.sheet_fem.border import Bordered
 from coupling.sheet_fem.box import Box
-from coupling.sheet_fem.cells import Cells, fill_cells
 from coupling.sheet_fem.coarse import CoarseSplines, refinement
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
+from coupling.sheet_fem.interface import Interface
+from coupling.sheet_fem.macro_elements import MacroElements, fill_cells
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
-from coupling.sheet_fem.rim import Rim
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -118,7 +118,7 @@ def test_cells_do_what_the_fine_sheet_does_to_moves_of_coarse_splines(plate):
     whole = assemble(assemble.everywhere, flat, (), moved)
     assert 0.05 < np.mean(moved.plastic[..., 3] > 0.0) < 0.95
 
-    each, places = Cells.none(36), np.argwhere(np.ones((6, 6)))
+    each, places = MacroElements.none(36), np.argwhere(np.ones((6, 6)))
     sheet_and_plate = assemble._shell, assemble._surface, splines.blend
     force, stiffness = np.zeros((36, 27)), np.zeros((36, 27, 27))
     chosen = rng.random((24, 24)) < 0.5
@@ -159,7 +159,7 @@ def test_condensed_surroundings_answer_as_all_coarse_and_fine_unknowns_together(
     whole = assemble(assemble.everywhere, state, (), state)
     columns = [whole.stiffness.times(unit) for unit in np.eye(len(whole.residual))]
     box = Box(8, 18, 9, 19)
-    rim = Rim.of(CoarseSplines.of((24, 24)), box, free)
+    rim = Interface.of(CoarseSplines.of((24, 24)), box, free)
     inside = box.inside(free.shape)
     # Moves: each control point of the box alone; each coarse spline with a part outside, truncated.
     moves = []

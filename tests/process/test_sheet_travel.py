@@ -16,10 +16,10 @@ from coupling.sheet_fem.box import Box
 from coupling.sheet_fem.contact import Sphere
 from coupling.sheet_fem.equilibrium import find_equilibrium
 from coupling.sheet_fem.forming import SheetModel, SheetSettings
+from coupling.sheet_fem.interface import Interface
 from coupling.sheet_fem.material import Material
 from coupling.sheet_fem.mesh import SheetMesh
-from coupling.sheet_fem.rim import Rim
-from coupling.sheet_fem.travel import Travel
+from coupling.sheet_fem.travel import Increment
 
 ALUMINIUM = Material(70e9, 0.33, 180e6, 0.00057, 0.229)
 THICKNESS, RADIUS = 1e-3, 5e-3
@@ -58,7 +58,7 @@ def error(elements: int, first: float, angle: float, scale: float) -> float:
     moved = dent((flat - end[:2]) @ into) @ turned.as_matrix().T
     after = Rotation.from_euler("z", first + angle)
     goes = end + scale * 2e-3 * after.as_matrix()[:, 0]
-    found = Travel(begin[None], end[None], moved).carried(
+    found = Increment(begin[None], end[None], moved).carried(
         mesh, spheres(goes[None]), everywhere(elements)
     )
     into = after.as_matrix()[:2, :2]
@@ -86,7 +86,7 @@ def test_a_move_goes_along_turns_and_grows_with_the_tool_s_way(first, angle, sca
 def test_only_the_box_moves():
     mesh, box = grid(20), Box(5, 12, 4, 15)
     tool, way = np.array([[0.0, 0.0, 4e-3]]), np.array([[1e-3, 0.0, 0.0]])
-    travel = Travel(tool - way, tool, np.ones((22, 22, 3)))
+    travel = Increment(tool - way, tool, np.ones((22, 22, 3)))
     found = travel.carried(mesh, spheres(tool + way), box)
     expected = np.zeros((22, 22, 3))
     expected[5:12, 4:15] = 1.0
@@ -112,7 +112,7 @@ WAY = np.array([[2e-3, 0.0, 0.0], [2e-3, 0.0, 0.0]])
 )
 def test_tools_that_do_not_go_on_as_they_came_tell_nothing(goes):
     mesh, end = grid(10), np.array([[0.0, 0.0, 4e-3], [0.0, 1e-3, -4e-3]])
-    travel = Travel(end - WAY, end, np.ones((12, 12, 3)))
+    travel = Increment(end - WAY, end, np.ones((12, 12, 3)))
     assert travel.carried(mesh, spheres(end + WAY), everywhere(10)) is not None
     assert travel.carried(mesh, spheres(end[: len(goes)] + goes), everywhere(10)) is None
 
@@ -122,14 +122,14 @@ def test_a_plunge_goes_on_without_turning():
     mesh, end = grid(10), np.array([[0.0, 0.0, 4e-3]])
     came, goes = np.array([[2e-6, 0.0, -1e-4]]), np.array([[-1e-6, 2e-6, -1e-4]])
     moved = np.random.default_rng(2).normal(size=(12, 12, 3))
-    found = Travel(end - came, end, moved).carried(mesh, spheres(end + goes), everywhere(10))
+    found = Increment(end - came, end, moved).carried(mesh, spheres(end + goes), everywhere(10))
     np.testing.assert_allclose(found[1:-1, 1:-1], moved[1:-1, 1:-1], atol=0.02)
 
 
 def test_a_rim_is_found_again_from_the_moves_of_its_edge():
     sheet = SheetModel(grid(24), ALUMINIUM, SheetSettings(window=0.012))
     rim = sheet.assemble.rim(sheet.window(np.zeros(2)))
-    assert isinstance(rim, Rim)
+    assert isinstance(rim, Interface)
     moves = rim.at_edge(np.random.default_rng(4).normal(size=rim.size))
     np.testing.assert_allclose(rim.at_edge(rim.fitted(moves)), moves, atol=1e-2)
 

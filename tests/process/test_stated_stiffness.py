@@ -16,7 +16,7 @@ from coupling.path.frame import Frame
 from coupling.path.histories import ToolPath
 from coupling.process import ElasticWall
 from coupling.process.checked import CheckedProcess
-from coupling.process.external import External
+from coupling.process.external import ExternalProgram
 from coupling.process.frames import answer_in_base
 
 PART = Frame(np.array([1.0, 0.2, 0.5]), Rotation.from_rotvec([0.3, -0.4, 0.9]))
@@ -43,10 +43,12 @@ def path_at_the_wall() -> ToolPath:
     return ToolPath(time, upright(PART.points(points)))
 
 
-def program(folder: Path, names: list[str]) -> External:
+def program(folder: Path, names: list[str]) -> ExternalProgram:
     script = folder / "wall.py"
     script.write_text(PROGRAM.replace("NAMES", repr(names)))
-    return External((sys.executable, str(script)), 60.0, PART, "part", folder / "evaluations")
+    return ExternalProgram(
+        (sys.executable, str(script)), 60.0, PART, "part", folder / "evaluations"
+    )
 
 
 def wall() -> ElasticWall:

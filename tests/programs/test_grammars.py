@@ -12,26 +12,30 @@ from pathlib import Path
 import pytest
 
 from coupling.programs.languages import LANGUAGES
-from coupling.programs.program import Configuration, Move, Program
+from coupling.programs.program import Configuration, ProgramMove, RobotProgram
 
 POSE = (0.001, -2.0, 3.0, 0.0, 0.0, 0.6, 0.8)
 POSTURE = Configuration(True, True, -1, (-0.1, 7.0, 0.0, -3.0, 0.0, 7.0))
 PATHS = {
-    "poses": [Move("linear", POSE, duration=1e-3 * k, configuration=POSTURE) for k in range(1, 4)],
-    "joints": [Move("joint", joints=(-0.1, 7.0, 1e-9, 0.0, -1e-9, 3.0), duration=0.5)] * 3,
+    "poses": [
+        ProgramMove("linear", POSE, duration=1e-3 * k, configuration=POSTURE) for k in range(1, 4)
+    ],
+    "joints": [ProgramMove("joint", joints=(-0.1, 7.0, 1e-9, 0.0, -1e-9, 3.0), duration=0.5)] * 3,
 }
 WIDE = {**os.environ, "COLUMNS": "400"}  # names of files in one line
 # What no module goes without.
 NEEDED = (":=", ";\n", "],", "MoveAbsJ", "fine", "PROC", "ENDMODULE")
 
 
-def module(timed: list[Move]) -> str:
+def module(timed: list[ProgramMove]) -> str:
     """Return a module that leads slowly to the first of these motions, in frames of its own."""
     start = timed[0]
     motion = "linear" if start.pose else "joint"
-    way = Move(motion, start.pose, start.joints, speed=0.01, configuration=start.configuration)
-    moves = (Move("joint", joints=(0.0,) * 6), way, *timed[1:])
-    (file,) = LANGUAGES["rapid"].write(Program("WAY_1", moves, POSE, POSE))
+    way = ProgramMove(
+        motion, start.pose, start.joints, speed=0.01, configuration=start.configuration
+    )
+    moves = (ProgramMove("joint", joints=(0.0,) * 6), way, *timed[1:])
+    (file,) = LANGUAGES["rapid"].write(RobotProgram("WAY_1", moves, POSE, POSE))
     return file.text
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.programs.angles import abc_of, pose_of_abc, pose_of_wpr, wpr_of
 from coupling.programs.languages import LANGUAGES
-from coupling.programs.program import Configuration, Move, Program
+from coupling.programs.program import Configuration, ProgramMove, RobotProgram
 
 POSED = [name for name, own in LANGUAGES.items() if "cartesian" in own.targets]
 # Half of the last decimal, 1e-4 mm and 1e-5 deg, and of single precision at 3 m and 180 deg.
@@ -66,15 +66,15 @@ def test_poses_frames_and_times_come_back(name, base, tool, start, path, time):
     motion = "spline" if language.between == "spline" else "linear"
     posture = Configuration(False, True, -1, start)
     moves = [
-        Move("joint", joints=start),
-        Move("linear", path[0], speed=0.01, configuration=posture),
+        ProgramMove("joint", joints=start),
+        ProgramMove("linear", path[0], speed=0.01, configuration=posture),
     ]
     times = [time, 0.5 + time][: len(path) - 1]
     moves += [
-        Move(motion, pose, duration=duration, configuration=posture)
+        ProgramMove(motion, pose, duration=duration, configuration=posture)
         for pose, duration in zip(path[1:], times, strict=True)
     ]
-    found = language.read(language.write(Program("WAY", tuple(moves), base, tool)))
+    found = language.read(language.write(RobotProgram("WAY", tuple(moves), base, tool)))
     assert found.name == "WAY"
     require_close(found.base, base)
     require_close(found.tool, tool)
@@ -91,9 +91,9 @@ def test_poses_frames_and_times_come_back(name, base, tool, start, path, time):
 def test_joint_angles_and_times_come_back_turns_and_all(name, path, time):
     language = LANGUAGES[name]
     motion = "spline" if language.between == "spline" else "joint"
-    moves = [Move("joint", joints=path[0])]
-    moves += [Move(motion, joints=angles, duration=time) for angles in path[1:]]
-    found = language.read(language.write(Program("WAY", tuple(moves))))
+    moves = [ProgramMove("joint", joints=path[0])]
+    moves += [ProgramMove(motion, joints=angles, duration=time) for angles in path[1:]]
+    found = language.read(language.write(RobotProgram("WAY", tuple(moves))))
     assert [move.motion for move in found.moves] == [move.motion for move in moves]
     np.testing.assert_allclose([move.joints for move in found.moves], path, atol=ANGLE, rtol=1e-7)
     for move in found.moves[1:]:
@@ -126,8 +126,13 @@ def test_turns_beyond_half_a_turn_are_counted():
     assert posture.quadrants == (-2, 2, -7)
     assert posture.turns == (0, 1, -2)
     pose = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    moves = [Move("joint", joints=posture.angles), Move("linear", pose, configuration=posture)]
-    program = Program("WAY", (*moves, Move("linear", pose, duration=1.0, configuration=posture)))
+    moves = [
+        ProgramMove("joint", joints=posture.angles),
+        ProgramMove("linear", pose, configuration=posture),
+    ]
+    program = RobotProgram(
+        "WAY", (*moves, ProgramMove("linear", pose, duration=1.0, configuration=posture))
+    )
     (rapid,) = LANGUAGES["rapid"].write(program)
     assert "[-2,2,-7,4]" in rapid.text  # behind axis 1, joint 5 positive
     (fanuc,) = LANGUAGES["fanuc"].write(program)
@@ -151,9 +156,12 @@ def test_krl_points_have_status_and_turn_where_the_posture_is_known():
     pose = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
     def points(named: Configuration | None) -> str:
-        moves = [Move("joint", joints=posture.angles), Move("linear", pose, configuration=named)]
-        moves.append(Move("spline", pose, duration=1.0, configuration=named))
-        return LANGUAGES["krl"].write(Program("WAY", tuple(moves)))[1].text
+        moves = [
+            ProgramMove("joint", joints=posture.angles),
+            ProgramMove("linear", pose, configuration=named),
+        ]
+        moves.append(ProgramMove("spline", pose, duration=1.0, configuration=named))
+        return LANGUAGES["krl"].write(RobotProgram("WAY", tuple(moves)))[1].text
 
     assert "DECL POS P[2]" in points(posture)
     assert points(posture).count(",S 7,T 19}") == 2
@@ -164,9 +172,14 @@ def test_krl_points_have_status_and_turn_where_the_posture_is_known():
 def test_a_long_fanuc_program_is_called_in_parts():
     poses = [(1.0 + 1e-4 * k, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0) for k in range(10_100)]
     posture = Configuration(False, False, -1, (0.0,) * 6)
-    moves = [Move("joint", joints=posture.angles), Move("linear", poses[0], configuration=posture)]
-    moves += [Move("linear", pose, duration=0.004, configuration=posture) for pose in poses[1:]]
-    files = LANGUAGES["fanuc"].write(Program("LONG", tuple(moves)))
+    moves = [
+        ProgramMove("joint", joints=posture.angles),
+        ProgramMove("linear", poses[0], configuration=posture),
+    ]
+    moves += [
+        ProgramMove("linear", pose, duration=0.004, configuration=posture) for pose in poses[1:]
+    ]
+    files = LANGUAGES["fanuc"].write(RobotProgram("LONG", tuple(moves)))
     assert [file.name for file in files] == ["LONG.ls", "LONG_1.ls", "LONG_2.ls"]
     assert max(len(re.findall(r"^ *\d+:", file.text, re.MULTILINE)) for file in files) == 9999
     assert max(len(re.findall(r"^P\[", file.text, re.MULTILINE)) for file in files) == 9999

@@ -11,7 +11,7 @@ import pytest
 from killing import die_while_keeping, start_function
 
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.store import Store, StoredProcess
 
 DAY = 86400.0
@@ -20,8 +20,8 @@ DAY = 86400.0
 class Springs:
     identity = "springs"
 
-    def evaluate(self, path: ToolPath) -> Answer:
-        return Answer(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
 
 
 @pytest.fixture

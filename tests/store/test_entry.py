@@ -13,13 +13,13 @@ from hypothesis.extra import numpy as arrays
 
 from coupling.path.histories import ToolPath, WrenchHistory
 from coupling.path.workpiece import Workpiece
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.process import base as process_base
 from coupling.store import Store, entry
-from coupling.store.entry import About, DamagedError, answer_key, decoded, encoded, plain
+from coupling.store.entry import DamagedError, EntryInfo, answer_key, decoded, encoded, plain
 
 KEY = "a" * 64
-ABOUT = About(KEY, "a wall", 3, 1, 12.5, "host", 1.8e9)
+ABOUT = EntryInfo(KEY, "a wall", 3, 1, 12.5, "host", 1.8e9)
 RNG = np.random.default_rng(3)
 
 
@@ -28,7 +28,7 @@ def path(n: int = 3, tools: int = 1) -> ToolPath:
     return ToolPath(np.linspace(0.0, 1.0, n), pose)
 
 
-def answer(**changes: object) -> Answer:
+def answer(**changes: object) -> ProcessResponse:
     """An answer with all that one can have."""
     points = RNG.standard_normal((4, 3))
     piece = Workpiece(
@@ -38,15 +38,15 @@ def answer(**changes: object) -> Answer:
         {"layer": np.array([1, 2], dtype=np.uint8), "": np.array([True, False])},
     )
     wrench = WrenchHistory(np.linspace(0.0, 1.0, 3), RNG.standard_normal((2, 3, 6)))
-    whole = Answer(wrench, piece, 0.1, RNG.standard_normal((2, 3, 3, 3)))
+    whole = ProcessResponse(wrench, piece, 0.1, RNG.standard_normal((2, 3, 3, 3)))
     return replace(whole, **changes)
 
 
-def content(kept: Answer) -> bytes:
+def content(kept: ProcessResponse) -> bytes:
     return b"".join(encoded(plain(kept), ABOUT))
 
 
-def parts(found: Answer) -> dict[str, np.ndarray]:
+def parts(found: ProcessResponse) -> dict[str, np.ndarray]:
     named = {"time": found.wrench.time, "wrench": found.wrench.wrench}
     if found.stiffness is not None:
         named["stiffness"] = found.stiffness
@@ -57,7 +57,7 @@ def parts(found: Answer) -> dict[str, np.ndarray]:
     return named
 
 
-def require_equal(found: Answer, expected: Answer) -> None:
+def require_equal(found: ProcessResponse, expected: ProcessResponse) -> None:
     assert list(parts(found)) == list(parts(expected))
     for name, values in parts(expected).items():
         got = parts(found)[name]
@@ -158,7 +158,12 @@ def test_a_forged_entry_is_damaged_whatever_its_checksum(name, tmp_path):
 
 def test_all_that_an_answer_has_is_kept():
     """A new field of an answer or a workpiece needs its place in an entry."""
-    assert [f.name for f in fields(Answer)] == ["wrench", "workpiece", "period", "stiffness"]
+    assert [f.name for f in fields(ProcessResponse)] == [
+        "wrench",
+        "workpiece",
+        "period",
+        "stiffness",
+    ]
     known = ["points", "cells", "point_fields", "cell_fields"]
     assert [f.name for f in fields(Workpiece)] == known
     # The springs beside a wrench are the coupling's, never a process's.

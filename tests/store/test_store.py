@@ -15,11 +15,11 @@ import pytest
 from killing import die_while_keeping, start_function, wait_until
 
 from coupling.errors import ProcessError, StoreError
-from coupling.events import Event, Warned
+from coupling.events import Event, WarningEvent
 from coupling.files import whole_file
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import Answer
-from coupling.store import Answered, Store, StoredProcess, Waits
+from coupling.process import ProcessResponse
+from coupling.store import Store, StoredAnswer, StoredProcess, WaitingForOther
 from coupling.store.entry import answer_key
 
 
@@ -36,10 +36,10 @@ class Springs:
     seconds: float = 0.0
     asked: list[float] = field(default_factory=list)
 
-    def evaluate(self, path: ToolPath) -> Answer:
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
         self.asked.append(float(path.pose[0, 0, 0]))
         time.sleep(self.seconds)
-        return Answer(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
+        return ProcessResponse(WrenchHistory.of_forces(path.time, [2e5 * path.position[0]]))
 
 
 @pytest.fixture
@@ -87,7 +87,7 @@ def test_without_a_store_keys_are_told_all_the_same(told):
 
 def test_a_process_that_fails_leaves_nothing(store):
     class Failing(Springs):
-        def evaluate(self, path: ToolPath) -> Answer:
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
             raise ProcessError("no licence")
 
     with pytest.raises(ProcessError, match="no licence"):
@@ -128,7 +128,7 @@ def test_a_damaged_entry_is_set_aside_named_and_computed_anew(store, told, damag
     assert np.array_equal(again.wrench.wrench, first.wrench.wrench)
     assert file.with_suffix(".damaged").read_bytes() == left
     (warning,) = told
-    assert isinstance(warning, Warned)
+    assert isinstance(warning, WarningEvent)
     assert str(file) in warning.text
     assert "set aside" in warning.text
     assert entry_of(store).read_bytes() != left
@@ -157,14 +157,14 @@ def test_two_at_once_compute_once_and_the_other_is_told_for_whom_it_waits(store,
     assert (slow.asked, quick.asked) == ([0.0], [])
     assert np.array_equal(answer.wrench.force[0], 2e5 * path().position[0])
     waits, answered = told
-    assert isinstance(waits, Waits)
+    assert isinstance(waits, WaitingForOther)
     assert f"waiting for process {os.getpid()} on {os.uname().nodename}, since" in waits.text
     assert (answered.origin, answered.seconds > 0.2) == ("store", True)
 
 
 def test_who_waits_for_one_that_fails_computes_itself(store):
     class Failing(Springs):
-        def evaluate(self, path: ToolPath) -> Answer:
+        def evaluate(self, path: ToolPath) -> ProcessResponse:
             super().evaluate(path)
             raise ProcessError("no licence")
 
@@ -209,7 +209,7 @@ def test_an_answer_that_cannot_be_kept_is_used_and_kept_as_soon_as_it_can_be(
         answer = process.evaluate(path())
         assert np.array_equal(process.evaluate(path()).wrench.wrench, answer.wrench.wrench)
     assert (springs.asked, process.unkept, store.entries()) == ([0.0], 1, [])
-    warnings = [event.text for event in told if isinstance(event, Warned)]
+    warnings = [event.text for event in told if isinstance(event, WarningEvent)]
     assert len(warnings) == 1
     assert "No space left on device; the answer is used" in warnings[0]
     process.settle()
@@ -263,5 +263,5 @@ def test_an_entry_is_used_last_when_it_is_read_last(store):
 def test_an_answered_event_says_how_long_it_took(store, told):
     StoredProcess(Springs(seconds=0.1), store, told.append).evaluate(path())
     (answered,) = told
-    assert isinstance(answered, Answered)
+    assert isinstance(answered, StoredAnswer)
     assert answered.seconds >= 0.1

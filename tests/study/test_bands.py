@@ -9,7 +9,7 @@ from scipy.stats import qmc
 from coupling.path.deviation import measure
 from coupling.path.histories import ToolPath
 from coupling.study.bands import (
-    Band,
+    DeviationBand,
     influences,
     largest_in_parts,
     parts_of_path,
@@ -38,7 +38,7 @@ def fresh() -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_band_of_200_robots_holds_90_percent_of_fresh_ones(fresh, design, seed):
     """In the mean over the path 88 to 92 %; below the line, one number of each robot, 86 to 94 %."""
-    band = Band.of(deviations(DESIGNS[design](200, 3, seed)), 0.9)
+    band = DeviationBand.of(deviations(DESIGNS[design](200, 3, seed)), 0.9)
     held = (fresh >= band.low) & (fresh <= band.high)
     assert 0.88 <= held.mean() <= 0.92
     assert 0.86 <= np.all(fresh <= band.everywhere, axis=1).mean() <= 0.94
@@ -50,7 +50,7 @@ def test_in_the_mean_over_studies_the_coverage_is_exact(fresh, count):
     rng = np.random.default_rng(count)
     held, below = [], []
     for _ in range(400):
-        band = Band.of(deviations(rng.random((count, 3))), 0.9)
+        band = DeviationBand.of(deviations(rng.random((count, 3))), 0.9)
         some = fresh[rng.integers(MANY, size=400)]
         held.append(((some >= band.low) & (some <= band.high)).mean())
         below.append(np.all(some <= band.everywhere, axis=1).mean())

@@ -14,25 +14,25 @@ import pytest
 from coupling.errors import StudyError
 from coupling.path.deviation import Deviation
 from coupling.study.conduct import simulated
-from coupling.study.rows import Rows, Sample
+from coupling.study.rows import SampleTable, StudySample
 
 
-def sample(number: int) -> Sample:
+def sample(number: int) -> StudySample:
     figures = [0.1 + number / 3.0, 1e-7, 1.0 / 3.0, 2e-300, 0.25, 0.1, 1e-9]
-    return Sample(number, Deviation(*figures), (1.0 / 3.0, 5e-324, 7.0e-5))
+    return StudySample(number, Deviation(*figures), (1.0 / 3.0, 5e-324, 7.0e-5))
 
 
 @pytest.fixture
 def table(tmp_path) -> Path:
     file = tmp_path / "rows.jsonl"
-    with Rows(file) as rows:
+    with SampleTable(file) as rows:
         for number in (2, 0, 1):
             rows.add(sample(number))
     return file
 
 
 def test_numbers_survive_exactly(table):
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert rows.samples == {number: sample(number) for number in range(3)}
         assert rows.damaged == 0
 
@@ -43,7 +43,7 @@ def test_a_table_torn_at_any_byte_keeps_all_whole_lines_and_goes_on(table):
     start = whole.rindex(b"\n", 0, -1) + 1
     for end in range(start, len(whole)):
         table.write_bytes(whole[:end])
-        with Rows(table) as rows:
+        with SampleTable(table) as rows:
             assert set(rows.samples) == {2, 0}
             rows.add(sample(1))
         assert table.read_bytes() == whole
@@ -55,32 +55,32 @@ def test_a_flipped_bit_costs_one_sample(table):
         bad = bytearray(whole)
         bad[place] ^= 1
         table.write_bytes(bad)
-        with Rows(table) as rows:
+        with SampleTable(table) as rows:
             missing = {0, 1, 2} - set(rows.samples)
             assert 1 <= len(missing) <= 2  # two where a line end is lost
             assert all(rows.samples[k] == sample(k) for k in rows.samples)
             for number in missing:
                 rows.add(sample(number))
-        with Rows(table) as rows:
+        with SampleTable(table) as rows:
             assert rows.samples == {number: sample(number) for number in range(3)}
 
 
 def test_a_table_of_something_else_holds_no_samples(table):
     table.write_bytes(os.urandom(3000) + b"\n12345678 {}\n00000000 []\n\n")
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert rows.samples == {}
         rows.add(sample(5))
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert rows.samples == {5: sample(5)}
 
 
 def test_a_failed_sample_is_worth_another_try(table):
-    with Rows(table) as rows:
-        rows.add(Sample(3, None, (), "the robot fell"))
+    with SampleTable(table) as rows:
+        rows.add(StudySample(3, None, (), "the robot fell"))
         assert not rows.has(3)
         rows.add(sample(3))
         assert rows.has(3)
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert rows.samples[3] == sample(3)
 
 
@@ -108,7 +108,7 @@ def test_a_full_disk_is_a_sentence_and_loses_nothing(table, tmp_path):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     try:
-        with Rows(table) as rows:
+        with SampleTable(table) as rows:
             resource.setrlimit(resource.RLIMIT_FSIZE, (size + 40, before[1]))
             with pytest.raises(StudyError, match=r"cannot be written.*3 samples that are kept"):
                 rows.add(sample(3))
@@ -116,8 +116,8 @@ def test_a_full_disk_is_a_sentence_and_loses_nothing(table, tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
         signal.signal(signal.SIGXFSZ, ignored)
     assert table.stat().st_size == size + 40
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert set(rows.samples) == {0, 1, 2}
         rows.add(sample(3))
-    with Rows(table) as rows:
+    with SampleTable(table) as rows:
         assert set(rows.samples) == {0, 1, 2, 3}

@@ -20,19 +20,19 @@ from line_case import moving_line
 from places import LINE_CASE
 from studies import children, killed, rows, started, tables, wait_for_rows
 
-from coupling.case import load_case
-from coupling.case_plant import Spread
+from coupling.case.file import load_case
+from coupling.case.plant import Distribution
 from coupling.errors import CaseError, StudyError
 from coupling.events import unwatched
 from coupling.files.csv_table import read_table
 from coupling.fmu_export.build import BuildOptions, build_fmu
 from coupling.path.deviation import measure
 from coupling.robot.robot_fmu import RobotFmu
+from coupling.run.execute import run_compensation
 from coupling.run.stored_run import read_run
-from coupling.run.study import run_compensation
 from coupling.store import Store
 from coupling.study.conduct import changed_table
-from coupling.study.parameters import Parameter, Parameters
+from coupling.study.parameters import StudyParameter, StudyParameters
 
 pytest.importorskip("distributed")
 
@@ -357,14 +357,14 @@ def test_a_folder_of_something_else_is_left_alone(case, run, tmp_path):
 def test_what_means_nothing_is_left_out(tmp_path):
     """A linear robot has no backlash to be uncertain of, a free one no force."""
     case = load_case(LINE_CASE)
-    assert Parameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
-    assert Parameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
-    assert Parameters.of(case, loaded=True).names[-1] == "force_factor"
+    assert StudyParameters.of(case, loaded=False).names == ("stiffness_factor", "damping_factor")
+    assert StudyParameters.of(case, loaded=False).silent == ("backlash_factor", "force_factor")
+    assert StudyParameters.of(case, loaded=True).names[-1] == "force_factor"
 
 
 def test_normal_parameters_have_their_moments():
     """Mean and deviation of a normal distribution that is cut off at three of it: 0.9733 of it."""
-    parameter = Parameter("force_factor", Spread(mean=1.0, deviation=0.1))
+    parameter = StudyParameter("force_factor", Distribution(mean=1.0, deviation=0.1))
     values = parameter.at((np.arange(20_000) + 0.5) / 20_000)
     assert values.mean() == pytest.approx(1.0, abs=1e-6)
     assert values.std() == pytest.approx(0.1 * np.sqrt(0.97334), rel=1e-4)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.robot.batch.serial_robot import Posture, SerialRobot, TipMotion
+from coupling.robot.batch.serial_robot import BatchPosture, SerialRobot, TipMotion
 from coupling.robot.batch.vectors import Columns, cross, dot
 
 # A pose is reached when position and rotation agree to this, lengths in units of the reach.
@@ -101,7 +101,7 @@ def led(robot: SerialRobot, targets: Targets, home: np.ndarray) -> tuple[np.ndar
 
 
 @dataclass(frozen=True)
-class Following:
+class FollowingRobot:
     """Robot that moves with its tool.
 
     Attributes:
@@ -111,7 +111,7 @@ class Following:
             smallest singular value of J, and at least 0.4 of it for six joints.
     """
 
-    posture: Posture
+    posture: BatchPosture
     rate: np.ndarray
     acceleration: np.ndarray
     regularity: np.ndarray
@@ -119,7 +119,7 @@ class Following:
 
 def following(
     robot: SerialRobot, q: np.ndarray, tcp_shift: np.ndarray, motion: TipMotion
-) -> Following:
+) -> FollowingRobot:
     """Return rates and accelerations of the joints with the tool in motion.
 
     Args:
@@ -141,16 +141,20 @@ def following(
     rate = joints(motion.velocity, motion.spin)
     acceleration, spin_rate = robot.bias(posture, rate)
     missing = joints(motion.acceleration - acceleration, motion.spin_rate - spin_rate)
-    return Following(posture, rate, missing, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2)))
+    return FollowingRobot(
+        posture, rate, missing, 1.0 / np.sqrt(np.trace(inverse, axis1=1, axis2=2))
+    )
 
 
-def _error(posture: Posture, targets: Targets, reach: float) -> np.ndarray:
+def _error(posture: BatchPosture, targets: Targets, reach: float) -> np.ndarray:
     """Return from the poses to the targets: position over the reach, and sin(angle) axis, (6, n)."""
     turn = sum(cross(own, wanted) for own, wanted in zip(posture.tool, targets.tool, strict=True))
     return np.concatenate([(targets.position - posture.tip) / reach, 0.5 * np.asarray(turn)])
 
 
-def _normal(posture: Posture, reach: float, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _normal(
+    posture: BatchPosture, reach: float, damping: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return J^T J + damping, (n, joints, joints), and J^T, (joints, 6, n), lengths over the reach."""
     transposed = np.concatenate([posture.lever / reach, posture.axis], axis=1)
     normal = np.einsum("ikn,jkn->nij", transposed, transposed)

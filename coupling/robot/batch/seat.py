@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.errors import PlanningError
 from coupling.inverse.joint_limits import JointLimits
-from coupling.robot.batch.following import Following, Targets, following, reached
+from coupling.robot.batch.following import FollowingRobot, Targets, following, reached
 from coupling.robot.batch.serial_robot import SerialRobot, TipMotion
 from elastic_robot.description import Robot
 
@@ -94,7 +94,7 @@ def _targets(position: np.ndarray, base_from_tool: Rotation) -> Targets:
 def _worth(serial: SerialRobot, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Return 1 for postures that are clear of everything, less for others, (n,)."""
     still = np.zeros((3, q.shape[1]))
-    at: Following = following(serial, q, still, TipMotion(still, still, still, still))
+    at: FollowingRobot = following(serial, q, still, TipMotion(still, still, still, still))
     clear = np.minimum(q - lower[:, None], upper[:, None] - q).min(axis=0)
     worth: np.ndarray = np.minimum(1.0, np.minimum(at.regularity / _REGULAR, clear / _CLEAR))
     return worth - _BENT * np.abs(q).sum(axis=0) / (2.0 * np.pi)

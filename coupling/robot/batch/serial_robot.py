@@ -12,7 +12,7 @@ from elastic_robot.description import Robot
 
 
 @dataclass(frozen=True)
-class Posture:
+class BatchPosture:
     """A robot in n states, base axes.
 
     Attributes:
@@ -74,7 +74,7 @@ class SerialRobot:
         arms = [np.linalg.norm(origin) for origin in self._origins]
         self.reach = float(np.sum(arms) + np.linalg.norm(self._tcp))
 
-    def posture(self, q: np.ndarray, tcp_shift: np.ndarray) -> Posture:
+    def posture(self, q: np.ndarray, tcp_shift: np.ndarray) -> BatchPosture:
         """Return the robot at drive angles.
 
         Args:
@@ -95,9 +95,9 @@ class SerialRobot:
         tip = at + combined(columns, self._tcp) + applied(tool, tcp_shift)
         axis_of, origin_of = np.stack(axes), np.stack(origins)
         lever = np.stack([cross(z, tip - o) for z, o in zip(axes, origins, strict=True)])
-        return Posture(axis_of, origin_of, bodies, tip, tool, lever)
+        return BatchPosture(axis_of, origin_of, bodies, tip, tool, lever)
 
-    def bias(self, posture: Posture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def bias(self, posture: BatchPosture, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the accelerations of the TCP and of the tool's angle without joint accelerations.
 
         Args:
@@ -110,7 +110,7 @@ class SerialRobot:
         return _carried(last, arm), last.spin_rate
 
     def load(
-        self, posture: Posture, rate: np.ndarray, acceleration: np.ndarray, gravity: np.ndarray
+        self, posture: BatchPosture, rate: np.ndarray, acceleration: np.ndarray, gravity: np.ndarray
     ) -> np.ndarray:
         """Return M q'' + h, what moves the robot [N m], (joints, n): Newton and Euler's equations.
 
@@ -140,7 +140,7 @@ class SerialRobot:
         return load
 
     def _motion(
-        self, posture: Posture, rate: np.ndarray, acceleration: np.ndarray, base: np.ndarray
+        self, posture: BatchPosture, rate: np.ndarray, acceleration: np.ndarray, base: np.ndarray
     ) -> list[_BodyMotion]:
         """Return the motion of every body; `base` is the acceleration of the base, (3, n)."""
         still = np.zeros_like(base)

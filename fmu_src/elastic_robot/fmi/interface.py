@@ -93,7 +93,7 @@ def _parameters(chain: Chain, robot: Robot) -> dict[str, Block]:
             for name, value in zip(names, values, strict=True)
         ]
 
-    backlash = elastic("backlash", "rad", "Half width of the dead band", parameters.backlash)
+    backlash = elastic("backlash", "rad", "Half width of the backlash", parameters.backlash)
     return {
         "gravity": tunable(
             [

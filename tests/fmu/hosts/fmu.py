@@ -74,7 +74,7 @@ def require_error(exception, *statuses):
 
 
 def push(k):
-    """Return a force that shakes the robot through its play."""
+    """Return a force that shakes the robot through its backlash."""
     return {"force.x": 300.0 * np.sin(0.9 * k), "force.z": -400.0 * (k % 7 < 3)}
 
 

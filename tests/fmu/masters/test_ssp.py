@@ -21,18 +21,18 @@ from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 from places import LINE_CASE
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.compiler import host_platform
 from coupling.fmu_export.process_fmu import build_process_fmu
 from coupling.path.controller import on_cycle
 from coupling.path.histories import ToolPath, WrenchHistory
-from coupling.process import Answer
+from coupling.process import ProcessResponse
 from coupling.robot.inverse_kinematics import InverseKinematics
 from coupling.robot.robot_fmu import RobotFmu
-from coupling.run.ssp import ANSWERS, System
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
+from coupling.run.ssp import ANSWERS, SspSystem
 from docs.scripts.masters import MASTERS, distance_at_samples, run_system, snippets
 
 LINE = LINE_CASE
@@ -81,8 +81,8 @@ def system(request, tmp_path_factory) -> Packed:
         text = re.sub(r"\[0\.0(?=, 0\.0, -?0\.002\])", "[0.03", text)
     (folder / "case.toml").write_text(text)
     case = load_case(folder / "case.toml")
-    System.of(case, "force", step=0.01).write(folder / "system.ssp")
-    System.of(case).write(folder / "sprung" / "system.ssp")
+    SspSystem.of(case, "force", step=0.01).write(folder / "system.ssp")
+    SspSystem.of(case).write(folder / "sprung" / "system.ssp")
     with zipfile.ZipFile(folder / "system.ssp") as archive:
         archive.extractall(folder)
     return Packed(case, folder)
@@ -278,7 +278,7 @@ def test_process_fmu_gives_the_processs_force_and_needs_numpy_alone(system, tmp_
 
 def test_archive_is_the_same_each_time(system, tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    prepared = System.of(system.case)
+    prepared = SspSystem.of(system.case)
     first, second = (prepared.write(tmp_path / f"{k}.ssp").read_bytes() for k in "ab")
     assert first == second
 
@@ -288,15 +288,15 @@ class Remembering:
 
     identity = ""
 
-    def evaluate(self, path: ToolPath) -> Answer:
-        return Answer(WrenchHistory.none(path.time))
+    def evaluate(self, path: ToolPath) -> ProcessResponse:
+        return ProcessResponse(WrenchHistory.none(path.time))
 
 
 def test_a_process_with_memory_is_refused(system, tmp_path):
     with pytest.raises(BuildError, match="got Remembering, which needs the whole path at once"):
         build_process_fmu(Remembering(), system.case.desired, tmp_path / "P.fmu")
     with pytest.raises(BuildError, match=r"must end in \.ssp"):
-        System.of(system.case).write(tmp_path / "system.zip")
+        SspSystem.of(system.case).write(tmp_path / "system.zip")
 
 
 def test_command_writes_the_archive(tmp_path, monkeypatch, capsys):

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import tomlkit
 
-from coupling.case import load_case
+from coupling.case.file import load_case
 from coupling.cli import main
 from coupling.errors import BuildError
 from coupling.fmu_export.build import build_fmu
 from coupling.fmu_export.compiler import host_platform
-from coupling.run.ssp import System
-from coupling.run.step_limit import Posture, StepLimit
-from coupling.run.study import run_coupling
+from coupling.run.execute import run_coupling
+from coupling.run.ssp import SspSystem
+from coupling.run.step_limit import LinearisedPosture, StepLimit
 from docs.scripts.make_stable_steps import CELLS, UR10, growth_in_master, pressed
 from docs.scripts.masters import MASTERS, MasterError, run_system
 
@@ -56,7 +56,7 @@ def test_growth_of_a_mass_against_a_spring_is_the_largest_root_of_its_polynomial
     """m x'' = f held over h, f = -k x of the step before: q (q-1)^2 + k h^2 / 2 m (q+1) = 0."""
     mass, spring = 3.0, 2e4
     a, b, c = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0 / mass]]), np.eye(1, 2)
-    posture = Posture(0.0, a, b, c, np.ones((1, 1)), np.array([[spring]]))
+    posture = LinearisedPosture(0.0, a, b, c, np.ones((1, 1)), np.array([[spring]]))
     for step in (0.001, 0.01):
         beta = 0.5 * spring * step**2 / mass
         roots = np.roots([1.0, -2.0, 1.0 + beta, beta])
@@ -68,7 +68,8 @@ def test_limit_is_where_a_damped_mass_begins_to_grow():
     """Bisected to 1e-4; a process twice as stiff halves it, as the delay is what drives."""
     a, b = np.array([[0.0, 1.0], [-4e4, -4.0]]), np.array([[0.0], [1.0]])
     at = [
-        Posture(0.0, a, b, np.eye(1, 2), np.array([[2.5e-5]]), np.array([[k]])) for k in (2e3, 4e3)
+        LinearisedPosture(0.0, a, b, np.eye(1, 2), np.array([[2.5e-5]]), np.array([[k]]))
+        for k in (2e3, 4e3)
     ]
     soft, stiff = (StepLimit.of([posture]).lasting for posture in at)
     assert at[0].growth(0.9999 * soft) < 1.0 < at[0].growth(1.0001 * soft)
@@ -81,7 +82,7 @@ def test_estimated_growth_is_what_the_fmu_shows(cell, tmp_path):
     """At every combination of stiffness and step; the verdict on either side of the limit is right."""
     fmu, verdicts = None, set()
     for stiffness in (1e5, 1e6):
-        system = System.of(cell.case(stiffness), "force", step=STEP)
+        system = SspSystem.of(cell.case(stiffness), "force", step=STEP)
         fmu = fmu or build_fmu(system.case.robots[0].description, tmp_path / "Robot.fmu")
         posture = system.limit.postures[-1]
         at = int(np.abs(system.planned.time - posture.time).argmin())
@@ -101,7 +102,7 @@ def test_estimated_growth_is_what_the_fmu_shows(cell, tmp_path):
 @pytest.mark.parametrize("step", [STEP, None], ids=["10 ms", "named"])
 def test_light_robot_on_a_wall_ends_where_the_iteration_ends(light, coupled, tmp_path, step):
     require_libcosim()
-    system = System.of(light)
+    system = SspSystem.of(light)
     system.write(tmp_path / "system.ssp")
     time = coupled.achieved.time
     rows = run_system("SSP-libcosimpy", tmp_path, step or system.step, float(time[-1]))
@@ -116,7 +117,7 @@ def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
     require_libcosim()
     stop = float(coupled.achieved.time[-1])
     end = coupled.achieved.position[0, -1]
-    system = System.of(light, "force")
+    system = SspSystem.of(light, "force")
     assert system.limit.growth(STEP) > 1.05
     system.write(tmp_path / "system.ssp")
     try:
@@ -131,7 +132,7 @@ def test_under_the_force_alone_it_explodes_as_told_and_not_at_the_named_step(
 def test_at_the_named_step_a_tool_stays_on_a_stiff_wall_and_bounces_at_a_longer_one(tmp_path):
     """Ten million N/m: a late touch adds energy that the robot does not take away."""
     require_libcosim()
-    system = System.of(UR10.case(1e7))
+    system = SspSystem.of(UR10.case(1e7))
     system.write(tmp_path / "system.ssp")
     assert system.step < system.limit.touch < 3e-4
     calm, wild = (pressed(tmp_path, system, step) for step in (system.step, 7e-4))
@@ -142,7 +143,7 @@ def test_at_the_named_step_a_tool_stays_on_a_stiff_wall_and_bounces_at_a_longer_
 
 def test_a_master_that_is_given_no_step_takes_that_of_the_archive(light, tmp_path):
     require_libcosim()
-    system = System.of(light, "force")
+    system = SspSystem.of(light, "force")
     assert system.step < STEP
     system.write(tmp_path / "system.ssp")
     code = """
@@ -163,14 +164,14 @@ def test_where_no_step_is_safe_packing_is_refused_and_an_asked_one_is_warned_of(
     data["robot"]["mode"] = "quasistatic"
     case = case_of(data)
     with pytest.raises(BuildError, match=r"found none: .* let the process give its spring as well"):
-        System.of(case, "force")
-    (_, warning, _) = System.of(case, "force", step=STEP).remarks()
+        SspSystem.of(case, "force")
+    (_, warning, _) = SspSystem.of(case, "force", step=STEP).remarks()
     assert warning == "warning: this step is not safe, none is"
-    assert System.of(case).step == STEP
+    assert SspSystem.of(case).step == STEP
     with pytest.raises(BuildError, match=r"step: expected a finite number > 0 \[s\], got -1"):
-        System.of(case, "force", step=-1.0)
+        SspSystem.of(case, "force", step=-1.0)
     with pytest.raises(BuildError, match=r"expected one of spring, force, got .forces."):
-        System.of(case, "forces")
+        SspSystem.of(case, "forces")
 
 
 def test_command_says_what_is_safe(tmp_path, monkeypatch, capsys):

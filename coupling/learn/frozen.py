@@ -1,8 +1,8 @@
-"""Where a fit begins again that ended in a hollow beside the valley.
+"""Where a fit begins again that ended in a local minimum beside the valley.
 
 What a gear's crossing takes is 2 B d: its backlash and its damping pull against each other, and along
-that hollows lie one behind the other.  So a gear is taken to both sides along it, and in its damping
-alone.
+that local minima lie one behind the other.  So a gear is taken to both sides along it, and in its
+damping alone.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 
 from coupling.learn.parameters import Learnable, prior_of
 
-# Steps in backlash and damping of a gear, and their sizes by what was known before: hollows are narrow,
-# and the first passes may have led to the wrong side of what was known.
+# Steps in backlash and damping of a gear, and their sizes by what was known before: local minima are
+# narrow, and the first passes may have led to the wrong side of what was known.
 _STEPS = ((1.0, -1.0), (-1.0, 1.0), (0.0, 1.0), (0.0, -1.0))
 _SIZES = (1.0 / 3.0, 2.0 / 3.0)
 
 
 @dataclass(frozen=True)
-class Held:
+class FrozenDerivatives:
     """Derivatives that are taken as they are, whatever the parameters.
 
     Attributes:
@@ -37,7 +37,7 @@ class Held:
 
 
 def steps_aside(parameters: Sequence[Learnable], shown: Collection[int]) -> list[list[np.ndarray]]:
-    """Return steps of log factors to both sides, for every gear whose play is shown.
+    """Return steps of log factors to both sides, for every gear whose backlash is shown.
 
     Args:
         parameters: What is learned.

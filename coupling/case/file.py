@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from coupling.case_discrepancy import DiscrepancyTable
-from coupling.case_place import PlaceTable
-from coupling.case_plant import PlantTable, StudyTable
-from coupling.case_tables import (
+from coupling.case.discrepancy import DiscrepancyTable
+from coupling.case.place import PlaceTable
+from coupling.case.plant import PlantTable, StudyTable
+from coupling.case.robots import (
     ControllerTable,
     CouplingTable,
     PartTable,
@@ -31,7 +31,7 @@ from coupling.path.histories import ToolPath
 from coupling.path.interpolation import SampledPath
 from coupling.process import Process, ProcessSchema
 from coupling.process.plugin import find_process
-from coupling.robot.difference import Plant
+from coupling.robot.mismatch import Plant
 from coupling.robot.mounting import Mounting
 from coupling.robot.touch_off import RestingRobot, TouchOff
 from coupling.solve import METHODS
@@ -41,7 +41,7 @@ from coupling.toolpaths.instants import NONE, Corners
 from coupling.toolpaths.table import ToolPathTable
 from coupling.toolpaths.task import Task
 from coupling.toolpaths.tilt import APPROACH
-from coupling.toolpaths.upright import UprightPath
+from coupling.toolpaths.untilted import UntiltedPath
 from elastic_robot.description import Robot
 from elastic_robot.fmi.interface import Mode
 
@@ -146,9 +146,9 @@ class Case:
         return self.task.desired
 
     @property
-    def upright(self) -> UprightPath:
+    def untilted(self) -> UntiltedPath:
         """Path of the forming tool where the process is asked, before its tool is turned."""
-        return self.tool_path.upright(self.task.part, self.corners).sampled
+        return self.tool_path.untilted(self.task.part, self.corners).sampled
 
     @property
     def touch_off_remarks(self) -> list[str]:
@@ -293,7 +293,7 @@ def _task(
         own = tool_path.task(part, corners)
         if diameter is None:
             return own
-        upright = tool_path.upright(part, corners)
+        upright = tool_path.untilted(part, corners)
         return upright.on_sphere(own, tool_path.tilt, 0.5 * diameter)
 
     found = task(NONE)

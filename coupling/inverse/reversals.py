@@ -1,8 +1,8 @@
-"""Does a gear keep its flank?  Figures of the torque that its links need, for one path or for many.
+"""Does a gear reverse?  Figures of the torque that its links need, for one path or for many.
 
 Torques are T = -(M theta'' + h - J^T w) in the gear's row, what the gear passes on to its link
 (`coupling.inverse.gears`).  Time is their first axis; gears, and settings before or behind them, are the
-others.  A gear changes flank where T changes sign, and it has then moved by twice its half width B.
+others.  A gear reverses where T changes sign, and it has then moved by twice its half width B.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from elastic_robot.settings import SETTINGS
 
-# A torque that would need longer to push a gear through its play counts as none [s].
+# A torque that would need longer to push a gear through its backlash counts as none [s].
 _LONG = 1.0
 # An error in the backlash that nobody can rule out, as a part of it.
 UNKNOWN_PART = 0.2
@@ -20,11 +20,12 @@ UNKNOWN_PART = 0.2
 def no_torque(backlash: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the torques that count as none [N m], shape of the arguments.
 
-    In the play d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less at
-    rest floats: what it does is decided by inertia, and by how the motion came there.
+    In the backlash d e' = T: crossing it takes 2 B d / T, with such a torque a second.  A gear with less
+    at
+    rest is free: what it does is decided by inertia, and by how the motion came there.
 
     Args:
-        backlash: Half width B of the play [rad].
+        backlash: Half width B of the backlash [rad].
         damping: d [N m s/rad].
 
     Example:
@@ -54,23 +55,23 @@ def sign_changes(torque: np.ndarray, none: np.ndarray | float) -> np.ndarray:
     return np.asarray(np.sum(held[1:] * held[:-1] < 0.0, axis=0))
 
 
-def flank_changes(
+def backlash_reversals(
     spacing: float, torque: np.ndarray, backlash: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:
     """Return how often gears pass from one flank to the other in motion, (...).
 
-    In the play d e' = T, and flanks are taken for stiff, so that a torque which turns its sign for a
-    moment takes no gear across; 0 for gears without play.
+    In the backlash d e' = T, and flanks are taken for stiff, so that a torque which turns its sign for a
+    moment takes no gear across; 0 for gears without backlash.
 
     Args:
         spacing: Time between torques [s].
         torque: [N m], (k, ...).
-        backlash: Half width B of the play [rad], (...).
+        backlash: Half width B of the backlash [rad], (...).
         damping: d [N m s/rad], (...), > 0.
 
     Example:
         >>> torque = np.repeat([5.0, -1.0, 5.0, -5.0], 10)
-        >>> flank_changes(0.1, torque, np.array(1e-4), np.array(1e4))
+        >>> backlash_reversals(0.1, torque, np.array(1e-4), np.array(1e4))
         array(1)
     """
     moved = spacing * torque / damping
@@ -102,14 +103,14 @@ def margin(torque: np.ndarray) -> np.ndarray:
 
 
 def backlash_miss(backlash: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """Return how far the tool is off at rest behind a flank change if the backlash is 20 % off [m].
+    """Return how far the tool is off at rest behind a backlash reversal if the backlash is 20 % off [m].
 
-    0.2 of the whole play 2 B, times how far the tool moves with the gear: to compare gears and settings
-    by.  In motion it is off by several times as much (`coupling.check.backlash`).
+    0.2 of the whole backlash 2 B, times how far the tool moves with the gear: to compare gears and
+    settings by.  In motion it is off by several times as much (`coupling.check.backlash`).
 
     Args:
-        backlash: Half width B of the play [rad].
-        lever: Displacement of the TCP by the gear's twist, |J| [m/rad], the same shape.
+        backlash: Half width B of the backlash [rad].
+        lever: Displacement of the TCP by the gear's wind_up, |J| [m/rad], the same shape.
     """
     miss: np.ndarray = UNKNOWN_PART * 2.0 * backlash * lever
     return miss

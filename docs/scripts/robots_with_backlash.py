@@ -1,4 +1,4 @@
-"""Robots that are given play in their gears, as their files know none."""
+"""Robots that are given backlash in their gears, as their files know none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import tomlkit
 
 from docs.scripts.runs import CASES
 
-# Half widths of the play [rad], joint by joint.
+# Half widths of the backlash [rad], joint by joint.
 EVEN, MIXED = (1e-4,) * 6, (3e-4, 1e-4, 2e-4, 1.5e-4, 4e-4, 2e-4)
 KUKA = CASES.parent / "robots" / "kuka_kr210.toml"
 # Where inverse kinematics starts [deg].
@@ -34,9 +34,9 @@ def kept(data: Mapping[str, Any], name: str) -> Path:
     return file
 
 
-def with_play(file: Path, play: Sequence[float]) -> str:
-    """Return the file of a robot with play in its gears."""
+def with_backlash(file: Path, backlash: Sequence[float]) -> str:
+    """Return the file of a robot with backlash in its gears."""
     data = tomllib.loads(file.read_text(encoding="utf-8"))
-    for joint, own in zip(data["joint"], play, strict=True):
+    for joint, own in zip(data["joint"], backlash, strict=True):
         joint["backlash"] = own
-    return str(kept(data, f"{file.stem}_{len(set(play))}"))
+    return str(kept(data, f"{file.stem}_{len(set(backlash))}"))

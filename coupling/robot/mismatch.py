@@ -15,7 +15,7 @@ _NOTHING = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Difference:
+class ModelMismatch:
     """Differences of one robot from its description.
 
     Attributes:
@@ -28,7 +28,7 @@ class Difference:
         ValueError: If a factor is negative, that of the stiffness zero, or the mass negative.
 
     Example:
-        >>> Difference(stiffness=(0.98,), payload=5.0).backlash
+        >>> ModelMismatch(stiffness=(0.98,), payload=5.0).backlash
         (1.0,)
     """
 
@@ -56,7 +56,7 @@ class Difference:
         Example:
             >>> from coupling.files.robot_file import find_robot, load_robot
             >>> robot = load_robot(find_robot("icme2008"))
-            >>> Difference().description(robot) is robot
+            >>> ModelMismatch().description(robot) is robot
             True
         """
         if self.payload == 0.0:
@@ -104,7 +104,7 @@ class Difference:
         return np.repeat(np.broadcast_to(factors, len(joints)), coordinates)
 
 
-AS_THE_MODEL = Difference()
+AS_THE_MODEL = ModelMismatch()
 
 
 def _joined(bodies: Sequence[Body]) -> Body:
@@ -130,7 +130,7 @@ class PlantRobot:
 
     description: Robot
     torque_curve: str
-    difference: Difference = AS_THE_MODEL
+    difference: ModelMismatch = AS_THE_MODEL
 
 
 @dataclass(frozen=True)

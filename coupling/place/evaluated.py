@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from coupling.case import Case, load_case
+from coupling.case.file import Case, load_case
 from coupling.errors import CaseError, PlanningError
 from coupling.inverse.diagnosis import GearDiagnosis
 from coupling.place.placing import Placing, turned_wrench
-from coupling.place.screen import Figures
+from coupling.place.screen import ScreenFigures
 from coupling.place.stations import stations_along
 from coupling.process.base import Process
 from coupling.run.gear_loads import diagnose_robots
@@ -26,7 +26,7 @@ ProcessOf = Callable[[Case], Process]
 
 
 @dataclass(frozen=True)
-class Judged:
+class EvaluatedSetting:
     """A setting, looked at along the whole path.
 
     Attributes:
@@ -39,12 +39,12 @@ class Judged:
 
     setting: np.ndarray
     content: str
-    figures: Figures
+    figures: ScreenFigures
     cost: float
     gears: tuple[GearDiagnosis, ...]
 
 
-def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judged:
+def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> EvaluatedSetting:
     """Return what a setting comes to along the whole path, planned as any case is.
 
     The wrench turns with the part; where the tool is turned on it, the process is evaluated anew.
@@ -76,11 +76,11 @@ def judged(placing: Placing, setting: np.ndarray, process_of: ProcessOf) -> Judg
         wrench = process_of(case).evaluate(case.desired).wrench
     # The same motion, but for rounding: its process is asked at the same times.
     wrench = wrench.refined(case.desired.time)
-    stations = stations_along(case.upright, placing.cell.sphere_radius, wrench).strongest()
+    stations = stations_along(case.untilted, placing.cell.sphere_radius, wrench).strongest()
     figures = placing.screen(stations).figures(setting[None])
     gears = diagnose_robots(case.robots, case.desired, wrench)[0]
     # Tilts that spring back where a load ends are in the diagnosis alone.
     exact = np.array([[gear.margin for gear in gears]])
     figures = replace(figures, margin=np.minimum(figures.margin, exact))
     cost = float(placing.goal.cost(figures)[0])
-    return Judged(setting, content, figures, cost, gears)
+    return EvaluatedSetting(setting, content, figures, cost, gears)

@@ -13,7 +13,7 @@ from coupling.sheet_fem.plate import bear
 from coupling.sheet_fem.shell import Point, Shell, answer, integrate, sum_up
 
 
-class Cells(NamedTuple):
+class MacroElements(NamedTuple):
     """What elements do, coarse element by coarse element; for each from a state of its own.
 
     Attributes:
@@ -27,21 +27,21 @@ class Cells(NamedTuple):
     since: np.ndarray
 
     @classmethod
-    def none(cls, count: int) -> Cells:
+    def none(cls, count: int) -> MacroElements:
         """Return cells without elements."""
         return cls(np.zeros((count, 27)), np.zeros((count, 27, 27)), np.zeros((count, 9, 3)))
 
-    def only(self, kept: np.ndarray) -> Cells:
+    def only(self, kept: np.ndarray) -> MacroElements:
         """Return them with the others empty."""
         some = self.none(len(kept))
         for new, old in zip(some, self, strict=True):
             new[kept] = old[kept]
         return some
 
-    def after(self, moves: np.ndarray) -> Cells:
+    def after(self, moves: np.ndarray) -> MacroElements:
         """Return them after moves of the splines [m], (cells, 9, 3), as far as they are linear."""
         force = self.force + np.einsum("eij,ej->ei", self.stiffness, moves.reshape(-1, 27))
-        return Cells(force, self.stiffness, self.since + moves)
+        return MacroElements(force, self.stiffness, self.since + moves)
 
     def bent(self) -> np.ndarray:
         """Return how far the splines of a cell have moved apart since its evaluation [m], (cells,)."""
@@ -85,7 +85,7 @@ def fill_cells(
         places: Cells, (e, 2).
         points: Control points [m], (nx + 2, ny + 2, 3).
         plastic: Plastic strains before, (nx, ny, points, layers, 4).
-        force: Written: forces of all cells, as of `Cells`.
+        force: Written: forces of all cells, as of `MacroElements`.
         stiffness: Written: the same of their stiffness.
         new_plastic: Written, as `plastic`.
         new_stretch: Written: stretch of the thickness, (nx, ny, points).

@@ -41,7 +41,7 @@ class PlaceTable(Schema):
         rotation_deg: Rotation of the tool about its own axis; all around.
         base_roll_deg: First of base_rpy_deg; as it is.
         optimise: What is to be small: "stiffness", what the process moves the tool by; "flanks", what a
-            backlash that is 20 % off does at gears that may change flank; "both", the sum.
+            backlash that is 20 % off does at gears that may reverse; "both", the sum.
         joint_margin_deg: Distance from the joints' limits, at least.
         least_regularity: Distance from singular postures, at least.
         clear_share: A gear keeps its flank where its torque stays clear of zero by this part of the

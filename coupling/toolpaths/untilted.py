@@ -18,7 +18,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class UprightPath:
+class UntiltedPath:
     """Path of a tool that stands as its path has it.
 
     Attributes:
@@ -38,7 +38,7 @@ class UprightPath:
         """Orientations of the tool in the part, (n,)."""
         return self.part.rotation.inv() * self.path.rotations[0]
 
-    def headed(self, heading: np.ndarray) -> UprightPath:
+    def headed(self, heading: np.ndarray) -> UntiltedPath:
         """Return the path with lead and lean measured in axes of its feed.
 
         x points along the feed, z out of the part, opposite to the tool's approach.
@@ -62,13 +62,13 @@ class UprightPath:
         return ToolPath(self.path.time, poses(self.path.position[0], turned))
 
     @property
-    def sampled(self) -> UprightPath:
+    def sampled(self) -> UntiltedPath:
         """The path where a process is asked, alone."""
         rows = self.asked
         axes = None if self.axes is None else self.axes[rows]
-        return UprightPath(self.part, self.path.at_rows(rows), np.arange(len(rows)), axes)
+        return UntiltedPath(self.part, self.path.at_rows(rows), np.arange(len(rows)), axes)
 
-    def centered(self, radius: float) -> UprightPath:
+    def centered(self, radius: float) -> UntiltedPath:
         """Return the path of the centre of the sphere that the tool ends in."""
         away = -radius * self.path.rotations[0].apply(APPROACH)
         pose = np.hstack([self.path.position[0] + away, self.path.pose[0, :, 3:]])

@@ -1,4 +1,4 @@
-"""Tools that do not settle from evaluation to evaluation: gears that hang in their play."""
+"""Tools that do not settle from evaluation to evaluation: gears that hang in their backlash."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SLOWER, _DARES = 0.25, 2.0
 
 
 @dataclass(frozen=True)
-class Settling:
+class LocalStabilisation:
     """How tools settle along their paths, and what helps them.
 
     A gear that hardly anything pushes to a flank jumps from one to the other at a stiffness that was
@@ -48,12 +48,12 @@ class Settling:
     evaluations: int = 0
 
     @classmethod
-    def begun(cls, hold: np.ndarray) -> Settling:
+    def begun(cls, hold: np.ndarray) -> LocalStabilisation:
         """Return the state before the first evaluation, with tools held by (tools, n) [N/m]."""
         ones = np.ones_like(hold)
         return cls(hold, ones, np.full_like(hold, np.inf), np.zeros((*hold.shape, 3)))
 
-    def after(self, move: np.ndarray, usual: float) -> Settling:
+    def after(self, move: np.ndarray, usual: float) -> LocalStabilisation:
         """Return the state after one more evaluation.
 
         Args:
@@ -78,9 +78,9 @@ class Settling:
         factor = np.where(creeps, np.minimum(self._secant(move), fastest), 1.0)
         return replace(now, hold=hold, factor=factor, most=most)
 
-    def again(self) -> Settling:
+    def again(self) -> LocalStabilisation:
         """Return the state before the first evaluation of another coupling, with the same held."""
-        return Settling.begun(self.hold)
+        return LocalStabilisation.begun(self.hold)
 
     def _secant(self, move: np.ndarray) -> np.ndarray:
         """Return Aitken's factor, which ends a series of moves that changes as the last two did."""

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from coupling.case_tables import OneOfCurves, described, resolved_description
+from coupling.case.robots import OneOfCurves, described, resolved_description
 from coupling.errors import CaseError
 from coupling.files.toml_file import Positive, Schema, Vector3
-from coupling.robot.difference import Difference, Plant, PlantRobot
+from coupling.robot.mismatch import ModelMismatch, Plant, PlantRobot
 from coupling.robot.mounting import Mounting
 from elastic_robot.description import Robot
 
@@ -68,7 +68,7 @@ class _PlantRobotTable(Schema):
                 f" commanded, got {len(robot.joints)}"
             )
         place = self.payload_position_m
-        difference = Difference(
+        difference = ModelMismatch(
             tuple(self.stiffness_factor),
             tuple(self.damping_factor),
             tuple(self.backlash_factor),
@@ -139,7 +139,7 @@ class PlantTable(_PlantRobotTable):
 CUT_OFF = 3.0
 
 
-class Spread(Schema):
+class Distribution(Schema):
     """Distribution of an uncertain parameter: uniform from low to high, or normal about a mean.
 
     The normal one is cut off at three standard deviations.
@@ -151,7 +151,7 @@ class Spread(Schema):
     deviation: Positive | None = None
 
     @model_validator(mode="after")
-    def _is_one(self) -> Spread:
+    def _is_one(self) -> Distribution:
         uniform, normal = (self.low, self.high), (self.mean, self.deviation)
         if (None in uniform) == (None in normal) or any(
             value is not None for value in (normal if None in normal else uniform)
@@ -175,14 +175,14 @@ def _as_spread(value: object) -> object:
     """Return [low, high] as the table that it is short for."""
     if isinstance(value, list) and len(value) == 2:
         return {"low": value[0], "high": value[1]}
-    if isinstance(value, dict | Spread):
+    if isinstance(value, dict | Distribution):
         return value
     raise ValueError(f"expected [low, high] or {{ mean = .., deviation = .. }}, got {value!r}")
 
 
 _Range = Annotated[list[float], Field(min_length=2, max_length=2)]
 Uncertain = Annotated[
-    Spread | None, BeforeValidator(_as_spread, json_schema_input_type=_Range | Spread)
+    Distribution | None, BeforeValidator(_as_spread, json_schema_input_type=_Range | Distribution)
 ]
 
 
@@ -220,7 +220,7 @@ class StudyTable(Schema):
                 raise ValueError(f"{name}: expected values >= 0, got {spread.least:.6g}")
         return self
 
-    def spreads(self) -> dict[str, Spread]:
+    def spreads(self) -> dict[str, Distribution]:
         """Return what is uncertain, by key: as given, or the defaults where nothing is."""
         given = {name: getattr(self, name) for name in SPREADS}
         found = {name: spread for name, spread in given.items() if spread is not None}
@@ -229,8 +229,8 @@ class StudyTable(Schema):
 
 SPREADS = ("stiffness_factor", "damping_factor", "backlash_factor", "force_factor", "payload_kg")
 DEFAULT_SPREADS = {
-    "stiffness_factor": Spread(low=0.98, high=1.02),
-    "damping_factor": Spread(low=0.8, high=1.2),
-    "backlash_factor": Spread(low=0.8, high=1.2),
-    "force_factor": Spread(low=0.95, high=1.05),
+    "stiffness_factor": Distribution(low=0.98, high=1.02),
+    "damping_factor": Distribution(low=0.8, high=1.2),
+    "backlash_factor": Distribution(low=0.8, high=1.2),
+    "force_factor": Distribution(low=0.95, high=1.05),
 }

@@ -1,4 +1,4 @@
-"""The smooth torque curve in MuJoCo: a callback for what a gear with rounded play does not carry."""
+"""The smooth torque curve in MuJoCo: a callback for what a gear with rounded backlash does not carry."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 
 def rounded_relief(torsion: float, stiffness: float, backlash: float) -> float:
-    """Return k x - S(x) [N m], S the dead band with rounded corners.
+    """Return k x - S(x) [N m], S the backlash with rounded corners.
 
     S is 0 up to B/2, k (|x| - B/2)^2 / (2 B) up to 3B/2, then k (|x| - B): the default of the
     torque curve `spline` (docs/model.md), here as a formula instead of Akima's pieces.
@@ -19,7 +19,7 @@ def rounded_relief(torsion: float, stiffness: float, backlash: float) -> float:
     Args:
         torsion: x [rad].
         stiffness: k [N m/rad].
-        backlash: B, half width of the play [rad], > 0.
+        backlash: B, half width of the backlash [rad], > 0.
 
     Example:
         >>> [round(rounded_relief(x, 1e6, 1e-4), 9) for x in (5e-5, 1e-4, -3e-4)]
@@ -35,10 +35,10 @@ def rounded_relief(torsion: float, stiffness: float, backlash: float) -> float:
 
 
 @contextmanager
-def smooth_play(
+def smooth_backlash(
     first: int, angle: np.ndarray, drive: np.ndarray, stiffness: np.ndarray, backlash: np.ndarray
 ) -> Iterator[None]:
-    """Let MuJoCo's user actuators follow the relief of rounded play as long as the block lasts.
+    """Let MuJoCo's user actuators follow the relief of rounded backlash as long as the block lasts.
 
     Args:
         first: Number of the first of them.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from coupling.case import Case
+from coupling.case.file import Case
 from coupling.errors import SimulationError
 from coupling.events import Event, Watch, unwatched
 from coupling.inverse.diagnosis import GearDiagnosis
@@ -16,22 +16,22 @@ from coupling.path.deviation import ToolGap
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.process import NoisySchema, Process
 from coupling.process.repeatability import Repeatability
-from coupling.process.smoothing import ForceNoise, Smoothed
-from coupling.results.forecast import Forecast
+from coupling.process.smoothing import ForceNoise, SmoothedProcess
+from coupling.results.forecast import PassForecast
 from coupling.results.outlook import Replay
 from coupling.results.run_result import Kind
 from coupling.robot.cell import Cell
 from coupling.robot.robot import LimitWarning
-from coupling.run.asked_again import LastAsked, asked_again, explained
+from coupling.run.asked_again import RememberedProcess, asked_again, explained
 from coupling.run.drive_motion import DriveMotion, drive_motions
 from coupling.run.expected import remarks
 from coupling.run.gear_loads import at_samples, diagnose_robots
 from coupling.run.load_limits import load_warnings
 from coupling.run.models import Models, cell_of
 from coupling.run.noise import noise_replays
-from coupling.run.plant import OnPlant, plant_cell, run_on_plant
+from coupling.run.plant import PlantReplay, plant_cell, run_on_plant
 from coupling.run.robustness import replayed
-from coupling.run.sampling import Sampling, sampling_of
+from coupling.run.sampling import SamplingCheck, sampling_of
 from coupling.solve.correction import Correction, Method, Uncorrected
 from coupling.solve.fixed_point import Loop
 from elastic_robot.fmi.interface import Mode
@@ -74,7 +74,7 @@ class Run:
         keys: Keys of the process's answers in the store of evaluations, in their order, where known.
         repeatability: How two answers of the process to the last path differ; None where it was asked
             once, as where the method has converged.
-        noise: Noise in the process's forces; None where it can have none, or beats.
+        noise: Noise in the process's forces; None where it can have none, or is periodic.
         forecast: What the command is expected to leave on the robot that was measured; None where none
             was.
     """
@@ -87,7 +87,7 @@ class Run:
     other_after: ToolPath | None
     unloaded_after: ToolPath | None
     robustness: tuple[Replay, ...]
-    plant: OnPlant | None
+    plant: PlantReplay | None
     drives: tuple[tuple[DriveMotion, ...], ...]
     warnings: tuple[LimitWarning, ...]
     remarks: tuple[str, ...]
@@ -98,7 +98,7 @@ class Run:
     keys: tuple[str, ...] = ()
     repeatability: Repeatability | None = None
     noise: ForceNoise | None = None
-    forecast: Forecast | None = None
+    forecast: PassForecast | None = None
 
     @property
     def desired(self) -> ToolPath:
@@ -162,7 +162,7 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
     with Models(case.fmu, watch) as fmus:
         with _timed("build", durations):
             cell, models = cell_of(case.robots, fmus)
-        asked = LastAsked(case.process)
+        asked = RememberedProcess(case.process)
         quiet = quiet_process(case, asked)
         heard = replace(case, process=asked if quiet is None else quiet)
         loop = loop_of(heard, cell, watch)
@@ -185,14 +185,14 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
             if kind == "compensate":
                 other_after = _simulated(cell, found.joints, found.answer.wrench, other)
         replays: tuple[Replay, ...] = ()
-        sampling: Sampling | None = None
+        sampling: SamplingCheck | None = None
         if kind == "compensate":
             with _timed("robustness", durations):
                 replays = replayed(cell, models, found)
                 replays += noise_replays(cell, case.desired.time, noise, found)
             with _timed("sampling", durations):
                 sampling = sampling_of(case, cell, found)
-        plant: OnPlant | None = None
+        plant: PlantReplay | None = None
         if case.plant is not None:
             with _timed("plant", durations):
                 differing = plant_cell(cell, case.plant, fmus)
@@ -229,12 +229,12 @@ def _run(case: Case, kind: Kind, method: Method, watch: Watch) -> Run:
         )
 
 
-def quiet_process(case: Case, process: Process) -> Smoothed | None:
+def quiet_process(case: Case, process: Process) -> SmoothedProcess | None:
     """Return the process of a case without the noise of its forces; None where it can have none."""
     table = case.process_table
     if not isinstance(table, NoisySchema):
         return None
-    return Smoothed(process, table.low_pass(case.motion.path))
+    return SmoothedProcess(process, table.low_pass(case.motion.path))
 
 
 def _said_of(noise: ForceNoise | None) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from coupling.path.frame import Frame
 from coupling.solve.fixed_point import Tolerance
 from coupling.solve.scheme import Scheme
 from coupling.solve.schemes import SCHEMES
-from coupling.toolpaths.support import STRATEGIES, Pinch, Support, support_along
+from coupling.toolpaths.support import STRATEGIES, Pinch, SupportingTool, support_along
 from coupling.toolpaths.task import Task
 from elastic_robot.description import Robot
 from elastic_robot.errors import ElasticRobotError
@@ -128,7 +128,7 @@ class SupportTable(_MemberTable):
         """Return where the robot stands."""
         return Frame.of_rpy(self.base_position_m, np.deg2rad(self.base_rpy_deg))
 
-    def support(self, task: Task, forming_tool_diameter: float) -> Support:
+    def support(self, task: Task, forming_tool_diameter: float) -> SupportingTool:
         """Return what the supporting tool is to do along a task's path.
 
         Raises:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from coupling.inverse.inversion import Wanted
+from coupling.inverse.inversion import DesiredMotion
 from coupling.path.frame import Frame
 from coupling.path.histories import JointPath, ToolPath, WrenchHistory
 from coupling.robot.robot_fmu import RobotFmu
@@ -19,7 +19,7 @@ _CLOCK = 0.3
 
 
 @dataclass(frozen=True)
-class Seen:
+class Measurement:
     """What a measuring device tells.
 
     Attributes:
@@ -34,19 +34,19 @@ class Seen:
     position: np.ndarray
     rotation: Rotation | None = None
 
-    def at_rows(self, rows: np.ndarray) -> Seen:
+    def at_rows(self, rows: np.ndarray) -> Measurement:
         """Return some of its rows."""
         rotation = None if self.rotation is None else self.rotation[rows]
         return replace(self, time=self.time[rows], position=self.position[rows], rotation=rotation)
 
-    def transformed(self, frame: Frame) -> Seen:
+    def transformed(self, frame: Frame) -> Measurement:
         """Return the same in another frame, in which `frame` is the present one."""
         rotation = None if self.rotation is None else frame.rotation * self.rotation
         return replace(self, position=frame.points(self.position), rotation=rotation)
 
 
 @dataclass(frozen=True)
-class Pass:
+class MeasuredPath:
     """A pass of a command, as far as it was measured.
 
     Attributes:
@@ -61,8 +61,8 @@ class Pass:
     command: JointPath
     wrench: WrenchHistory
     desired: ToolPath
-    wanted: Wanted
-    seen: Seen
+    wanted: DesiredMotion
+    seen: Measurement
 
     @cached_property
     def held(self) -> RotationSpline | None:
@@ -71,7 +71,7 @@ class Pass:
             return None
         return RotationSpline(self.desired.time, self.desired.rotations[0])
 
-    def until(self, seconds: float) -> Pass:
+    def until(self, seconds: float) -> MeasuredPath:
         """Return its first seconds."""
         seen = self.seen.at_rows(np.flatnonzero(self.seen.time <= self.seen.time[0] + seconds))
         last = int(np.searchsorted(self.desired.time, seen.time[-1] + _CLOCK))
@@ -80,13 +80,13 @@ class Pass:
         wrench = self.wrench.until(float(desired.time[-1]))
         return replace(self, wrench=wrench, desired=desired, seen=seen)
 
-    def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> Simulated:
+    def simulated(self, fmu: RobotFmu, changed: dict[str, float]) -> SimulatedPath:
         """Return where the tool is on a robot with other parameters."""
         path = fmu.simulate(self.command, self.wrench, "dynamic", changed, "learned parameters")
-        return Simulated(path, None if self.held is None else self.desired)
+        return SimulatedPath(path, None if self.held is None else self.desired)
 
 
-class Simulated:
+class SimulatedPath:
     """A simulated path between its samples.
 
     Args:

@@ -17,12 +17,12 @@ import numpy as np
 
 from coupling.sheet_fem.banded import Cholesky, SymmetricBanded
 from coupling.sheet_fem.border import add_border
-from coupling.sheet_fem.cells import Cells
-from coupling.sheet_fem.rim import Rim
+from coupling.sheet_fem.interface import Interface
+from coupling.sheet_fem.macro_elements import MacroElements
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class CondensedFarField:
     """What the sheet outside of a box does, as the rim's unknowns see it.
 
     Attributes:
@@ -36,9 +36,9 @@ class Surroundings:
         half: L^-1 of that stiffness' columns at the rim's unknowns, and of the forces, (coarse, m + 1).
     """
 
-    rim: Rim
+    rim: Interface
     points: np.ndarray
-    cells: Cells
+    cells: MacroElements
     whole: np.ndarray
     force: np.ndarray
     stiffness: np.ndarray
@@ -46,7 +46,9 @@ class Surroundings:
     half: np.ndarray
 
     @classmethod
-    def of(cls, rim: Rim, points: np.ndarray, cells: Cells, whole: np.ndarray) -> Surroundings:
+    def of(
+        cls, rim: Interface, points: np.ndarray, cells: MacroElements, whole: np.ndarray
+    ) -> CondensedFarField:
         """Condense the elements outside of a box onto its rim.
 
         Args:
@@ -77,7 +79,7 @@ class Surroundings:
             half,
         )
 
-    def cells_at(self, at_rim: np.ndarray) -> Cells:
+    def cells_at(self, at_rim: np.ndarray) -> MacroElements:
         """Return the elements, as far as they are linear, where the rim's unknowns [m] carry them."""
         return self.cells.after(self._moves(at_rim))
 

@@ -1,4 +1,4 @@
-"""Deviation under a process that beats: slow part, ripple of a mill's teeth, walls of the cut."""
+"""Deviation under a periodic process: slow part, ripple of a mill's teeth, walls of the cut."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.run.study import Run
+from coupling.run.execute import Run
 
 # Half a period more or less by this part of it ends at the same sample.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Parts:
+class DeviationParts:
     """Parts of a deviation along a path.
 
     Attributes:
@@ -39,7 +39,7 @@ class Parts:
         return float(np.linalg.norm(self.ripple, axis=-1).max())
 
     @classmethod
-    def of(cls, time: np.ndarray, deviation: np.ndarray, period: float) -> Parts:
+    def of(cls, time: np.ndarray, deviation: np.ndarray, period: float) -> DeviationParts:
         """Return the parts of a deviation.
 
         Args:
@@ -49,7 +49,7 @@ class Parts:
 
         Example:
             >>> time = np.linspace(0.0, 1.0, 101)
-            >>> parts = Parts.of(time, 5.0 + np.sin(20.0 * np.pi * time), 0.1)
+            >>> parts = DeviationParts.of(time, 5.0 + np.sin(20.0 * np.pi * time), 0.1)
             >>> [round(float(v[50]), 6) for v in (parts.slow, parts.lowest)]
             [5.0, 4.048943]
         """
@@ -98,8 +98,8 @@ def _extreme(take: np.ufunc, values: np.ndarray, first: np.ndarray, last: np.nda
     return found
 
 
-def beat_parts(run: Run) -> list[Parts] | None:
-    """Return the parts of every tool's deviation after a run; None where its process does not beat.
+def tooth_passing_parts(run: Run) -> list[DeviationParts] | None:
+    """Return the parts of every tool's deviation after a run; None where its process is not periodic.
 
     Neither are there any where the period is longer than the path.
     """
@@ -108,4 +108,4 @@ def beat_parts(run: Run) -> list[Parts] | None:
     if period is None or period > time[-1] - time[0]:
         return None
     deviation = found.achieved.position - found.desired.position
-    return [Parts.of(time, own, period) for own in deviation]
+    return [DeviationParts.of(time, own, period) for own in deviation]

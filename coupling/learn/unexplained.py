@@ -1,11 +1,12 @@
 """What a fit leaves over noise, and what that means for how sure it is.
 
 A fit whose residuals are noise is off by its covariance.  One that leaves more has either ended in a
-hollow beside the valley, or the robot does what the model does not know (model discrepancy).  What is
-left over noise is D in the sum of squares, each counted by the variance of its noise; P parameters that
-are off by u_1 .. u_P standard deviations leave u_1^2 + .. + u_P^2 = D of it, so that u^2 is D / P in the
-mean.  A discrepancy moves a fit by no more if it takes twice as many independent values along the pass
-as there are parameters, or more.  Rows therefore count as if their variance were 1 + D / P times that of
+local minimum beside the valley, or the robot does what the model does not know (model discrepancy).
+What is left over noise is D in the sum of squares, each counted by the variance of its noise; P
+parameters that are off by u_1 .. u_P standard deviations leave u_1^2 + .. + u_P^2 = D of it, so that u^2
+is D / P in the mean.  A discrepancy moves a fit by no more if it takes twice as many independent values
+along the pass as there are parameters, or more.  Rows therefore count as if their variance were 1 + D /
+P times that of
 noise: intervals become wider, and what was known before counts more.
 """
 
@@ -22,16 +23,16 @@ _TURNS = 6
 
 
 @dataclass(frozen=True)
-class LeftOver:
+class UnexplainedPart:
     """What is left over noise.
 
     Attributes:
         over: Variance of a row as it counts, by that of noise, >= 1.
-        told: Number of unknowns that the rows tell, P: between none and all.
+        effective: Effective number of unknowns that the rows determine, P: between none and all.
     """
 
     over: float
-    told: float
+    effective: float
 
     @property
     def widened(self) -> float:
@@ -39,7 +40,9 @@ class LeftOver:
         return float(np.sqrt(self.over))
 
     @classmethod
-    def of(cls, squares: float, rows: float, data: np.ndarray, prior: np.ndarray) -> LeftOver:
+    def of(
+        cls, squares: float, rows: float, data: np.ndarray, prior: np.ndarray
+    ) -> UnexplainedPart:
         """Return it for a fit.
 
         Args:
@@ -49,14 +52,14 @@ class LeftOver:
             prior: Standard deviations before, (P,).
 
         Example:
-            >>> round(LeftOver.of(68.0, 50.0, 1e9 * np.eye(2), np.ones(2)).over, 6)
+            >>> round(UnexplainedPart.of(68.0, 50.0, 1e9 * np.eye(2), np.ones(2)).over, 6)
             6.0
         """
-        over, told, before = 1.0, 0.0, np.diag(prior**-2.0)
+        over, effective, before = 1.0, 0.0, np.diag(prior**-2.0)
         for _ in range(_TURNS):
-            told = float(np.trace(np.linalg.solve(before + data / over, data / over)))
+            effective = float(np.trace(np.linalg.solve(before + data / over, data / over)))
             # Noise leaves as many squares as there are rows beyond what they tell, by chance more.
-            noise = rows - told + _CHANCE * np.sqrt(2.0 * rows)
+            noise = rows - effective + _CHANCE * np.sqrt(2.0 * rows)
             more = max(0.0, squares - noise)
-            over = 1.0 + more / max(told, 1.0)
-        return cls(float(over), told)
+            over = 1.0 + more / max(effective, 1.0)
+        return cls(float(over), effective)

@@ -16,7 +16,7 @@ _HARDLY_SEEN = 1e-3
 
 
 @dataclass(frozen=True)
-class Rim:
+class Interface:
     """Which coarse unknowns there are outside of a box, and how its elements see them.
 
     Attributes:
@@ -34,7 +34,7 @@ class Rim:
     inner: np.ndarray
 
     @classmethod
-    def of(cls, splines: CoarseSplines, box: Box, free: np.ndarray) -> Rim:
+    def of(cls, splines: CoarseSplines, box: Box, free: np.ndarray) -> Interface:
         """Return the rim of a box.
 
         Args:
